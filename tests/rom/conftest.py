@@ -7,8 +7,11 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from vanelock import fem
+from tests.conftest import CASING_MASTERS, JOINTS, VANE_MASTERS
+from tests.rom import block_in_rim
+from vanelock import fem, rom
 from vanelock.fem import cyclic_transform
+from vanelock.rom.joining.vane_and_casing import joined_dofs
 
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
 
@@ -96,4 +99,31 @@ def exact():
     """Dense matrices of parts, of what they are joined to, and their frequencies."""
     return SimpleNamespace(
         dense=dense, joined=joined, frequencies=frequencies, transform=cyclic_transform
+    )
+
+
+@pytest.fixture(scope="session")
+def small_ring(lattice):
+    """Models of a small ring: a block that hangs in a clamped rim."""
+    return block_in_rim.models(lattice, (1, 3, 2))
+
+
+@pytest.fixture(scope="session")
+def ring_scene(small_ring):
+    """The small ring reduced and joined, with what the fixture `scene` has."""
+    return block_in_rim.ring_scene(small_ring)
+
+
+@pytest.fixture(scope="session")
+def masters_alone(coarse):
+    """The coarse vane and casing, joined without a mode: for what masters and contacts say."""
+    vane_model, casing_model = (fem.assemble(part, STEEL) for part in coarse)
+    vane = rom.reduce(vane_model, VANE_MASTERS, 0)
+    casing = rom.reduce(casing_model, CASING_MASTERS, 0, nodal_diameters=[0, 1])
+    return SimpleNamespace(
+        vane=vane,
+        casing=casing,
+        joints=JOINTS,
+        system=rom.join(vane, casing, JOINTS, rom.Excitation(1, force=30.0)),
+        joined_dofs=joined_dofs(vane, casing),
     )

@@ -119,7 +119,7 @@ def test_arguments_at_random_give_a_component_or_one_clear_line(ring_sector):
         "band": [0, float("nan")],
     }
     kept, refusals = 0, []
-    for _ in range(400):
+    for _ in range(260):
         chosen = {}
         for name in good:
             pool = bad[name] if rng.random() < 0.03 else good[name]

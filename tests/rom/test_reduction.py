@@ -12,9 +12,9 @@ from vanelock.common.errors import InputError
 
 
 @pytest.mark.parametrize("route", ["cyclic", "direct", "paper"])
-def test_static_answer_to_master_loads_is_exact(scene, route):
+def test_static_answer_to_master_loads_is_exact(ring_scene, route):
     """Constraint modes reproduce statics: x_m = (K⁻¹)_mm f_m of the full model."""
-    model, casing = scene.casing_model, scene.casing
+    model, casing = ring_scene.casing_model, ring_scene.casing
     nodes = casing.masters.node_sets["force"]
     f = np.zeros(model.K.shape[0])
     f[model.dofs[nodes, 0]] = 1.0
@@ -37,24 +37,22 @@ def test_static_answer_to_master_loads_is_exact(scene, route):
     assert np.abs(field[free] - full[model.dofs[free]]).max() < 1e-9 * np.abs(full).max()
 
 
-@pytest.mark.parametrize(
-    ("k", "interlock"), [(0, "closed"), (1, "free"), (1, "closed"), (8, "free")]
-)
-def test_frequencies_against_the_unreduced_sector(scene, k, interlock):
+@pytest.mark.parametrize(("k", "interlock"), [(0, "closed"), (1, "free"), (4, "free")])
+def test_frequencies_against_the_unreduced_sector(ring_scene, k, interlock):
     """A ROM is a Ritz model: never below the truth, and close to it for the first six modes."""
-    truth, _ = scene.truth(k, interlock)
-    closed = ~scene.interlock if interlock == "free" else None
-    found, _ = rom.linear_modes(scene.system, k, 6, closed)
+    truth, _ = ring_scene.truth(k, interlock)
+    closed = ~ring_scene.interlock if interlock == "free" else None
+    found, _ = rom.linear_modes(ring_scene.system, k, 6, closed)
     error = found / truth - 1
     assert np.all(error > -1e-9)
     assert error[1] < 0.02  # ten face modes by the published basis
     assert np.all(error < 0.1)
 
 
-def test_followed_face_modes_cost_nothing_beside_craig_bampton(scene):
+def test_followed_face_modes_cost_nothing_beside_craig_bampton(ring_scene):
     """Ten followed modes do what all face dofs do; ten published ones do not."""
-    model, masters = scene.casing_model, tuple(scene.casing.masters.node_sets)
-    truth = scene.truth(1, "free")[0][1]
+    model, masters = ring_scene.casing_model, tuple(ring_scene.casing.masters.node_sets)
+    truth = ring_scene.truth(1, "free")[0][1]
     faces = 3 * int(np.sum(model.dofs[model.part.node_sets["left"], 0] >= 0))
     error = {}
     for name, interface, count in (
@@ -71,17 +69,19 @@ def test_followed_face_modes_cost_nothing_beside_craig_bampton(scene):
             interface=interface,
             interface_modes=count,
         )
-        system = rom.join(scene.vane, casing, scene.joints[:1], rom.Excitation(1, force=1.0))
+        system = rom.join(
+            ring_scene.vane, casing, ring_scene.joints[:1], rom.Excitation(1, force=1.0)
+        )
         error[name] = rom.linear_modes(system, 1, 2)[0][1] / truth - 1
     assert 0 < error["all"] < error["followed"] < error["published"]
     assert error["followed"] < 1.2 * error["all"] < 1e-6
     assert error["published"] > 1e-4
 
 
-def test_published_face_modes_by_their_definition(scene):
+def test_published_face_modes_by_their_definition(ring_scene):
     """The face coordinates' block of the cyclic Guyan model is diagonal: its own modes."""
-    masters = tuple(scene.casing.masters.node_sets)
-    part = rom.reduce(scene.casing_model, masters, 0, nodal_diameters=[1], route="direct")
+    masters = tuple(ring_scene.casing.masters.node_sets)
+    part = rom.reduce(ring_scene.casing_model, masters, 0, nodal_diameters=[1], route="direct")
     casing, b = part.at(1), part.interface_modes
     m = 3 * len(part.masters.nodes)
     K = casing.K[: b + m, : b + m]
@@ -92,31 +92,35 @@ def test_published_face_modes_by_their_definition(scene):
     assert np.all(np.diff(np.diag(S).real) > 0)
 
 
-def test_conjugate_diameters(scene):
+def test_conjugate_diameters(ring_scene):
     """ND k and N-k have the same frequencies and conjugate matrices."""
-    a, b = scene.system.at(1), scene.system.at(15)
+    a, b = ring_scene.system.at(1), ring_scene.system.at(7)
     np.testing.assert_array_equal(a.K, b.K.conj())
-    masters = tuple(scene.casing.masters.node_sets)
-    casing = rom.reduce(scene.casing_model, masters, 4, nodal_diameters=[1, 15])
+    masters = tuple(ring_scene.casing.masters.node_sets)
+    casing = rom.reduce(ring_scene.casing_model, masters, 4, nodal_diameters=[1, 7])
     system = rom.join(
-        scene.vane, casing, scene.joints, rom.Excitation(-1, force=30.0), damping_ratio=0.003
+        ring_scene.vane,
+        casing,
+        ring_scene.joints,
+        rom.Excitation(-1, force=30.0),
+        damping_ratio=0.003,
     )
-    forward, backward = (sl.eigvalsh(system.at(k).K, system.at(k).M) for k in (1, 15))
+    forward, backward = (sl.eigvalsh(system.at(k).K, system.at(k).M) for k in (1, 7))
     np.testing.assert_allclose(backward, forward, rtol=1e-7, atol=1e-6 * forward[5])
-    assert system.nodal_diameter(1) == 15
-    assert np.isrealobj(scene.system.at(0).K)
-    assert np.isrealobj(scene.system.at(8).K)
+    assert system.nodal_diameter(1) == 7
+    assert np.isrealobj(ring_scene.system.at(0).K)
+    assert np.isrealobj(ring_scene.system.at(4).K)
 
 
-def test_recovered_mode_is_the_unreduced_one(scene):
+def test_recovered_mode_is_the_unreduced_one(ring_scene):
     """Mode 2 of ND 1, recovered on every node, has a MAC of 1 with the unreduced eigenvector."""
-    _, vectors = scene.truth(1, "free")
-    _, shapes = rom.linear_modes(scene.system, 1, 2, ~scene.interlock)
-    q_vane, q_casing = rom.split(scene.vane, scene.casing, shapes[:, 1])
+    _, vectors = ring_scene.truth(1, "free")
+    _, shapes = rom.linear_modes(ring_scene.system, 1, 2, ~ring_scene.interlock)
+    q_vane, q_casing = rom.split(ring_scene.vane, ring_scene.casing, shapes[:, 1])
     fields = {}
     for model, component, q in (
-        (scene.vane_model, scene.vane, q_vane),
-        (scene.casing_model, scene.casing, q_casing),
+        (ring_scene.vane_model, ring_scene.vane, q_vane),
+        (ring_scene.casing_model, ring_scene.casing, q_casing),
     ):
         fields[component.masters.part] = rom.recovery(component, model).displacement(q, 1)
         nodes = component.masters.nodes
@@ -125,43 +129,43 @@ def test_recovered_mode_is_the_unreduced_one(scene):
         )
     # Kinetic energy of the recovered fields is that of the reduced coordinates (normalised to 1).
     energy = 0.0
-    for model in (scene.vane_model, scene.casing_model):
+    for model in (ring_scene.vane_model, ring_scene.casing_model):
         u = fields[model.part.name][model.dofs >= 0]
         x = np.zeros(model.K.shape[0], complex)
         x[model.dofs[model.dofs >= 0]] = u
         energy += (x.conj() @ (model.M @ x)).real
     assert energy == pytest.approx(1.0, abs=1e-9)
     # The cyclic face condition holds on all nodes.
-    part = scene.casing_model.part
-    u = fields["casing"]
-    turned = u[part.node_sets["left"]] @ turn(16).T * np.exp(-2j * np.pi / 16)
+    part = ring_scene.casing_model.part
+    u = fields["rim"]
+    turned = u[part.node_sets["left"]] @ turn(8).T * np.exp(-2j * np.pi / 8)
     np.testing.assert_allclose(u[part.node_sets["right"]], turned, atol=1e-12 * np.abs(u).max())
     # Vane part of the eigenvector: the vane's free coordinates follow the casing's.
-    vane = scene.vane_model
+    vane = ring_scene.vane_model
     merged = vane.dofs[vane.part.node_sets["key"]].ravel()
     rest = np.setdiff1d(np.arange(vane.K.shape[0]), merged)
     expected = vectors[-len(rest) :, 1]
     found = np.zeros(vane.K.shape[0], complex)
-    found[vane.dofs] = fields["vane"]
+    found[vane.dofs] = fields["block"]
     a, b = expected, found[rest]
     assert abs(np.vdot(a, b)) ** 2 / (np.vdot(a, a) * np.vdot(b, b)).real > 0.9999
 
 
-def test_sets_that_cannot_be_masters_are_refused(scene):
+def test_sets_that_cannot_be_masters_are_refused(ring_scene):
     with pytest.raises(InputError, match="no node set 'hooks'"):
-        rom.reduce(scene.vane_model, ("hooks",))
+        rom.reduce(ring_scene.vane_model, ("hooks",))
     with pytest.raises(InputError, match="is clamped"):
-        rom.reduce(scene.casing_model, ("fixed",))
+        rom.reduce(ring_scene.casing_model, ("z",))
     with pytest.raises(InputError, match='allowed are "cyclic", "direct" and "paper"'):
-        rom.reduce(scene.vane_model, ("key",), route="quick")
+        rom.reduce(ring_scene.vane_model, ("key",), route="quick")
 
 
-def test_faces_that_do_not_match_are_refused(scene):
-    model = scene.casing_model
+def test_faces_that_do_not_match_are_refused(ring_scene):
+    model = ring_scene.casing_model
     sets = model.part.node_sets
     shuffled = replace(model.part, node_sets={**sets, "right": sets["right"][::-1]})
     with pytest.raises(InputError, match="must match node by node"):
         rom.reduce(replace(model, part=shuffled), ("force",), nodal_diameters=[0])
-    other = replace(model.part, sectors=20)
+    other = replace(model.part, sectors=10)
     with pytest.raises(InputError, match="must match node by node"):
         rom.reduce(replace(model, part=other), ("force",), nodal_diameters=[0])

@@ -1,109 +1,52 @@
 """A-posteriori errors against the truth that they do without."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
 import scipy.linalg as sl
 
+from tests.rom.block_in_rim import BLOCK, HOOK, LOCK, RIM
 from vanelock import fem, rom
 from vanelock.common.errors import InputError
 from vanelock.rom.joining.vane_and_casing import joined_dofs
 
-STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
 N = 8
-HOOK = rom.Joint("hook", kn=2e8, kt=1e8, mu=0.3, interference=1e-6)
-LOCK = rom.Joint("interlock", kn=1e7, kt=1e7, mu=0.3, interference=1e-6)
-
-
-@pytest.fixture(scope="module")
-def small_ring(lattice):
-    """Two models of a small ring: a block that hangs in a clamped rim, with all node sets."""
-
-    def wedge(radii, turned=0.1):
-        def place(p):
-            r = radii[0] + (radii[1] - radii[0]) * p[:, 0]
-            angle = 2 * np.pi / N * (p[:, 1] - 0.5) + turned * np.sin(3 * p[:, 2])
-            return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2]])
-
-        return lattice((1, 3, 2), place, "tetra10", curved=True, sectors=N)
-
-    block, rim = wedge((0.42, 0.5)), wedge((0.5, 0.56))
-    inner = np.setdiff1d(
-        block.node_sets["x1"],
-        np.concatenate([block.node_sets[name] for name in ("y0", "y1")]),
-    )
-    pairs = [(a, b) for a in inner for b in mates(block, rim, a)]
-    own, mate = np.array(pairs).T
-    clamped = np.concatenate([rim.node_sets["z0"], rim.node_sets["z1"]])
-    inside = ~np.isin(mate, clamped)
-    own, mate = own[inside], mate[inside]
-    key, front, rear = slice(0, 3), slice(3, 6), slice(6, None)
-    lock = [
-        np.setdiff1d(block.node_sets[name], block.node_sets["x1"])[::3] for name in ("y0", "y1")
-    ]
-    frames = {
-        "hook_front": np.tile(np.eye(3), (len(own[front]), 1, 1)),
-        "hook_rear": np.tile(np.eye(3), (len(own[rear]), 1, 1)),
-        "interlock_right": np.tile(np.eye(3)[[1, 0, 2]], (len(lock[1]), 1, 1)),
-    }
-    sets = {"key": own[key], "hook_front": own[front], "hook_rear": own[rear]}
-    vane = replace(
-        block,
-        name="block",
-        frames=frames,
-        node_sets=sets
-        | {"interlock_left": lock[0], "interlock_right": lock[1], "output": lock[0][:1]},
-    )
-    sets = {"key": mate[key], "hook_front": mate[front], "hook_rear": mate[rear]}
-    outside = np.setdiff1d(
-        rim.node_sets["x1"],
-        np.concatenate([clamped, rim.node_sets["y0"], rim.node_sets["y1"]]),
-    )
-    casing = replace(
-        rim,
-        name="rim",
-        node_sets=sets
-        | {
-            "left": rim.node_sets["y0"],
-            "right": rim.node_sets["y1"],
-            "z": clamped,
-            "force": outside[:2],
-            "output": outside[-1:],
-        },
-    )
-    return fem.assemble(vane, STEEL, fixed=None), fem.assemble(casing, STEEL, fixed="z")
-
-
-def mates(block, rim, node):
-    return np.flatnonzero(np.linalg.norm(rim.points - block.points[node], axis=1) < 1e-12)
-
-
-VANE = ("key", "hook_front", "hook_rear", "interlock_left", "interlock_right", "output")
-CASING = ("key", "hook_front", "hook_rear", "force", "output")
+STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
 DIAMETERS = (0, 1, 3, 4)
 
 
-def reduced(small_ring, *, joints=(HOOK, LOCK), ratio=None, engine_order=1, **options):
-    vane = rom.reduce(small_ring[0], VANE, **options)
-    casing = rom.reduce(small_ring[1], CASING, nodal_diameters=DIAMETERS, **options)
-    excitation = rom.Excitation(engine_order, force=10.0)
-    return rom.join(vane, casing, joints, excitation, ratio), vane, casing
+@pytest.fixture(scope="module")
+def reduced(small_ring):
+    """Function that reduces the ring and joins it, once for the same options."""
+
+    @cache
+    def build(*, ratio=None, **options):
+        vane = rom.reduce(small_ring[0], BLOCK, **options)
+        casing = rom.reduce(small_ring[1], RIM, nodal_diameters=DIAMETERS, **options)
+        excitation = rom.Excitation(1, force=10.0)
+        return rom.join(vane, casing, (HOOK, LOCK), excitation, ratio), vane, casing
+
+    return build
 
 
 def truth(small_ring, k, joints=(HOOK, LOCK)):
     K, M = (A.toarray() for A in rom.unreduced(*small_ring, joints, k))
-    return np.sqrt(sl.eigvalsh(K, M)) / (2 * np.pi)
+    return np.sqrt(sl.eigvalsh(K, M, subset_by_index=[0, 39])) / (2 * np.pi)
 
 
 @pytest.mark.parametrize("k", DIAMETERS)
-@pytest.mark.parametrize("modes", [4, 8, 16, 40])
 @pytest.mark.parametrize("stuck", [True, False], ids=["stuck", "free"])
-def test_frequency_errors_against_the_sector(small_ring, k, modes, stuck):
-    system, vane, casing = reduced(small_ring, modes=modes)
+def test_frequency_errors_against_the_sector(small_ring, reduced, k, stuck):
+    exact = truth(small_ring, k, (HOOK, LOCK) if stuck else (HOOK,))[:10]
+    for modes in (4, 16, 40):
+        assert_errors(*reduced(modes=modes), exact, k, modes, stuck)
+
+
+def assert_errors(system, vane, casing, exact, k, modes, stuck):
     closed = None if stuck else np.array([name == "hook" for name in system.contacts.joint])
     errors = rom.frequency_errors(system, vane, casing, k, 10, closed)
-    exact = truth(small_ring, k, (HOOK, LOCK) if stuck else (HOOK,))[:10]
     found = errors.frequency / exact - 1
     assert np.all(found > -1e-9)
     np.testing.assert_allclose(errors.total, errors.vane + errors.casing)
@@ -119,8 +62,8 @@ def test_frequency_errors_against_the_sector(small_ring, k, modes, stuck):
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
-def test_errors_of_an_accuracy_are_within_it(small_ring, accuracy):
-    system, vane, casing = reduced(small_ring, accuracy=accuracy, band=6000.0)
+def test_errors_of_an_accuracy_are_within_it(small_ring, reduced, accuracy):
+    system, vane, casing = reduced(accuracy=accuracy, band=6000.0)
     for k in DIAMETERS:
         exact = truth(small_ring, k)
         count = int(np.sum(exact < 6000.0))
@@ -156,8 +99,8 @@ def beams(bar, modes, spring=0.0, seed=0):
     return system, first, second, K, M
 
 
-@pytest.mark.parametrize("modes", [(12, 12), (12, 18), (30, 14)])
-@pytest.mark.parametrize("spring", [0.0, 1e2, 1e5, 1e8])
+@pytest.mark.parametrize("modes", [(12, 12), (30, 14)])
+@pytest.mark.parametrize("spring", [0.0, 1e2, 1e8])
 def test_free_bodies_with_repeated_and_close_modes(bar, exact, modes, spring):
     """Zero frequencies have no error; equal and nearly equal ones have theirs, in order."""
     system, first, second, K, M = beams(bar, modes, spring)
@@ -204,12 +147,11 @@ def test_nothing_is_left_out_of_a_whole_part(lattice, exact):
     assert np.all(errors.total[12:] < 1e-9)
 
 
-@pytest.mark.parametrize("modes", [6, 12, 24])
-@pytest.mark.parametrize("stuck", [True, False], ids=["stuck", "free"])
-def test_response_errors_against_the_sector(small_ring, exact, modes, stuck):
+@pytest.mark.parametrize(("modes", "stuck"), [(6, False), (12, True), (24, False)])
+def test_response_errors_against_the_sector(small_ring, reduced, exact, modes, stuck):
     """Output and estimate against a dense solution of the sector with the model's damping."""
     ratio = 0.01
-    system, vane, casing = reduced(small_ring, modes=modes, ratio=ratio)
+    system, vane, casing = reduced(modes=modes, ratio=ratio)
     joints = (HOOK, LOCK)
     K_all, M = (A.toarray() for A in rom.unreduced(*small_ring, joints, 1))
     K = K_all if stuck else rom.unreduced(*small_ring, joints[:1], 1)[0].toarray()
@@ -266,9 +208,9 @@ def test_response_errors_against_the_sector(small_ring, exact, modes, stuck):
 
 def test_errors_that_no_route_estimates_are_refused(small_ring):
     model = small_ring[1]
-    vane = rom.reduce(small_ring[0], VANE, 4)
+    vane = rom.reduce(small_ring[0], BLOCK, 4)
     for route in ("direct", "paper"):
-        casing = rom.reduce(model, CASING, 4, nodal_diameters=[1], route=route, interface_modes=5)
+        casing = rom.reduce(model, RIM, 4, nodal_diameters=[1], route=route, interface_modes=5)
         system = rom.join(vane, casing, (HOOK,), rom.Excitation(1, force=1.0))
         with pytest.raises(InputError, match=f'rim: reduced by the route "{route}", which gives'):
             rom.frequency_errors(system, vane, casing, 1, 3)
@@ -276,8 +218,8 @@ def test_errors_that_no_route_estimates_are_refused(small_ring):
             rom.response_errors(system, vane, casing, np.array([100.0]))
 
 
-def test_more_modes_than_there_are_are_refused(small_ring):
-    system, vane, casing = reduced(small_ring, modes=2)
+def test_more_modes_than_there_are_are_refused(reduced):
+    system, vane, casing = reduced(modes=2)
     n = len(system.at(0).K)
     assert len(rom.frequency_errors(system, vane, casing, 0, n).total) == n
     for count in (0, -1, n + 1):
@@ -285,13 +227,13 @@ def test_more_modes_than_there_are_are_refused(small_ring):
             rom.frequency_errors(system, vane, casing, 0, count)
 
 
-def test_conjugate_diameter_has_the_same_errors(small_ring):
-    system, vane, casing = reduced(small_ring, modes=8)
+def test_conjugate_diameter_has_the_same_errors(reduced):
+    system, vane, casing = reduced(modes=8)
     a, b = (rom.frequency_errors(system, vane, casing, k, 6).total for k in (3, N - 3))
     np.testing.assert_allclose(a, b, rtol=1e-6)
 
 
-def test_key_coordinates_are_shared(small_ring):
-    _, vane, casing = reduced(small_ring, modes=2)
+def test_key_coordinates_are_shared(reduced):
+    _, vane, casing = reduced(modes=2)
     shared = joined_dofs(vane, casing)
     assert np.sum(shared < casing.size) == 9

@@ -33,7 +33,7 @@ def found(values, count, start=None, seed=0, is_complex=False, **options):
     return squared, X.conj().T @ M @ vectors
 
 
-SPREAD = np.geomspace(1.0, 1e8, 240)
+SPREAD = np.geomspace(1.0, 1e8, 140)
 SPECTRA = {
     "spread": SPREAD,
     "cluster of 6": np.r_[1 + 1e-9 * np.arange(6), SPREAD[1:] + 1],
@@ -50,7 +50,7 @@ SPECTRA = {
 @pytest.mark.parametrize("name", SPECTRA)
 def test_lowest_values_with_all_their_copies(name, is_complex):
     values = SPECTRA[name]
-    for count in (1, 9, 12, 33):
+    for count in (1, 9, 33):
         squared, components = found(values, count, is_complex=is_complex)
         assert len(squared) == count
         np.testing.assert_allclose(squared, np.sort(values)[:count], rtol=1e-10)
@@ -128,7 +128,7 @@ def test_all_there_are():
 @pytest.mark.parametrize("rank", [1, 3])
 def test_start_of_dependent_columns(rank):
     rng = np.random.default_rng(3)
-    start = rng.standard_normal((240, rank)) @ rng.standard_normal((rank, BLOCK))
+    start = rng.standard_normal((len(SPREAD), rank)) @ rng.standard_normal((rank, BLOCK))
     start[:, 1] = 0.0
     squared, _ = found(SPREAD, 15, start)
     np.testing.assert_allclose(squared, SPREAD[:15], rtol=1e-11)
@@ -147,7 +147,7 @@ def test_no_answer_is_no_silent_one(monkeypatch):
 
 
 def test_a_mistyped_limit_is_refused_early():
-    values = np.linspace(1.0, 2.0, 700)
+    values = np.linspace(1.0, 2.0, 520)
     with pytest.raises(InputError, match="more than 500 fixed-interface modes below 1.592 Hz"):
         found(values, None, below=100.0)
     with pytest.raises(InputError, match=r"the lowest at 0\.1592 Hz: are densities and moduli in"):

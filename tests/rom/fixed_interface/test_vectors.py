@@ -44,7 +44,7 @@ def structure(rng, K, M, kind):
 @pytest.mark.parametrize("kind", ["springs", "masses", "ties", "part", "all"])
 def test_every_frequency_of_every_structure_is_within_the_accuracy(bar, exact, kind, accuracy):
     worst = 0.0
-    for seed in range(8):
+    for seed in range(3):
         band = BANDS[seed % 2]
         model = bar(masters=(3, 6, 9)[seed % 3], seed=seed, counts=(4, 1, 1))
         component = rom.reduce(model, ("held",), accuracy=accuracy, band=band)
@@ -96,8 +96,9 @@ def error_form(exact, model, component, band, nodal_diameter=None, masters="held
     return values, X, more
 
 
-@pytest.mark.parametrize("band", BANDS)
-@pytest.mark.parametrize("accuracy", [0.3, 0.1, 1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize(
+    ("accuracy", "band"), [(0.3, BANDS[0]), (0.1, BANDS[1]), (1e-4, BANDS[0]), (1e-6, BANDS[1])]
+)
 def test_the_bound_is_kept_and_not_wasted(bar, exact, accuracy, band):
     """The largest eigenvalue of the error's pencil, formed densely, is just below the accuracy."""
     model = bar()
@@ -167,17 +168,16 @@ def test_cutoff_above_the_spectrum_keeps_every_mode_and_the_model_is_exact(bar, 
 
 
 @pytest.mark.parametrize(
-    "option",
+    ("masters", "option"),
     [
-        {"accuracy": 1e-3, "band": 10000.0},
-        {"accuracy": 1e-8, "band": 10000.0},
-        {"cutoff": 20000.0},
-        {},
+        (1, {"accuracy": 1e-3, "band": 10000.0}),
+        (4, {"accuracy": 1e-8, "band": 10000.0}),
+        (1, {"cutoff": 20000.0}),
+        (4, {}),
     ],
     ids=["accuracy", "fine", "cutoff", "default"],
 )
-@pytest.mark.parametrize("masters", [1, 4])
-def test_equally_many_vectors_at_all_diameters(ring_sector, exact, option, masters):
+def test_equally_many_vectors_at_all_diameters(ring_sector, exact, masters, option):
     """Some diameters keep more than they need, and every one what it needs."""
     model, diameters = ring_sector(masters=masters), range(5)
     component = rom.reduce(model, ("force",), nodal_diameters=diameters, **option)

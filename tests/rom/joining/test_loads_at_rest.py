@@ -6,31 +6,32 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tests.conftest import CASING_MASTERS, JOINTS, VANE_MASTERS
+from tests.rom.block_in_rim import BLOCK, HOOK, LOCK, RIM, N
 from vanelock import fem, rom
 from vanelock.rom.joining.merging import merged
 from vanelock.rom.joining.pairs import key_tie
 
+JOINTS = HOOK, LOCK
 LOAD = rom.Excitation(1, force=30.0)
 
 
 @pytest.fixture(scope="module")
-def loaded(scene):
+def loaded(ring_scene):
     """Loads of both parts, the parts that hold them, and the casing at other diameters."""
     loads = {
         "vane": {
-            "gas": fem.centrifugal(scene.vane_model, 100.0),
-            "heat": fem.thermal(scene.vane_model, 4e-3),
+            "gas": fem.centrifugal(ring_scene.vane_model, 100.0),
+            "heat": fem.thermal(ring_scene.vane_model, 4e-3),
         },
-        "casing": {"heat": fem.thermal(scene.casing_model, 2e-3)},
+        "casing": {"heat": fem.thermal(ring_scene.casing_model, 2e-3)},
     }
-    vane = rom.reduce(scene.vane_model, VANE_MASTERS, modes=10, loads=loads["vane"])
-    prepared = rom.prepare(scene.casing_model, CASING_MASTERS)
+    vane = rom.reduce(ring_scene.vane_model, BLOCK, modes=10, loads=loads["vane"])
+    prepared = rom.prepare(ring_scene.casing_model, RIM)
 
     def casing(k):
         return rom.reduce(
-            scene.casing_model,
-            CASING_MASTERS,
+            ring_scene.casing_model,
+            RIM,
             modes=10,
             nodal_diameters=[k],
             prepared=prepared,
@@ -40,16 +41,16 @@ def loaded(scene):
     return loads, vane, {k: casing(k) for k in (0, 1)}
 
 
-def test_joined_parts_move_at_rest_as_the_unreduced_sector(scene, loaded):
+def test_joined_parts_move_at_rest_as_the_unreduced_sector(ring_scene, loaded):
     loads, vane, casings = loaded
     casing = casings[0]
-    system = rom.join(vane, casing, JOINTS, replace(LOAD, engine_order=16))
-    K, _ = rom.unreduced(scene.vane_model, scene.casing_model, JOINTS, 0)
-    T = sp.csr_array(fem.cyclic_transform(scene.casing_model, 0))
+    system = rom.join(vane, casing, JOINTS, replace(LOAD, engine_order=N))
+    K, _ = rom.unreduced(ring_scene.vane_model, ring_scene.casing_model, JOINTS, 0)
+    T = sp.csr_array(fem.cyclic_transform(ring_scene.casing_model, 0))
     f = {part: sum(each.values()) for part, each in loads.items()}
     tie = key_tie(vane.masters, casing.masters)
-    mate = T.indices[T.indptr[scene.casing_model.dofs[tie.mate_nodes]]]
-    own = T.shape[1] + scene.vane_model.dofs[tie.own_nodes]
+    mate = T.indices[T.indptr[ring_scene.casing_model.dofs[tie.mate_nodes]]]
+    own = T.shape[1] + ring_scene.vane_model.dofs[tie.own_nodes]
     places = merged(
         (T.shape[1], len(f["vane"])), [np.column_stack([mate.ravel(), own.ravel()])]
     ).places
@@ -63,8 +64,8 @@ def test_joined_parts_move_at_rest_as_the_unreduced_sector(scene, loaded):
     held = one.K + np.einsum("cdi,cd,cdj->ij", rows.conj(), system.contacts.stiffness, rows)
     x = np.linalg.solve(held, system.force[0].vector)
     for part, q, model, u in (
-        (vane, rom.split(vane, casing, x)[0], scene.vane_model, full[places[1]]),
-        (casing, rom.split(vane, casing, x)[1], scene.casing_model, T @ full[places[0]]),
+        (vane, rom.split(vane, casing, x)[0], ring_scene.vane_model, full[places[1]]),
+        (casing, rom.split(vane, casing, x)[1], ring_scene.casing_model, T @ full[places[0]]),
     ):
         found = rom.recovery(part, model).displacement(q, 0)
         assert np.abs(found - model.field(u)).max() < 1e-10 * np.abs(full).max()
@@ -74,8 +75,8 @@ def test_joined_parts_move_at_rest_as_the_unreduced_sector(scene, loaded):
     reaction = vane.at(0).K @ q - sum(vane.loads.values())
     nodes = vane.masters.nodes
     force = reaction[vane.dofs(nodes)].real
-    applied = scene.vane_model.field(f["vane"])
-    points, places = scene.vane_model.part.points, vane.masters.points
+    applied = ring_scene.vane_model.field(f["vane"])
+    points, places = ring_scene.vane_model.part.points, vane.masters.points
     scale = np.abs(applied).sum()
     assert np.abs(force.sum(axis=0) + applied.sum(axis=0)).max() < 1e-9 * scale
     turning = np.cross(places, force).sum(axis=0) + np.cross(points, applied).sum(axis=0)

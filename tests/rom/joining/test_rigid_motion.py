@@ -32,12 +32,12 @@ def ring_motion(points, kind, sectors):
     "kind",
     ["axial translation", "turn about the axis", "lateral translation", "tilt"],
 )
-def test_rigid_motion_of_the_ring_moves_no_contact(scene, kind):
-    vane, casing, system = scene.vane, scene.casing, scene.system
+def test_rigid_motion_of_the_ring_moves_no_contact(masters_alone, kind):
+    vane, casing, system = masters_alone.vane, masters_alone.casing, masters_alone.system
     x_vane, k = ring_motion(vane.masters.points, kind, system.sectors)
     x_casing, _ = ring_motion(casing.masters.points, kind, system.sectors)
     x = np.zeros(len(system.at(k).K), complex)
-    joined = scene.joined_dofs
+    joined = masters_alone.joined_dofs
     x[joined[vane.dofs(vane.masters.nodes).ravel()]] = x_vane.ravel()
     x[casing.dofs(casing.masters.nodes).ravel()] = x_casing.ravel()
     relative = system.contact_rows(k) @ x
@@ -47,25 +47,25 @@ def test_rigid_motion_of_the_ring_moves_no_contact(scene, kind):
     assert np.abs(system.at(k).own[interlock] @ x).max() > 0.1 * np.abs(x).max()
 
 
-def test_vane_moved_towards_its_mates_closes_the_contacts(scene):
+def test_vane_moved_towards_its_mates_closes_the_contacts(masters_alone):
     """A pure outward motion of the vane closes the roof bands and opens the lip bands."""
-    vane, system = scene.vane, scene.system
+    vane, system = masters_alone.vane, masters_alone.system
     points = vane.masters.points
     radial = points * [1, 1, 0] / np.hypot(points[:, 0], points[:, 1])[:, None]
     x = np.zeros(len(system.at(0).K))
-    x[scene.joined_dofs[vane.dofs(vane.masters.nodes)]] = radial
+    x[masters_alone.joined_dofs[vane.dofs(vane.masters.nodes)]] = radial
     hook = np.array([name == "hook" for name in system.contacts.joint])
     v = (system.contact_rows(0) @ x)[hook, 0]
     np.testing.assert_allclose(v, np.tile(np.repeat([1.0, -1.0], 14), 2), atol=1e-12)
 
 
-def test_neighbours_pressed_together_close_the_interlock(scene):
+def test_neighbours_pressed_together_close_the_interlock(masters_alone):
     """A vane whose right face alone moves towards the neighbour gains its normal component."""
-    vane, system = scene.vane, scene.system
+    vane, system = masters_alone.vane, masters_alone.system
     right = vane.masters.node_sets["interlock_right"]
     frames = vane.masters.frames["interlock_right"]
     x = np.zeros(len(system.at(0).K))
-    x[scene.joined_dofs[vane.dofs(right)]] = frames[:, 0]
+    x[masters_alone.joined_dofs[vane.dofs(right)]] = frames[:, 0]
     interlock = np.array([name == "interlock" for name in system.contacts.joint])
     relative = (system.contact_rows(0) @ x)[interlock]
     np.testing.assert_allclose(relative, np.tile([1.0, 0.0, 0.0], (10, 1)), atol=1e-12)

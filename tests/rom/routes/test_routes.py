@@ -156,11 +156,11 @@ def test_a_free_ring_by_both_routes(ring_sector, interface, interface_modes):
 def test_no_route_falls_below_the_sector(ring_sector, exact, route):
     """Ritz models: above the sector's dense frequencies, and nearer with every mode added."""
     model = ring_sector(sectors=N)
-    for k in DIAMETERS:
+    for k in (0, 1):
         K, M, _ = exact.dense(model, "force", k)
         truth = exact.frequencies(K, M, 10)
         last = np.full(10, np.inf)
-        for modes in (0, 4, 8, 16, 32):
+        for modes in (0, 4, 32):
             found = frequencies(
                 rom.reduce(model, ("force",), modes, nodal_diameters=[k], route=route), k
             )[:10]
