@@ -90,7 +90,8 @@ def sizes_for(
     Examples
     --------
     >>> found = {"vane": 0.034, "casing": 0.012}
-    >>> chosen = sizes_for(0.03, found, Sizes(0.0115, 0.0125), VaneDimensions(), CasingDimensions())
+    >>> vane, casing = VaneDimensions(root_fillet=0), CasingDimensions()
+    >>> chosen = sizes_for(0.03, found, Sizes(0.0115, 0.0125), vane, casing)
     >>> chosen.sizes.stretch, chosen.error < 0.03
     (3, True)
     """

@@ -63,7 +63,7 @@ def test_elastic_block_against_a_dense_solution(lattice):
 
 def test_repeated_eigenvalues_are_all_found(lattice):
     # The free cube's symmetry makes many frequencies double or triple, beside six rigid motions.
-    model = assemble(lattice((4, 4, 4)), Material(E=1.0, nu=0.3, rho=1.0))
+    model = assemble(lattice((3, 3, 3)), Material(E=1.0, nu=0.3, rho=1.0))
     exact = scipy.linalg.eigh(
         model.K.toarray(), model.M.toarray(), eigvals_only=True, subset_by_index=[0, 39]
     )

@@ -63,7 +63,12 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], where: st
 
 
 def test_the_largest_that_fits_is_meshed() -> None:
-    part = vane_segment(VaneDimensions(root_fillet=0.00684), size=0.02)
+    vane = VaneDimensions(aerofoils=1, root_fillet=0.012)
+    with pytest.raises(InputError) as caught:
+        check_vane(vane, 16)
+    largest = float(str(caught.value).split("at most ")[1].split()[0])
+    assert 0.008 < largest < 0.012
+    part = vane_segment(vane.model_copy(update={"root_fillet": largest}), size=0.02)
     assert quality(part).smallest_sicn > 0.02
 
 

@@ -150,7 +150,8 @@ def test_weights_sum_to_one_at_the_centroid(vane: Part, casing: Part) -> None:
 
 def test_counts_of_contact_nodes_reach_the_parts_patches() -> None:
     hook = HookDimensions(band_nodes=9)
-    vane = vane_segment(VaneDimensions(interlock_nodes=7, hook=hook), size="coarse")
+    one = VaneDimensions(aerofoils=1, root_fillet=0, interlock_nodes=7, hook=hook)
+    vane = vane_segment(one, size="coarse")
     casing = casing_sector(hook=hook, size="coarse")
     for name in SETS[:2]:
         centres = [part.patches[name] @ part.points for part in (vane, casing)]

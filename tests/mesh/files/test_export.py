@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.mesh import Part, read_mesh, vane_segment, write_msh
+from vanelock.mesh import Part, read_mesh, write_msh
 from vanelock.mesh.gmsh_session import session
 
 # Corners at the ends of the edges in whose middle the nodes 4 to 9 lie, in Gmsh's manual
@@ -67,8 +67,8 @@ def test_middle_nodes_lie_where_gmsh_and_meshio_expect_them(lattice, tmp_path):
             np.testing.assert_allclose(at[:, node], (at[:, a] + at[:, b]) / 2, atol=1e-15)
 
 
-def test_sets_come_back_in_their_order(tmp_path):
-    part = vane_segment(size="coarse")
+def test_sets_come_back_in_their_order(coarse, tmp_path):
+    part, _ = coarse
     path = write_msh(tmp_path / "vane.msh", part)
     _, _, groups, determinants = read_by_gmsh(path)
     assert set(groups) == {(3, "vane"), *((0, name) for name in part.node_sets)}

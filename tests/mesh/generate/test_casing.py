@@ -42,9 +42,7 @@ def check_faces(part: Part, wanted: int) -> None:
     [
         (0.010, 326, CasingDimensions(), 16),
         (0.0125, 300, CasingDimensions(), 18),
-        (0.016, 200, WIDE, 24),
         (0.0095, 400, WIDE, 12),
-        (0.025, 122, CasingDimensions(), 16),
     ],
 )
 def test_cyclic_faces_have_the_number_of_nodes_asked_for(
@@ -73,7 +71,7 @@ def test_a_face_keeps_the_rest_of_the_casing() -> None:
 
 
 def test_the_same_number_is_the_same_mesh() -> None:
-    first, second = (casing_sector(size=0.0125, face_nodes=226) for _ in range(2))
+    first, second = (casing_sector(size=0.02, face_nodes=150) for _ in range(2))
     assert np.array_equal(first.points, second.points)
     assert np.array_equal(first.cells, second.cells)
 

@@ -55,7 +55,7 @@ def test_a_vane_is_meshed_once(monkeypatch):
         return attempt(gmsh, size, local, stretch, same_faces, finer, split)
 
     monkeypatch.setattr(mesher, "_attempt", counted)
-    vane_segment(VaneDimensions(aerofoils=1), size=0.025)
+    vane_segment(VaneDimensions(aerofoils=1, root_fillet=0), size=0.025)
     assert sizes == [0.025]
 
 

@@ -13,7 +13,7 @@ SETS = ("hook_front", "hook_rear", "key", "force", "output")
 
 @pytest.fixture(scope="module")
 def drawn() -> Part:
-    return casing_sector(size=0.012, stretch=3)
+    return casing_sector(size=0.015, stretch=3)
 
 
 def test_named_nodes_lie_where_they_do_without(drawn, coarse) -> None:
@@ -48,7 +48,7 @@ def test_patches_are_those_without(drawn, coarse) -> None:
 def test_fewer_unknowns_for_a_smaller_error(drawn) -> None:
     """The first frequencies fall towards the true ones as a mesh gets better."""
     steel = Material(E=170e9, nu=0.3, rho=8200.0)
-    usual = casing_sector(size=0.0125, stretch=1)
+    usual = casing_sector(size=0.0155, stretch=1)
     assert len(drawn.points) < 0.8 * len(usual.points)
     found, before = (modes(assemble(p, steel), 4, nodal_diameter=1) for p in (drawn, usual))
     assert np.all(found.frequency[:3] < before.frequency[:3])
@@ -63,7 +63,7 @@ def test_elements_are_so_unless_there_are_bosses() -> None:
     assert len(bosses.points) > 1.5 * len(usual.points)
 
 
-@pytest.mark.parametrize(("size", "stretch"), [(0.012, 2), (0.006, 4), (0.005, 8)])
+@pytest.mark.parametrize(("size", "stretch"), [(0.012, 2), (0.006, 8)])
 def test_unknowns_are_estimated_beforehand(size, stretch) -> None:
     made = casing_sector(size=size, stretch=stretch)
     estimate = casing_dofs(CasingDimensions(), HookDimensions(), 16, size, stretch)

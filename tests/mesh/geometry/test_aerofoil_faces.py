@@ -11,14 +11,19 @@ from vanelock.mesh.geometry.aerofoil_faces import aerofoil_faces
 STRAIGHT = VaneDimensions(aerofoils=2, twist=0.0, lean=0.0, root_fillet=0.0)
 
 
+@pytest.fixture(scope="module")
+def straight():
+    return vane_segment(STRAIGHT, sectors=16, size="coarse")
+
+
 def area(part, faces):
     corners = part.points[faces[:, :3]]
     edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     return np.linalg.norm(np.cross(*edges), axis=1).sum() / 2
 
 
-def test_each_is_a_prism_s_mantle_by_ascending_angle():
-    part = vane_segment(STRAIGHT, sectors=16, size="coarse")
+def test_each_is_a_prism_s_mantle_by_ascending_angle(straight):
+    part = straight
     outline = aerofoil.around(STRAIGHT, pieces=400)
     perimeter = np.linalg.norm(np.diff(outline, axis=0, append=outline[:1]), axis=1).sum()
     span = STRAIGHT.outer_shroud_inner_radius - STRAIGHT.inner_shroud_outer_radius
@@ -30,17 +35,16 @@ def test_each_is_a_prism_s_mantle_by_ascending_angle():
         assert area(part, faces) == pytest.approx(perimeter * span, rel=0.01)
 
 
-def test_root_fillets_are_counted_in():
-    sharp, round_ = STRAIGHT, STRAIGHT.model_copy(update={"root_fillet": 0.003})
+def test_root_fillets_are_counted_in(straight):
+    filleted = STRAIGHT.model_copy(update={"root_fillet": 0.003})
+    both = ((STRAIGHT, straight), (filleted, vane_segment(filleted, sectors=16, size="coarse")))
     areas = [
         sum(area(part, faces) for faces in aerofoil_faces(part, dimensions))
-        for dimensions in (sharp, round_)
-        for part in [vane_segment(dimensions, sectors=16, size="coarse")]
+        for dimensions, part in both
     ]
     assert areas[0] * 0.97 < areas[1] < areas[0] * 1.03
 
 
-def test_another_number_of_aerofoils_is_refused():
-    part = vane_segment(STRAIGHT, sectors=16, size="coarse")
+def test_another_number_of_aerofoils_is_refused(straight):
     with pytest.raises(InputError, match="2 surfaces between the shrouds, not one an aerofoil"):
-        aerofoil_faces(part, STRAIGHT.model_copy(update={"aerofoils": 3}))
+        aerofoil_faces(straight, STRAIGHT.model_copy(update={"aerofoils": 3}))

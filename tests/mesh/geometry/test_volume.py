@@ -12,6 +12,8 @@ from vanelock.mesh import (
     vane_segment,
 )
 
+LEANING = {"aerofoils": 1, "lean": 9.0, "root_fillet": 0}
+
 
 def turned(angle, *rectangles):
     """Volume of rectangles (r from, r to, z from, z to) turned by an angle."""
@@ -77,7 +79,7 @@ def test_a_vane_s_is_that_of_shrouds_and_aerofoils():
 
 @pytest.mark.parametrize("twist", [0.0, 6.0])
 def test_an_aerofoil_that_leans_has_its_outer_end_at_the_larger_angle(twist):
-    part = vane_segment(VaneDimensions(aerofoils=1, lean=9.0, twist=twist), size="coarse")
+    part = vane_segment(VaneDimensions(**LEANING, twist=twist), size="coarse")
     r, angle = np.hypot(*part.points[:, :2].T), np.arctan2(part.points[:, 1], part.points[:, 0])
     between = (r > 0.440) & (r < 0.560)
     height, sideways = r[between] * np.cos(angle[between]), r[between] * np.sin(angle[between])

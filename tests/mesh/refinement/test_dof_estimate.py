@@ -8,27 +8,45 @@ from vanelock.common.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,
+    Part,
     VaneDimensions,
     casing_sector,
     quality,
     vane_segment,
 )
-from vanelock.mesh.refinement.dof_estimate import casing_dofs, casing_plates, check_size, vane_dofs
+from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.refinement.dof_estimate import (
+    MOST,
+    casing_dofs,
+    casing_plates,
+    check_size,
+    vane_dofs,
+)
 
-DESIGNS: dict[str, tuple[int, dict[str, Any], dict[str, Any]]] = {
-    "scene": (16, {}, {}),
-    "thick": (16, {"thickness": 0.010, "edge_thickness": 0.004}, {"outer_radius": 0.612}),
-    "short": (24, {"aerofoils": 2, "chord": 0.03, "interlock_slant": 20}, {}),
-    "three aerofoils": (18, {"aerofoils": 3, "chord": 0.054}, {}),
-    "filleted roots": (16, {"root_fillet": 0.003}, {}),
-    "thin edges": (16, {"thickness": 0.002, "edge_thickness": 0.0006}, {}),
+THICK = {"aerofoils": 1, "thickness": 0.010, "edge_thickness": 0.004}
+THIN = {"aerofoils": 1, "thickness": 0.002, "edge_thickness": 0.0006}
+DESIGNS: dict[str, tuple[float, int, dict[str, Any], dict[str, Any]]] = {
+    "thick": (0.025, 16, THICK, {"outer_radius": 0.612}),
+    "short": (0.0125, 24, {"aerofoils": 2, "chord": 0.03, "interlock_slant": 20}, {}),
+    "three sharp aerofoils": (0.025, 18, {"aerofoils": 3, "chord": 0.054, "root_fillet": 0}, {}),
+    "filleted roots": (0.025, 16, {"aerofoils": 2, "root_fillet": 0.003}, {}),
+    "thin edges": (0.0125, 16, THIN, {}),
 }
 
 
-@pytest.mark.parametrize("size", [0.025, 0.0125])
+def test_estimates_are_near_the_scene_s_meshes(coarse: tuple[Part, Part]) -> None:
+    vane, casing = coarse
+    size = {name: element_size("coarse", name) for name in ("vane", "casing")}
+    stretched = casing_dofs(CasingDimensions(), HookDimensions(), 16, size["casing"], 3)
+    assert vane_dofs(VaneDimensions(), 16, size["vane"]) == pytest.approx(
+        3 * len(vane.points), rel=0.25
+    )
+    assert stretched == pytest.approx(3 * len(casing.points), rel=0.25)
+
+
 @pytest.mark.parametrize("design", DESIGNS)
-def test_estimates_are_near_the_meshes(design: str, size: float) -> None:
-    sectors, *changes = DESIGNS[design]
+def test_estimates_are_near_the_meshes(design: str) -> None:
+    size, sectors, *changes = DESIGNS[design]
     vane, casing = VaneDimensions(**changes[0]), CasingDimensions(**changes[1])
     made = (
         vane_segment(vane, sectors, size),
@@ -58,17 +76,20 @@ def test_estimates_are_near_large_meshes(
 
 
 def test_too_large_meshes_are_refused_with_the_smallest_size() -> None:
-    vane, casing = VaneDimensions(), CasingDimensions()
+    vane, casing = VaneDimensions(root_fillet=0), CasingDimensions()
+    dofs = vane_dofs(vane, 16, 0.002) + casing_dofs(casing, vane.hook, 16, 0.002, 3)
     with pytest.raises(InputError) as caught:
         check_size(0.002, vane, casing, 16)
     message = str(caught.value)
     assert message.startswith(
-        "mesh.size = 0.002 m: about 5,300,000 degrees of freedom: at most 1,000,"
+        f"mesh.size = 0.002 m: about {round(dofs, -5):,.0f} degrees of freedom: at most {MOST:,} "
     )
-    assert message.endswith("sizes from 4 mm here")
-    check_size(0.0040, vane, casing, 16)
+    assert message.endswith(" mm here")
+    smallest = 1e-3 * float(message.partition("sizes from ")[2].split()[0])
+    assert smallest == pytest.approx(0.004, abs=2e-4)
+    check_size(smallest, vane, casing, 16)
     with pytest.raises(InputError):
-        check_size(0.0039, vane, casing, 16)
+        check_size(smallest - 1e-4, vane, casing, 16)
     # A name is refused as well where the parts are large.
     large = CasingDimensions(outer_radius=4.9, flange_radius=5.0)
     with pytest.raises(InputError, match=r'^mesh\.size = "medium": about'):
