@@ -1,4 +1,4 @@
-"""`vanelock fit` on the coarsest mesh: what it leaves behind and what it refuses."""
+"""`vanelock fit` on a small study: what it leaves behind and what it refuses."""
 
 import json
 from dataclasses import replace
@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.vanelock.commands.conftest import SMALL
 from vanelock import fit_study, load_study, parse_study
 from vanelock.commands.fit.fit import rejoined, remarks
 from vanelock.commands.fit.least_squares import fit
@@ -19,45 +20,44 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, Notice
 from vanelock.pipeline.step import Stages
 
-STUDY = """
+MU = "joints.interlock.mu"
+FORCE = "excitation.force"
+STUDY = f"""
 name = "rig"
-[mesh]
-size = "coarse"
-[joints.interlock]
-mu = 0.4  # a guess
+{SMALL}
+{MU} = 0.4  # a guess
 [response]
 harmonics = 1
 [[measured]]
 file = "rig.csv"
 sigma = 0.3
 [fit]
-parameters = ["joints.interlock.mu"]
+parameters = ["{MU}"]
 starts = 1
 """
-HERTZ = np.linspace(260.0, 280.0, 15)
-MU = "joints.interlock.mu"
+HERTZ = np.linspace(249.0, 263.0, 8)
+CURVE = Measured("rig", HERTZ, HERTZ)
+KEYS = [
+    MU,
+    *(f"joints.{joint}.{name}" for joint in ("hook", "interlock") for name in ("kn", "kt")),
+    "joints.interlock.interference",
+    FORCE,
+    "damping.ratio",
+    "material.vane.E",
+    "material.casing.E",
+]
 
 
-@pytest.fixture(scope="module")
-def rig(tmp_path_factory):
-    """A folder with a study and its measurement, made with another friction; and the model."""
-    folder = tmp_path_factory.mktemp("rig")
-    (folder / "study.toml").write_text(STUDY)
-    model = rejoined(
-        parse_study(STUDY), Stages(Cache(folder / "run" / "cache", print), lambda event: None)
-    )
-    true = model.amplitudes({MU: 0.2}, Measured("", HERTZ, HERTZ))
+def test_friction_is_found_and_written(small_model, tmp_path):
+    """From a measurement made with another friction."""
+    true = small_model.amplitudes({MU: 0.2}, CURVE)
     noise = 0.3 * np.random.default_rng(2).standard_normal(len(HERTZ))
     columns = {"speed (rpm)": 60 * HERTZ, "amplitude (um)": 1e6 * true + noise}
-    write_columns(folder / "rig.csv", columns)
-    return folder, model
-
-
-def test_friction_is_found_and_written(rig):
-    folder, _ = rig
+    write_columns(tmp_path / "rig.csv", columns)
+    (tmp_path / "study.toml").write_text(STUDY)
     heard: list[Event] = []
-    study = load_study(folder / "study.toml")
-    found = fit_study(study, folder / "run", heard.append, STUDY, folder)
+    study, folder = load_study(tmp_path / "study.toml"), tmp_path / "run"
+    found = fit_study(study, folder, heard.append, STUDY, tmp_path)
     low, high = found.interval(0)
     assert low < 0.2 < high
     assert 0.3 < found.after < 1.5 < 10 * found.after < found.before * 10
@@ -65,73 +65,73 @@ def test_friction_is_found_and_written(rig):
     (table,) = [event for event in heard if isinstance(event, Table)]
     assert table.rows[0][0] == "interlock.mu"
     assert any("start 1 of 1" in e.text for e in heard if isinstance(e, Notice))
-    text = (folder / "run" / "fitted.toml").read_text()
+    text = (folder / "fitted.toml").read_text()
     assert "# a guess" in text
-    again = load_study(folder / "run" / "fitted.toml", outside=True)
+    again = load_study(folder / "fitted.toml", outside=True)
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
-    assert (folder / "run" / again.measured[0].file).resolve() == (folder / "rig.csv").resolve()
-    written = json.loads((folder / "run" / "fit.json").read_text())
+    assert (folder / again.measured[0].file).resolve() == (tmp_path / "rig.csv").resolve()
+    written = json.loads((folder / "fit.json").read_text())
     assert written["parameters"][0]["value"] == pytest.approx(found.value[0])
-    assert (folder / "run" / "figures" / "fit.png").stat().st_size > 10_000
-    header = (folder / "run" / "figures" / "fit.csv").read_text("utf-8").splitlines()[2]
+    assert (folder / "figures" / "fit.png").stat().st_size > 10_000
+    header = (folder / "figures" / "fit.csv").read_text("utf-8").splitlines()[2]
     assert header.startswith("frequency (Hz): rig,measured (µm): rig")
 
 
-def test_stuck_contacts_determine_nothing_of_friction(rig):
+def test_stuck_contacts_determine_nothing_of_friction(small_model):
     """Under a thousandth of the load nothing slips, so that no friction fits worse."""
-    folder, model = rig
-    small = {"excitation.force": 0.03}
-    true = model.amplitudes(small, Measured("", HERTZ, HERTZ))
-    columns = {"f (Hz)": HERTZ, "a (um)": 1e6 * true, "sigma (um)": 1e4 * true + 1e-6}
-    write_columns(folder / "small.csv", columns)
-    text = STUDY.replace("rig.csv", "small.csv").replace("sigma = 0.3", "")
-    text = text.replace("[response]", "[excitation]\nforce = 0.03\n[response]")
-    (folder / "small.toml").write_text(text)
-    found = fit_study(load_study(folder / "small.toml"), folder / "run", text=text, beside=folder)
+
+    def predict(values):
+        return small_model.amplitudes({FORCE: 0.03, MU: values[0]}, CURVE)
+
+    true = predict([0.3])
+    found = fit(predict, true, 1e-2 * true + 1e-12, [FitParameter(MU, 0.4, 0.04, 4.0)])
     assert len(found.undetermined) == 1
     assert found.value[0] == pytest.approx(0.4)
 
 
-def test_a_curve_may_have_a_load_of_its_own(rig):
+def test_a_curve_may_have_a_load_of_its_own(small_model):
     """It is the study's times as much; where all sticks, twice the load moves twice as far."""
-    _, model = rig
-    double = Measured("", HERTZ, HERTZ, load=2.0)
-    once, twice = (
-        model.amplitudes({"excitation.force": force}, each)
-        for force, each in ((60.0, Measured("", HERTZ, HERTZ)), (30.0, double))
-    )
-    np.testing.assert_allclose(twice, once, rtol=1e-6)
-    small, more = (
-        model.amplitudes({"excitation.force": 0.03}, each)
-        for each in (Measured("", HERTZ, HERTZ), double)
-    )
+    few = replace(CURVE, frequency=HERTZ[2:5], amplitude=HERTZ[2:5])
+    double = replace(few, load=2.0)
+    once = small_model.amplitudes({FORCE: 60.0}, few)
+    np.testing.assert_allclose(small_model.amplitudes({FORCE: 30.0}, double), once, rtol=1e-6)
+    small, more = (small_model.amplitudes({FORCE: 0.03}, each) for each in (few, double))
     np.testing.assert_allclose(more, 2 * small, rtol=1e-6)
-    assert double.label == ", load × 2"
+    assert double.label == "rig, load × 2"
 
 
-def test_rejoined_parts_are_those_of_the_study_with_the_values(rig, tmp_path):
+def test_rejoined_parts_are_those_of_the_study_with_the_values(small_model, tmp_path):
     """Modulus, stiffness, damping and load at once, against a study reduced and joined anew."""
-    _, model = rig
     values = {
         "material.vane.E": 150e9,
         "material.casing.E": 185e9,
-        "joints.interlock.kt": 2e6,
-        "joints.hook.kn": 3e7,
+        "joints.interlock.kt": 3e6,
+        "joints.hook.kn": 8e7,
         "joints.interlock.interference": 4e-6,
         "damping.ratio": 0.004,
-        "excitation.force": 20.0,
+        FORCE: 20.0,
         MU: 0.25,
     }
-    text = STUDY.partition("[[measured]]")[0].replace(
-        "mu = 0.4", "mu = 0.25\nkt = 2e6\ninterference = 4e-6"
-    )
-    text += "[material.vane]\nE = 150e9\n[material.casing]\nE = 185e9\n[joints.hook]\nkn = 3e7\n"
-    text += "[damping]\nratio = 0.004\n[excitation]\nforce = 20\n"
+    text = "\n".join(line for line in SMALL.splitlines() if line.partition(" ")[0] not in values)
+    text += "".join(f"\n{key} = {value}" for key, value in values.items())
+    text += '\nmesh.correction = "none"\nresponse.harmonics = 1\n'
     again = rejoined(parse_study(text), Stages(Cache(tmp_path, print), lambda event: None))
-    at = Measured("", HERTZ, HERTZ)
-    a, b = model.amplitudes(values, at), again.amplitudes({}, at)
+    # The mesh correction of the study's own joints is held, that of others is another one.
+    a = replace(small_model, excess=None).amplitudes(values, CURVE)
     # The band of the reduction moves with the modulus; both are accurate to 1e-4.
-    np.testing.assert_allclose(a, b, rtol=0.02)
+    np.testing.assert_allclose(a, again.amplitudes({}, CURVE), rtol=0.02)
+
+
+def test_frequencies_are_as_the_root_of_the_stiffness(small_model):
+    """Moduli, contacts and force c times as large, mesh correction included: √c times those."""
+    c, study = 0.9, small_model.study
+    values = {key: c * value_at(study, key) for key in KEYS if key[-2:] in (".E", "kn", "kt")}
+    values[FORCE] = c * study.excitation.force_per_node
+    own = small_model.amplitudes({}, CURVE)
+    scaled = small_model.amplitudes(values, CURVE, np.sqrt(c) * HERTZ)
+    np.testing.assert_allclose(scaled, own, rtol=1e-6)
+    held = {key: value for key, value in values.items() if not key.endswith("casing.E")}
+    assert np.abs(small_model.amplitudes(held, CURVE, np.sqrt(c) * HERTZ) / own - 1).max() > 0.01
 
 
 @pytest.mark.parametrize(
@@ -195,55 +195,44 @@ def test_a_study_without_a_fit(tmp_path):
         fit_study(parse_study(""), tmp_path)
 
 
-KEYS = [
-    MU,
-    *(f"joints.{joint}.{name}" for joint in ("hook", "interlock") for name in ("kn", "kt")),
-    "joints.interlock.interference",
-    "excitation.force",
-    "damping.ratio",
-    "material.vane.E",
-    "material.casing.E",
-]
-
-
-@pytest.mark.parametrize("gauge", [None, 0])
-def test_slopes_are_those_of_differences(tmp_path_factory, gauge):
-    folder = tmp_path_factory.mktemp("slopes")
-    gauges = "[outputs]\ngauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]\n"
-    study = parse_study(STUDY.partition("[[measured]]")[0] + gauges)
-    model = rejoined(study, Stages(Cache(folder / "cache", print), lambda event: None))
-    hertz = np.array([262.0, 266.0, 271.0])
-    quantity = "displacement" if gauge is None else "strain"
-    curve = Measured("rig", hertz, hertz, quantity, gauge=gauge, load=0.7)
+def test_slopes_are_those_of_differences(small_model):
+    """Of the displacement and of the strain of a gauge, of one response."""
+    hertz, study = np.array([250.0, 255.0]), small_model.study
+    curves = [
+        Measured("rig", hertz, hertz, load=0.7),
+        Measured("rig", hertz, hertz, "strain", gauge=0, load=0.7),
+    ]
     values = {
-        key: study.excitation.force_per_node if key == "excitation.force" else value_at(study, key)
+        key: study.excitation.force_per_node if key == FORCE else value_at(study, key)
         for key in KEYS
     }
-    found = model.slopes(values, KEYS, curve)
-    size = model.amplitudes(values, curve)
+
+    def sizes(changed):
+        return np.array([small_model.amplitudes(values | changed, curve) for curve in curves])
+
+    size = sizes({})
+    found = np.array([small_model.slopes(values, KEYS, curve) for curve in curves])
     step = 1e-4
     for i, key in enumerate(KEYS):
-        up, down = (
-            model.amplitudes(values | {key: values[key] * (1 + sign * step)}, curve)
-            for sign in (1, -1)
-        )
+        up, down = (sizes({key: values[key] * (1 + sign * step)}) for sign in (1, -1))
         expected = (up - down) / (2 * step)
-        np.testing.assert_allclose(found[:, i] / size, expected / size, rtol=1e-4, atol=1e-5)
+        np.testing.assert_allclose(found[:, :, i] / size, expected / size, rtol=1e-4, atol=1e-5)
 
 
-def test_jumps_and_neglected_harmonics_are_said(rig):
+def test_jumps_and_neglected_harmonics_are_said(small_model):
     """Points of the rig scatter by a hundredth of what they do: harmonics are missed then."""
-    _, model = rig
-    size = model.amplitudes({MU: 0.2}, Measured("", HERTZ, HERTZ))
+    hertz = HERTZ[3:6]
+    size = small_model.amplitudes({MU: 0.2}, CURVE, hertz)
+    sigma = np.full(len(size), 1e-4 * size.max())
     made = fit(
-        lambda values: model.amplitudes({MU: values[0]}, Measured("", HERTZ, HERTZ)),
+        lambda values: small_model.amplitudes({MU: values[0]}, CURVE, hertz),
         size,
-        np.full(len(size), 1e-4 * size.max()),
+        sigma,
         [FitParameter(MU, 0.21, 0.1, 1.0)],
     )
-    exact = Measured("rig", HERTZ, size, sigma=np.full(len(size), 1e-4 * size.max()))
-    said = list(remarks(model, [exact], made))
+    exact = Measured("rig", hertz, size, sigma=sigma)
+    said = list(remarks(small_model, [exact], made))
     (harmonics,) = (text for text in said if text.startswith("HARMONICS ARE TOO FEW"))
     assert "those above 1 change" in harmonics
     rough = replace(exact, sigma=np.full(len(size), size.max()))
-    assert not [text for text in remarks(model, [rough], made) if text.startswith("HARM")]
+    assert not [text for text in remarks(small_model, [rough], made) if text.startswith("HARM")]
