@@ -326,6 +326,7 @@ def command(*arguments: str | Path, **options: Any) -> subprocess.CompletedProce
     )
 
 
+@pytest.mark.system
 def test_a_folder_that_may_not_be_written_is_refused_in_a_line(tmp_path: Path) -> None:
     study = tmp_path / "study.toml"
     study.write_text("")
@@ -340,6 +341,7 @@ def test_a_folder_that_may_not_be_written_is_refused_in_a_line(tmp_path: Path) -
     assert [path.name for path in folder.iterdir()] == [".lock"]
 
 
+@pytest.mark.system
 def test_results_open_in_another_program_are_refused_in_a_line(tmp_path: Path) -> None:
     study, folder = tmp_path / "study.toml", tmp_path / "run"
     study.write_text("")

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 from vanelock.common.files.digests import BLOCK, stamp
 
@@ -16,6 +17,27 @@ def everything(group: h5py.Group, place: str = "") -> Iterator[tuple[str, Any]]:
         yield f"{place}/{name}", item
         if isinstance(item, h5py.Group):
             yield from everything(item, f"{place}/{name}")
+
+
+TIMES = ("date", "seconds", "cached")
+
+
+def contents(path: Path) -> dict[str, str]:
+    """All of complete results but times: attributes and bytes of the data sets, by place."""
+    found: dict[str, Any] = {}
+    with h5py.File(path) as file:
+        assert file.attrs["complete"]
+        assert len(file["response"]) > 2
+        for name, item in everything(file):
+            if name.startswith("/provenance"):  # which holds what was computed when
+                continue
+            if isinstance(item, h5py.Dataset) and not name.endswith("/seconds"):
+                data = item[()]
+                found[name] = data.tolist() if item.dtype.kind == "O" else np.array(data).tobytes()
+            for key, value in item.attrs.items():
+                if key not in TIMES:
+                    found[f"{name}@{key}"] = np.asarray(value).tolist()
+    return {name: repr(value) for name, value in found.items()}
 
 
 @contextmanager

@@ -28,10 +28,10 @@ def test_every_file_is_written_beside_its_place() -> None:
         for node in ast.walk(tree):
             if not isinstance(node, ast.FunctionDef):
                 continue
-            own = ast.get_source_segment(text, node) or ""
             calls = [each for each in ast.walk(node) if isinstance(each, ast.Call)]
             if not any(writes(each) for each in calls):
                 continue
+            own = ast.get_source_segment(text, node) or ""
             found += 1
             place = str(path.relative_to(root))
             known = {place, f"{place}:{node.name}"} & ELSEWHERE.keys()

@@ -111,6 +111,7 @@ def test_what_cholmod_cannot_allocate_is_an_error_of_memory():
         raise CholmodOutOfMemoryError("out of memory")
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("limit", "size", "words"),
     [

@@ -118,15 +118,22 @@ def value(queue, toy):
     return entry.product.value[0]
 
 
-def test_all_are_made_and_counted(toy, queue_of):
-    toys = [toy.Toy(i) for i in range(5)]
+def test_all_are_made_and_counted_and_come_back_bit_by_bit(toy, queue_of):
+    toys = [toy.Toy(i) for i in range(8)]
     queue, said = queue_of(*toys)
-    assert [value(queue, each) for each in toys] == [40, 41, 42, 43, 44]
+    assert [value(queue, each) for each in toys] == [40 + i for i in range(8)]
     counts = [event for event in said if isinstance(event, Tasks)]
-    assert sorted({each.done for each in counts} - {0}) == [1, 2, 3, 4, 5]
-    assert {each.total for each in counts} == {5}
+    assert sorted({each.done for each in counts} - {0}) == [1, 2, 3, 4, 5, 6, 7, 8]
+    assert {each.total for each in counts} == {8}
     assert np.isnan(counts[-1].left)  # pictures follow
     assert not queue.bring("of no task")
+    odd = toys[1].own
+    found = queue.cache.load(odd.name, odd.key, odd.kind).product
+    np.testing.assert_array_equal(found.value, odd.compute(toy.base().compute()).value)
+    # What is sent once to each process is not sent again.
+    size = len(queue.cache.image("base", toy.base().key))
+    made = sum(len(queue.cache.image(each.own.name, each.own.key)) for each in toys)
+    assert queue.moved == made + 2 * size
 
 
 def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
@@ -152,28 +159,26 @@ def test_what_fails_once_is_made_the_second_time(toy, queue_of, tmp_path):
     ]
 
 
-@pytest.mark.parametrize(
-    ("how", "reason", "attempts"),
-    [
-        ("raises", "RuntimeError: as it should", 2),
-        ("no memory", "out of memory", 2),
-        ("dies", "its process was killed by signal 9 (SIGKILL)", 2),
-        ("refuses", "toy.number = 3: must not be 3", 1),
-    ],
-)
-def test_what_fails_always_is_reported_and_the_others_are_made(
-    toy, queue_of, how, reason, attempts
-):
-    toys = [toy.Toy(1), toy.Toy(3, how), *(toy.Toy(i) for i in range(5, 9))]
-    queue, said = queue_of(*toys)
-    assert [value(queue, each) for each in toys if each.how == "well"] == [41, 45, 46, 47, 48]
-    with pytest.raises(TaskFailed) as caught:
-        queue.bring(toys[1].own.key)
-    failure = caught.value.failure
-    assert (failure.task, failure.reason, failure.attempts) == ("3", reason, attempts)
-    assert failure.refused == (how == "refuses")
+def test_what_fails_always_is_reported_and_the_others_are_made(toy, queue_of):
+    reasons = {
+        "raises": ("RuntimeError: as it should", 2),
+        "no memory": ("out of memory", 2),
+        "dies": ("its process was killed by signal 9 (SIGKILL)", 2),
+        "refuses": ("toy.number = 3: must not be 3", 1),
+    }
+    bad = [toy.Toy(i, how) for i, how in enumerate(reasons)]
+    well = [toy.Toy(i) for i in range(5, 9)]
+    queue, said = queue_of(*bad[:2], *well, *bad[2:])
+    assert [value(queue, each) for each in well] == [45, 46, 47, 48]
+    for each, (reason, attempts) in zip(bad, reasons.values(), strict=True):
+        with pytest.raises(TaskFailed) as caught:
+            queue.bring(each.own.key)
+        failure = caught.value.failure
+        found = failure.task, failure.reason, failure.attempts
+        assert found == (str(each.number), reason, attempts)
+        assert failure.refused == (each.how == "refuses")
     last = [event for event in said if isinstance(event, Tasks)][-1]
-    assert (last.done, last.failed) == (6, 1)
+    assert (last.done, last.failed) == (8, 4)
 
 
 def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, queue_of):
@@ -227,16 +232,6 @@ def test_what_comes_of_another_queue_s_task_is_left_alone(toy, tmp_path):
         queue.bring(wanted)
 
 
-def test_what_is_sent_once_is_not_sent_again(toy, queue_of):
-    toys = [toy.Toy(i) for i in range(8)]
-    queue, _ = queue_of(*toys)
-    for each in toys:
-        queue.bring(each.own.key)
-    size = len(queue.cache.image("base", toy.base().key))
-    made = sum(len(queue.cache.image(each.own.name, each.own.key)) for each in toys)
-    assert queue.moved == made + 2 * size
-
-
 SCRIPT = """
 import sys
 sys.path.insert(0, {folder!r})
@@ -258,6 +253,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_no_process_outlives_the_one_that_started_it(toy, tmp_path, number):
     path = tmp_path / "script.py"
@@ -277,15 +273,6 @@ def test_no_process_outlives_the_one_that_started_it(toy, tmp_path, number):
         assert psutil.wait_procs(below, 600)[1] == []
     finally:
         parent.kill()
-
-
-def test_products_come_back_bit_by_bit(toy, queue_of):
-    odd = toy.Toy(1)
-    queue, _ = queue_of(odd)
-    queue.bring(odd.own.key)
-    found = queue.cache.load(odd.own.name, odd.own.key, odd.own.kind).product
-    here = odd.own.compute(toy.base().compute())
-    np.testing.assert_array_equal(found.value, here.value)
 
 
 @pytest.mark.parametrize(("failed", "status"), [(True, 1), (False, 0)])

@@ -11,14 +11,12 @@ from contextlib import contextmanager
 from multiprocessing import active_children
 from pathlib import Path
 
-import h5py
-import numpy as np
 import psutil
 import pytest
 
 import vanelock
-from tests.vanelock.results.one_file import everything
-from vanelock import nonlinear, parse_study, run_study
+from tests.vanelock.results.one_file import contents
+from vanelock import parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.pipeline.executor import dask as clusters
 from vanelock.pipeline.executor.dask import Cluster, protected
@@ -39,25 +37,6 @@ report = false
 "joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3]
 """
 BEFORE = "DASK_DISTRIBUTED__COMM__TLS__"
-TIMES = ("date", "seconds", "cached")
-
-
-def contents(path):
-    """Everything in a results file but times: attributes and bytes of the datasets, by place."""
-    found = {}
-    with h5py.File(path) as file:
-        assert file.attrs["complete"]
-        for name, item in everything(file):
-            if name.startswith("/provenance"):  # which holds what was computed when
-                continue
-            if isinstance(item, h5py.Dataset) and not name.endswith("/seconds"):
-                data = item[()]
-                found[name] = data.tolist() if item.dtype.kind == "O" else np.array(data).tobytes()
-            for key, value in item.attrs.items():
-                if key not in TIMES:
-                    found[f"{name}@{key}"] = np.asarray(value).tolist()
-        assert len(file["response"]) > 2
-    return {name: repr(value) for name, value in found.items()}
 
 
 def run(folder, text=STUDY, **options):
@@ -130,6 +109,7 @@ def cluster(tmp_path):
         yield found
 
 
+@pytest.mark.system
 def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
     killed: list[int] = []
 
@@ -147,6 +127,7 @@ def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
     assert not active_children()
 
 
+@pytest.mark.system
 def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster):
     address, workers = cluster
     killed: list[int] = []
@@ -167,6 +148,7 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster
     assert finished.summary["failed"] == {}
 
 
+@pytest.mark.system
 def test_meshes_that_differ_are_made_by_the_processes_too(alone, begun):
     text = STUDY[: STUDY.index("[sweep]")] + (
         '[sweep]\n"casing.outer_radius" = ["604 mm", "605 mm"]\n'
@@ -181,32 +163,12 @@ def test_meshes_that_differ_are_made_by_the_processes_too(alone, begun):
     assert not [event for event in heard if isinstance(event, Notice) and "again" in event.text]
 
 
-def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(alone, begun, monkeypatch):
-    real = nonlinear.frequency_response
-
-    def response(system, *rest, **options):
-        if system.contacts.mu.min() == 0.2:
-            raise MemoryError
-        return real(system, *rest, **options)
-
-    monkeypatch.setattr(nonlinear, "frequency_response", response)
-    found, heard = run(begun)
-    assert [each.values["joints.interlock.mu"] for each in found] == [0.1, 0.15, 0.3]
-    (failed,) = [event for event in heard if isinstance(event, Failed)]
-    assert failed == Failed("mu=0.2", "out of memory", 2)
-    with h5py.File(begun / "results.h5") as file:
-        assert file["failed/mu=0.2"].attrs["reason"] == "out of memory"
-        assert file["failed/mu=0.2"].attrs["sweep joints.interlock.mu"] == 0.2
-        assert "mu=0.2" not in file["response"]
-    monkeypatch.undo()
-    run(begun)  # the same again goes on with what is missing
-    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
-
-
-def test_no_scheduler_there(monkeypatch):
-    monkeypatch.setattr(clusters, "PATIENCE", 0.5)
+@pytest.mark.parametrize(("address", "insecure"), [("127.0.0.1", False), ("192.0.2.1", True)])
+def test_where_no_scheduler_answers_an_error_says_so(monkeypatch, address, insecure):
+    """An unencrypted one elsewhere is asked if the option is given."""
+    monkeypatch.setattr(clusters, "PATIENCE", 0.3)
     with pytest.raises(InputError, match="no answer"):
-        Cluster("tcp://127.0.0.1:9", print)
+        Cluster(f"tcp://{address}:9", print, insecure=insecure)
 
 
 @pytest.fixture
@@ -222,6 +184,7 @@ def certificates(tmp_path):
     return found
 
 
+@pytest.mark.system
 def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certificates):
     import dask.config
     import distributed  # noqa: F401  # brings its part of the configuration
@@ -264,9 +227,3 @@ def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(address, 
     if not safe:
         with pytest.raises(InputError, match="without encryption.*--insecure-scheduler"):
             Cluster(address, print)
-
-
-def test_the_option_lets_an_unencrypted_scheduler_be_asked(monkeypatch):
-    monkeypatch.setattr(clusters, "PATIENCE", 0.5)
-    with pytest.raises(InputError, match="no answer"):
-        Cluster("tcp://192.0.2.1:9", print, insecure=True)
