@@ -17,8 +17,9 @@ from vanelock.mesh.gmsh_session import PACKAGES, load, missing_libraries, sessio
 
 TWICE = """
 import hashlib
-from vanelock.mesh import casing_sector, vane_segment
-for part in (casing_sector(size="coarse"), vane_segment(size="coarse")):
+from vanelock.mesh import VaneDimensions, casing_sector, vane_segment
+vane = vane_segment(VaneDimensions(aerofoils=1), size=0.03)
+for part in (casing_sector(size="coarse"), vane):
     data = part.points.tobytes() + part.cells.tobytes()
     data += b"".join(nodes.tobytes() for nodes in part.node_sets.values())
     print(hashlib.sha256(data).hexdigest())

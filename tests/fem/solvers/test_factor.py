@@ -166,6 +166,7 @@ def test_bad_matrix_and_bad_request_are_refused():
         factorise(A).solve(np.ones(26))
 
 
+@pytest.mark.system
 def test_factorisation_loads_neither_scikit_fem_nor_gmsh():
     code = (
         "import sys; from vanelock.fem import factorise, eigenpairs, cyclic_transform, modes; "
