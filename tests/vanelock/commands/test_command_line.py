@@ -1,4 +1,4 @@
-"""The command line: exit status and messages, in processes of their own but for bad folders."""
+"""The command line: exit status and messages; in this process, but for what needs another."""
 
 import subprocess
 import sys
@@ -7,78 +7,49 @@ import pytest
 
 import vanelock
 from vanelock import parse_study, template_text
-from vanelock.__main__ import main
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
 
 
-def call(*arguments, cwd):
-    return subprocess.run(
-        [*VANELOCK, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=1800
-    )
+def test_a_process_ends_with_the_status(tmp_path):
+    for argument, expected in (
+        ("--version", (0, f"vanelock {vanelock.__version__}\n", "")),
+        ("--fast", (2, "", "vanelock: No such option: --fast\n")),
+    ):
+        done = subprocess.run(
+            [*VANELOCK, argument], cwd=tmp_path, capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stdout, done.stderr) == expected
 
 
-def refused(*arguments, cwd):
-    """The one line on standard error of a call that must fail with status 2."""
-    done = call(*arguments, cwd=cwd)
-    assert done.returncode == 2, done.stderr
-    assert done.stdout == ""
-    assert "Traceback" not in done.stderr
-    (line,) = done.stderr.splitlines()
-    return line
-
-
-@pytest.fixture
-def refused_here(tmp_path, monkeypatch, capsys):
-    """Function as `refused`, in this process and in `tmp_path`."""
-    monkeypatch.chdir(tmp_path)
-
-    def line(*arguments):
-        with pytest.raises(SystemExit) as ended:
-            main([*map(str, arguments)])
-        said = capsys.readouterr()
-        assert (ended.value.code, said.out) == (2, "")
-        (found,) = said.err.splitlines()
-        return found
-
-    return line
-
-
-def test_version(tmp_path):
-    done = call("--version", cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (0, f"vanelock {vanelock.__version__}\n")
-
-
-def test_init_writes_a_study_that_can_be_read_once(tmp_path):
-    assert call("init", "mine.toml", cwd=tmp_path).returncode == 0
+def test_init_writes_a_study_that_can_be_read_once(tmp_path, called, refused):
+    assert called("init", "mine.toml")[0] == 0
     text = (tmp_path / "mine.toml").read_text("utf-8")
     assert text == template_text()
     assert parse_study(text).name == "vane segment"
-    line = refused("init", "mine.toml", cwd=tmp_path)
+    line = refused("init", "mine.toml")
     assert line == "vanelock: mine.toml: exists already; name another file"
 
 
-def test_usage_errors_are_one_line(tmp_path):
-    assert refused("run", "--fast", "a.toml", cwd=tmp_path).startswith(
-        "vanelock: No such option: --fast"
-    )
-    assert "Missing argument" in refused("run", cwd=tmp_path)
-    assert "No such command" in refused("walk", cwd=tmp_path)
+def test_usage_errors_are_one_line(refused):
+    assert refused("run", "--fast", "a.toml").startswith("vanelock: No such option: --fast")
+    assert "Missing argument" in refused("run")
+    assert "No such command" in refused("walk")
 
 
-def test_help_is_plain_where_nothing_is_asked(tmp_path):
-    done = call(cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert done.stdout == call("--help", cwd=tmp_path).stdout
-    assert done.stdout.startswith("Usage: vanelock ")
+def test_help_is_plain_where_nothing_is_asked(called):
+    status, out, said = called()
+    assert (status, said) == (0, "")
+    assert out == called("--help")[1]
+    assert out.startswith("Usage: vanelock ")
 
 
-def test_empty_paths_are_refused(tmp_path):
+def test_empty_paths_are_refused(tmp_path, refused):
     (tmp_path / "a.toml").write_text("")
     refusal = "vanelock: Invalid value for {}: must not be empty"
-    assert refused("run", "a.toml", "-o", "", cwd=tmp_path) == refusal.format("'--output' / '-o'")
-    assert refused("run", "", cwd=tmp_path) == refusal.format("'STUDY'")
-    assert refused("init", "", cwd=tmp_path) == refusal.format("'PATH'")
+    assert refused("run", "a.toml", "-o", "") == refusal.format("'--output' / '-o'")
+    assert refused("run", "") == refusal.format("'STUDY'")
+    assert refused("init", "") == refusal.format("'PATH'")
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
 
 
@@ -96,10 +67,10 @@ def test_empty_paths_are_refused(tmp_path):
         (b"[vane]\nchord = 10", "a.toml: vane.chord = 10: chord of an aerofoil must be <= 0.5 m"),
     ],
 )
-def test_bad_studies(tmp_path, text, line):
+def test_bad_studies(tmp_path, refused, text, line):
     if text is not None:
         (tmp_path / "a.toml").write_bytes(text)
-    assert refused("run", "a.toml", cwd=tmp_path).startswith(f"vanelock: {line}")
+    assert refused("run", "a.toml").startswith(f"vanelock: {line}")
     assert not (tmp_path / "runs").exists()
 
 
@@ -125,59 +96,60 @@ def test_bad_studies(tmp_path, text, line):
         ("fit", "", "fit: the study has no [fit] table"),
     ],
 )
-def test_what_cannot_be_searched(tmp_path, refused_here, command, text, line):
+def test_what_cannot_be_searched(tmp_path, refused, command, text, line):
     """The file is named, and no folder is left behind."""
     (tmp_path / "a.toml").write_text(text)
-    assert refused_here(command, "a.toml").startswith(f"vanelock: a.toml: {line}")
+    assert refused(command, "a.toml").startswith(f"vanelock: a.toml: {line}")
     assert not (tmp_path / "runs").exists()
 
 
-def test_bad_folders(tmp_path, refused_here):
+def test_bad_folders(tmp_path, refused):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "taken").write_text("a file")
     for folder in ("taken", "taken/below"):
-        line = refused_here("run", "a.toml", "--output", folder)
+        line = refused("run", "a.toml", "--output", folder)
         assert line.startswith(f"vanelock: {folder}: cannot be used as a folder to write to")
     # A results file that is damaged, or is something else, is left as it is.
     for content in (b"\x89HDF\r\n\x1a\n then nothing", b"my own notes"):
         mine = tmp_path / "mine" / "results.h5"
         mine.parent.mkdir(exist_ok=True)
         mine.write_bytes(content)
-        line = refused_here("run", "a.toml", "-o", "mine")
+        line = refused("run", "a.toml", "-o", "mine")
         assert line.startswith("vanelock: mine/results.h5: not a readable HDF5 file")
         assert mine.read_bytes() == content
         assert not (tmp_path / "mine" / "cache").exists()
 
 
-def test_a_refused_run_leaves_no_folder(tmp_path, refused_here):
+def test_a_refused_run_leaves_no_folder(tmp_path, refused):
     (tmp_path / "a.toml").write_text('[[measured]]\nfile = "none.csv"\n')
-    refused_here("run", "a.toml", "-o", "out")
+    refused("run", "a.toml", "-o", "out")
     assert not (tmp_path / "out").exists()
     (tmp_path / "out").mkdir()  # one that was there stays
-    refused_here("run", "a.toml", "-o", "out")
+    refused("run", "a.toml", "-o", "out")
     assert (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("name", ["figures", "shapes", "cache"])
-def test_files_where_folders_go(tmp_path, refused_here, name):
+def test_files_where_folders_go(tmp_path, refused, name):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / name).write_text("mine")
-    line = refused_here("run", "a.toml", "-o", "out")
+    line = refused("run", "a.toml", "-o", "out")
     assert line.startswith(f"vanelock: out/{name}: is not a folder; move it away or name another")
     assert (tmp_path / "out" / name).read_text() == "mine"
 
 
-def test_a_folder_where_the_results_go(tmp_path, refused_here):
+def test_a_folder_where_the_results_go(tmp_path, refused):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "out" / "results.h5").mkdir(parents=True)
-    line = refused_here("run", "a.toml", "-o", "out")
+    line = refused("run", "a.toml", "-o", "out")
     assert line == (
         "vanelock: out/results.h5: is a folder, not a results file; "
         "move it away or name another folder with --output"
     )
 
 
+@pytest.mark.system
 def test_a_full_disk(tmp_path):
     """A limit on the size of files stands in for one."""
     (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')

@@ -1,12 +1,13 @@
 """Examples as `vanelock init --example` writes them: whole, once, and fit to be run."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from tests.vanelock.scenes.scenes import generator
-from vanelock.__main__ import app, main
+from vanelock.__main__ import app
 from vanelock.commands.examples import examples, write_example
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -14,15 +15,6 @@ NAMES = (
     "brake_reuss, coupling, engine_orders, ground_damper, lap_joint, loads_at_rest, notebooks, "
     "paper, shrouded_ring, unlike_segments, vane"
 ).split(", ")
-
-
-def refused(*arguments: str, capsys: pytest.CaptureFixture[str]) -> str:
-    with pytest.raises(SystemExit) as ended:
-        main([*arguments])
-    said = capsys.readouterr()
-    assert (ended.value.code, said.out) == (2, "")
-    (line,) = said.err.splitlines()
-    return line
 
 
 def test_all_examples_have_names_and_help_tells_them() -> None:
@@ -61,17 +53,14 @@ def test_an_example_that_was_written_passes_check(name: str, tmp_path: Path) -> 
     assert done.exit_code == 0, done.output
 
 
-def test_what_is_there_is_left_alone(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_what_is_there_is_left_alone(tmp_path: Path, refused: Callable[..., str]) -> None:
     (tmp_path / "vane.toml").write_text("mine")
     (tmp_path / "lap_joint").mkdir()
-    line = refused("init", "--example", "vane", capsys=capsys)
+    line = refused("init", "--example", "vane")
     assert line == "vanelock: vane.toml: exists already; name another file"
-    line = refused("init", "--example", "lap_joint", capsys=capsys)
+    line = refused("init", "--example", "lap_joint")
     assert line == "vanelock: lap_joint: exists already; name another folder"
-    line = refused("init", "--example", "vane", "none/vane.toml", capsys=capsys)
+    line = refused("init", "--example", "vane", "none/vane.toml")
     assert line == "vanelock: none/vane.toml: cannot be written: none is not a folder"
     assert (tmp_path / "vane.toml").read_text() == "mine"
     assert [*(tmp_path / "lap_joint").iterdir()] == []
@@ -79,26 +68,24 @@ def test_what_is_there_is_left_alone(
 
 
 def test_other_names_are_refused_with_those_that_there_are(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, refused: Callable[..., str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    line = refused("init", "--example", "lap", capsys=capsys)
+    line = refused("init", "--example", "lap")
     assert line == f'vanelock: --example "lap": expected one of {", ".join(NAMES)}'
-    line = refused("init", "--scene", "--example", "vane", capsys=capsys)
+    line = refused("init", "--scene", "--example", "vane")
     assert line == "vanelock: --scene and --example: expected one of them"
     assert [*tmp_path.iterdir()] == []
 
 
 def test_a_failure_leaves_nothing_half_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]
 ) -> None:
     def full(source: object, target: object) -> None:
         Path(str(target)).write_bytes(b"some")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("vanelock.commands.examples.shutil.copyfile", full)
     for name, written in (("lap_joint", "lap_joint"), ("vane", "vane.toml")):
-        line = refused("init", "--example", name, capsys=capsys)
+        line = refused("init", "--example", name)
         assert line.startswith(f"vanelock: {written}: cannot be written: ")
         assert [*tmp_path.iterdir()] == []

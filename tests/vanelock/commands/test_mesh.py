@@ -2,20 +2,23 @@
 
 import csv
 import json
-import subprocess
-import sys
 from typing import Any
 
 import meshio
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from vanelock import choose_listener, load_study, mesh, mesh_study, parse_study
+from vanelock.__main__ import app
 from vanelock.mesh import Part
+from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Done, Notice
+from vanelock.pipeline.step import Stages
 from vanelock.quantities.meshes.mesh_tables import sets_table
 from vanelock.quantities.meshes.quality import figures
 from vanelock.render.scenes import offscreen
+from vanelock.stages.parts.meshes import mesh_step
 
 STUDY = '[mesh]\nsize = "coarse"\n[material.casing]\nrho = 7800\n'
 FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "msh")} | {
@@ -27,29 +30,23 @@ FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "ms
 }
 
 
-def call(*arguments, cwd):
-    return subprocess.run(
-        [sys.executable, "-m", "vanelock", "mesh", *map(str, arguments)],
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        timeout=1800,
-    )
-
-
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A folder with a study and its meshes, and what the command said."""
+    """A folder with a study and its meshes, and what the command printed."""
     folder = tmp_path_factory.mktemp("made")
     (folder / "a.toml").write_text(STUDY)
-    done = call("a.toml", cwd=folder)
-    assert done.returncode == 0, done.stderr
+    with pytest.MonkeyPatch.context() as patched:
+        patched.chdir(folder)
+        done = CliRunner().invoke(app, ["mesh", "a.toml"])
+    assert done.exit_code == 0, done.stderr
     return folder, done
 
 
 @pytest.fixture(scope="module")
-def parts(coarse):
-    return coarse
+def parts(made):
+    """The meshes that the command took."""
+    stages = Stages(Cache(made[0] / "runs" / "a" / "cache", print), lambda event: None)
+    return [stages.get(mesh_step(parse_study(STUDY), name)) for name in ("vane", "casing")]
 
 
 def rows(path):
@@ -147,15 +144,12 @@ def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
         ("", ("-o", "half"), "half/mesh: is not a folder; move it away or name another"),
     ],
 )
-def test_what_cannot_be_used_is_one_line(tmp_path, text, arguments, line):
+def test_what_cannot_be_used_is_one_line(tmp_path, refused, text, arguments, line):
     (tmp_path / "a.toml").write_text(text)
     (tmp_path / "taken").write_text("a file")
     (tmp_path / "half").mkdir()
     (tmp_path / "half" / "mesh").write_text("a file")
-    done = call("a.toml", *arguments, cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    (message,) = done.stderr.splitlines()
-    assert message.startswith(f"vanelock: {line}")
+    assert refused("mesh", "a.toml", *arguments).startswith(f"vanelock: {line}")
 
 
 def test_a_sweep_of_dimensions_is_not_meshed_silently(tmp_path, monkeypatch):

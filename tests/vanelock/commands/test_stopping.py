@@ -2,7 +2,6 @@
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -12,26 +11,48 @@ from pathlib import Path
 import h5py
 import pytest
 
+from tests.vanelock.commands.conftest import SMALL
+from tests.vanelock.scenes.conftest import chain
 from vanelock import open_results
 from vanelock.common.files.hdf5 import written
 from vanelock.common.process.signals import Stopped, held, raised
+from vanelock.pipeline import progress
 from vanelock.results.files.run_folder import claimed
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
+RUN = ("run", "a.toml", "--json", "--workers", "1")
 
-STUDY = """
-[mesh]
-size = "coarse"
+STUDY = (
+    SMALL
+    + """
 [response]
-range = [250, 300]
-points = 100
+frequencies = [252, 256]
 harmonics = 1
-[sweep]
-"joints.interlock.mu" = [0.15, 0.3]
 [outputs]
 shapes = false
 loops = false
 report = false
+"""
+)
+SCENE = """
+[contacts.pad]
+between = ["arm", "ground"]
+pairs = [3]
+normal = [0, 0, 1]
+kn = 4e4
+kt = 7e4
+mu = 0.2
+interference = "400 um"
+[[loads]]
+component = "arm"
+nodes = [4]
+direction = [0, 1, 0]
+amplitude = 1
+[outputs]
+loops = false
+report = false
+[sweep]
+"contacts.pad.mu" = [0.15, 0.3]
 """
 GOES_ON = (
     "vanelock: stopped; finished work is kept in runs/a, and the same command goes on from there\n"
@@ -63,8 +84,7 @@ def started(program, *arguments, **options):
 
 def stopped(folder, stage, number, event="Begun"):
     """Run until a stage begins or is done, then send a signal: status and standard error."""
-    run = ("run", "a.toml", "--json", "--workers", "1")
-    done = started([sys.executable, "-c", STOPPED], event, stage, int(number), *run, cwd=folder)
+    done = started([sys.executable, "-c", STOPPED], event, stage, int(number), *RUN, cwd=folder)
     return done.returncode, done.stderr
 
 
@@ -72,34 +92,52 @@ def unfinished(folder):
     return [str(path) for path in Path(folder).rglob("*.tmp")]
 
 
-@pytest.fixture(scope="module")
-def begun(tmp_path_factory):
-    """A folder with a run that was interrupted, and how that ended."""
-    folder = tmp_path_factory.mktemp("begun")
-    (folder / "a.toml").write_text(STUDY)
-    return folder, stopped(folder, "response mu=0.3", signal.SIGINT)
+def write_scene(folder):
+    """A study of two cases, of a chain of four nodes."""
+    arm = chain(1, 4, (3e5, 2e5, 1e5), ground=1.0).write(folder, "arm")
+    (folder / "a.toml").write_text(arm + SCENE)
 
 
-def test_interrupted_and_killed_runs_keep_what_was_finished(begun):
-    tmp_path, ended = begun
+@pytest.fixture
+def stopped_here(called, monkeypatch):
+    """Function that runs the command in this process and sends it a signal at a stage."""
+
+    def call(number, event, stage):
+        def printed(said):
+            json_lines(said)
+            if type(said).__name__ == event and said.stage == stage:
+                os.kill(os.getpid(), number)
+
+        json_lines = progress.json_lines
+        with monkeypatch.context() as patched:
+            patched.setattr(progress, "json_lines", printed)
+            return called(*RUN)
+
+    return call
+
+
+def test_an_interrupted_run_keeps_what_was_finished_and_goes_on(tmp_path, called, stopped_here):
+    write_scene(tmp_path)
     results = tmp_path / "runs" / "a" / "results.h5"
+    moments = {
+        signal.SIGHUP: ("Begun", "response mu=0.3"),
+        signal.SIGINT: ("Begun", "response mu=0.3"),
+        signal.SIGTERM: ("Done", "figures/response.png"),
+    }
+    for number, (event, stage) in moments.items():
+        status, _, said = stopped_here(number, event, stage)
+        assert (status, said) == (128 + number, GOES_ON)
+        assert not unfinished(tmp_path)
+        with open_results(results) as file:
+            found = {"free", "stuck", "mu=0.15"} | ({"mu=0.3"} if event == "Done" else set())
+            assert set(file["response"]) == found
+            assert not file.attrs["complete"]
 
-    assert ended == (130, GOES_ON)
-    with open_results(results) as file:
-        assert set(file["response"]) == {"free", "stuck", "mu=0.15"}
-        assert not file.attrs["complete"]
-
-    assert stopped(tmp_path, "response mu=0.3", signal.SIGKILL)[0] == -signal.SIGKILL
-    with open_results(results) as file:  # what the cache holds need not be in it yet
-        assert set(file.get("response", ())) <= {"free", "stuck", "mu=0.15"}
-
-    done = started(VANELOCK, "run", "a.toml", "--json", "--workers", "1", cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    events = [json.loads(line) for line in done.stdout.splitlines()]
+    status, out, said = called(*RUN)
+    assert (status, said) == (0, "")
+    events = [json.loads(line) for line in out.splitlines()]
     computed = {e["stage"] for e in events if e["event"] == "done" and not e["cached"]}
-    assert {stage for stage in computed if not stage.startswith("figures/")} == {
-        "response mu=0.3"
-    } | ({"preload"} & computed)
+    assert {stage for stage in computed if not stage.startswith("figures/")} <= {"preload"}
     summary = events[-1]["summary"]
     assert [case["case"] for case in summary["cases"]] == ["mu=0.15", "mu=0.3"]
     with h5py.File(results) as file:
@@ -108,29 +146,49 @@ def test_interrupted_and_killed_runs_keep_what_was_finished(begun):
         peaks = [file[f"response/mu={mu}"].attrs["peak_amplitude"] for mu in (0.15, 0.3)]
     assert peaks == [case["peak"]["amplitude"] for case in summary["cases"]]
 
-    quiet = started(VANELOCK, "run", "a.toml", "--quiet", cwd=tmp_path)
-    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
-    plain = started(VANELOCK, "run", "a.toml", cwd=tmp_path)
-    assert "Responses of vane output 1" in plain.stdout
-    assert "response mu=0.3: unchanged" in plain.stderr
-    assert "\x1b" not in plain.stdout + plain.stderr
+    assert called("run", "a.toml", "--quiet") == (0, "", "")
+    status, out, said = called("run", "a.toml")
+    assert status == 0
+    assert "Response" in out
+    assert "response mu=0.3: unchanged" in said
+    assert "\x1b" not in out + said
 
 
-def test_a_stopped_run_leaves_no_unfinished_file(begun, tmp_path):
-    (tmp_path / "a.toml").write_text(STUDY.replace("points = 100", "points = 3"))
+@pytest.mark.system
+def test_a_killed_run_goes_on(tmp_path):
+    write_scene(tmp_path)
+    assert stopped(tmp_path, "response mu=0.3", signal.SIGKILL)[0] == -signal.SIGKILL
+    with open_results(tmp_path / "runs" / "a" / "results.h5") as file:
+        # What the cache holds need not be in it yet.
+        assert set(file.get("response", ())) <= {"free", "stuck", "mu=0.15"}
+    done = started(VANELOCK, *RUN, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    events = [json.loads(line) for line in done.stdout.splitlines()]
+    computed = {e["stage"] for e in events if e["event"] == "done" and not e["cached"]}
+    assert {stage for stage in computed if not stage.startswith("figures/")} == {
+        "response mu=0.3"
+    } | ({"preload"} & computed)
+    with h5py.File(tmp_path / "runs" / "a" / "results.h5") as file:
+        assert file.attrs["complete"]
+        assert set(file["response"]) == {"free", "stuck", "mu=0.15", "mu=0.3"}
+    assert not unfinished(tmp_path)
+
+
+@pytest.mark.system
+def test_a_stopped_process_leaves_no_unfinished_file(tmp_path):
+    """At moments of which gmsh, at the signals itself, has just ended the first."""
+    (tmp_path / "a.toml").write_text(STUDY)
     moments = {
-        signal.SIGTERM: ("Done", "mesh vane"),  # gmsh has been at the signals
-        signal.SIGHUP: ("Begun", "response mu=0.3"),
+        signal.SIGTERM: ("Done", "mesh vane"),
+        signal.SIGHUP: ("Begun", "response nominal"),
         signal.SIGINT: ("Done", "figures/response.png"),
     }
-    cache, kept = Path("runs", "a", "cache"), shutil.ignore_patterns("response*", "pictures.json")
     for number, (event, stage) in moments.items():
-        if stage != "mesh vane":  # which was stopped before: the rest of the parts is there
-            shutil.copytree(begun[0] / cache, tmp_path / cache, ignore=kept, dirs_exist_ok=True)
         assert stopped(tmp_path, stage, number, event) == (128 + number, GOES_ON)
         assert not unfinished(tmp_path)
 
 
+@pytest.mark.system
 def test_children_of_tests_hear_signals_wherever_tests_are_started():
     """As under nohup, or in the background of a shell without job control."""
     shown = "import signal; print(signal.getsignal(2).__name__, signal.getsignal(1).name)"
@@ -191,6 +249,7 @@ def check(folder, *arguments, **options):
     return started(VANELOCK, "check", "a.toml", *arguments, cwd=folder, **options)
 
 
+@pytest.mark.system
 def test_output_that_nobody_reads_ends_it_quietly(tmp_path):
     reading, writing = os.pipe()
     os.close(reading)
@@ -200,6 +259,7 @@ def test_output_that_nobody_reads_ends_it_quietly(tmp_path):
     os.close(writing)
 
 
+@pytest.mark.system
 def test_output_that_cannot_be_written_is_one_line(tmp_path):
     with open("/dev/full", "w") as full:
         done = check(tmp_path, stdout=full)
@@ -211,6 +271,7 @@ def test_output_that_cannot_be_written_is_one_line(tmp_path):
         assert (done.returncode, done.stdout) == (2, "")
 
 
+@pytest.mark.system
 def test_streams_that_are_closed_are_done_without(tmp_path):
     expected = check(tmp_path)
     assert expected.returncode == 0
