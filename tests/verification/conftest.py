@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
+from tests.verification.small_vane import small_scene, with_all_diameters
+from vanelock import rom
 from vanelock.fem import Material, assemble, cyclic_transform, eigenpairs
 from vanelock.mesh import Part
 
@@ -26,6 +28,20 @@ Array = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[2]
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 rows: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
+
+
+if not FULL:
+
+    @pytest.fixture(scope="session")
+    def scene() -> SimpleNamespace:
+        """The scene with few elements and contacts; at full count it is the common one."""
+        return small_scene()
+
+
+@pytest.fixture(scope="session")
+def ring_of_vanes(scene: SimpleNamespace) -> rom.System:
+    """The scene's system with all nodal diameters of its ring."""
+    return with_all_diameters(scene)
 
 
 @pytest.fixture(scope="session")

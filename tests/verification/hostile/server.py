@@ -36,6 +36,7 @@ LOADED = (
     "vanelock.mesh.matching.pairing",
     "vanelock.commands.check.study",
     "vanelock.commands.compare.compare",
+    "vanelock.pipeline.display",
     "vanelock.pipeline.progress",
     "vanelock.report.writer",
     "pint",

@@ -17,6 +17,7 @@ from tests.verification.kills import killing
 from tests.verification.kills.killing import Moment
 from tests.verification.kills.victim import Victim, finish
 
+pytestmark = pytest.mark.system
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEED = 20
 EACH = 5 if FULL else 1

@@ -14,11 +14,7 @@ from vanelock import fem, mesh, rom
 from vanelock.common.cyclic import turn
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-SIZE = "medium" if FULL else "coarse"
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
-HOOK = rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6)
-LOCK = rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6)
-JOINTS = {"free": (HOOK,), "stuck": (HOOK, LOCK)}
 SHARED = ("hook_front", "hook_rear", "key", "output")
 VANE = (*SHARED, "interlock_left", "interlock_right")
 CASING = (*SHARED, "force")
@@ -27,14 +23,14 @@ COUNT = 10
 
 
 @pytest.fixture(scope="module")
-def vane_and_casing():
+def vane_and_casing(scene):
     """Both models, their reductions, and frequencies of the unreduced sector."""
-    vane = fem.assemble(mesh.vane_segment(size=SIZE), STEEL)
-    casing = fem.assemble(mesh.casing_sector(size=SIZE), STEEL)
+    vane, casing = scene.vane_model, scene.casing_model
+    joints = {"free": scene.joints[:1], "stuck": scene.joints}
 
     @lru_cache
     def truth(k, interlock):
-        K, M = rom.unreduced(vane, casing, JOINTS[interlock], k)
+        K, M = rom.unreduced(vane, casing, joints[interlock], k)
         return np.sqrt(fem.eigenpairs(K, M, COUNT)[0]) / (2 * np.pi)
 
     @lru_cache
@@ -43,7 +39,7 @@ def vane_and_casing():
         shell = rom.reduce(
             casing, CASING, nodal_diameters=DIAMETERS, accuracy=accuracy, band=blade.band
         )
-        return blade, shell, rom.join(blade, shell, JOINTS["stuck"], rom.Excitation(1, force=1.0))
+        return blade, shell, rom.join(blade, shell, joints["stuck"], rom.Excitation(1, force=1.0))
 
     @lru_cache
     def vane_by_modes(modes):
@@ -52,6 +48,7 @@ def vane_and_casing():
     return SimpleNamespace(
         vane=vane,
         casing=casing,
+        joints=joints,
         truth=truth,
         by_accuracy=by_accuracy,
         vane_by_modes=vane_by_modes,
@@ -76,11 +73,13 @@ def test_ten_frequencies_and_their_estimates(
     found = errors.frequency / truth - 1
     record_property("coordinates", len(system.at(k).K))
     record_property("worst error", f"{found.max():.1e}")
-    seen = found > 1e-9
+    # Rounding, of the stiffness, grows with it over ω² M: the lowest of few elements show it.
+    rounding = 1e-9 if FULL else 1e-9 * np.maximum(1, 300 / truth) ** 2
+    seen = found > rounding
     ratio = errors.total[seen] / found[seen]
     if seen.any():
         record_property("estimate / error", f"{ratio.min():.2f} to {ratio.max():.2f}")
-    assert np.all(found > -1e-9)
+    assert np.all(found > -rounding)
     assert np.all(found < (accuracy or 1e-4))
     assert np.all(ratio > 0.5)
     assert np.all(ratio < 10)
@@ -154,7 +153,9 @@ def test_no_frequency_rises_as_modes_are_added(
     for blade_modes, shell_modes, faces in steps:
         blade = vane_and_casing.vane_by_modes(blade_modes)
         shell = casing_by_modes(vane_and_casing, route, shell_modes, interface, faces or None)
-        system = rom.join(blade, shell, JOINTS["stuck"], rom.Excitation(1, force=1.0))
+        system = rom.join(
+            blade, shell, vane_and_casing.joints["stuck"], rom.Excitation(1, force=1.0)
+        )
         found = rom.linear_modes(system, k, COUNT)[0]
         second.append(found[1] / truth[1] - 1)
         assert np.all(found < last * (1 + 1e-9))
@@ -168,7 +169,9 @@ def test_no_frequency_rises_as_modes_are_added(
 def test_response_and_its_estimated_error(vane_and_casing, accuracy, interlock, record_property):
     """Outputs around the first three resonances at ND 1 against the unreduced sector's."""
     vane, casing, system = vane_and_casing.by_accuracy(accuracy)
-    K, M = rom.unreduced(vane_and_casing.vane, vane_and_casing.casing, JOINTS[interlock], 1)
+    K, M = rom.unreduced(
+        vane_and_casing.vane, vane_and_casing.casing, vane_and_casing.joints[interlock], 1
+    )
     resonance = vane_and_casing.truth(1, interlock)[:3]
     frequencies = np.concatenate([resonance * 0.99, resonance * 1.02, resonance * 1.2])
     chosen = closed(system, interlock)
