@@ -107,6 +107,7 @@ def same(one, two):
         assert getattr(one, name).tobytes() == getattr(two, name).tobytes()
 
 
+@pytest.mark.system
 def test_several_processes_find_the_same(wide, tmp_path):
     one, _ = solved(wide, tmp_path / "one")
     cache, heard, made = Cache(tmp_path / "two", print), [], []

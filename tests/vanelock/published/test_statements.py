@@ -64,22 +64,6 @@ def change(evidence, amplitude=1.0, shift=0.0, **case):
     evidence.peaks[name] = amplitude * a, f + shift
 
 
-FIGURES = (
-    module.friction,
-    module.harmonics,
-    module.interference,
-    module.uncoupled_friction,
-    module.constant_friction,
-    module.uncoupled_interference,
-    module.hooks_share,
-)
-
-
-def test_what_agrees_is_said_to(evidence):
-    found = evidence.made()
-    assert [state(found).agrees for state in FIGURES] == ["yes"] * len(FIGURES)
-
-
 def test_what_becomes_of_the_waves_of_a_statement_is_reported(evidence):
     cases = module.friction(evidence.made()).cases
     assert len(cases) == 4
