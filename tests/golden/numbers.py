@@ -15,7 +15,7 @@ Numbers = dict[str, list[float]]
 """By table or file and column; NaN where there is nothing."""
 
 OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "memory"}
-"""Tables and columns that tell of a machine."""
+"""Tables and columns that say how fast a machine was."""
 FEW = 40
 """Of longer columns of a file a test keeps the least, the largest and how many there are."""
 ROUND_OFF = {"error": 1e-9, "residual": 1e-9, "check": 1e-9}
