@@ -4,6 +4,7 @@ As `faces` does without fillets: the fillets have the same columns as the aerofo
 their arcs. The faces between them are cut at the quarters of the span, where output nodes lie.
 """
 
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -74,6 +75,7 @@ def divide_filleted(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) 
     return [face for face, ends in faces.items() if _on_a_side(ends)]
 
 
+@lru_cache(maxsize=64)
 def arc_rows(vane: VaneDimensions) -> int:
     """Rows of elements across a fillet."""
     return int(np.ceil(root_fillet.sweep(vane) / TURN))
