@@ -85,7 +85,7 @@ def test_gauge_on_a_cantilever(lattice, cell_type, record_property):
     load[tip] = F / len(tip)
     u = model.field(factorise(model.K).solve(load))
     worst = {"along": 0.0, "across": 0.0}
-    for x in (0.09, 0.13, 0.2):
+    for x in (0.09, 0.13, 0.2) if FULL else (0.13,):
         expected = -6 * F * (L - x) / (E * b * h**2)
         for name, direction, factor in (("along", [1, 0, 0], 1), ("across", [0, 1, 0], -nu)):
             found = gauge(part, [x, 0.4 * b, h], direction, length=2e-3).strain(u)

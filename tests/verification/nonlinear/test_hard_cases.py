@@ -238,11 +238,10 @@ def error(system, response, points=None):
 
 def outcomes(strong):
     """Of all cases of a class of friction."""
-    sample = 4
     return [
         outcome(strong, aim, seed)
         for aim in STRATA
-        for seed in range(COUNT[aim] if FULL else sample)
+        for seed in range(COUNT[aim] if FULL else 3)
     ]
 
 
