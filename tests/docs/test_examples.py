@@ -1,0 +1,100 @@
+"""Studies of the manual run as written, and print what its pages show."""
+
+import re
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from vanelock.__main__ import app
+
+ROOT = Path(__file__).resolve().parents[2]
+FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+QUIET = "\n[outputs]\nshapes = false\nloops = false\nreport = false\n"
+
+
+def fenced(page: str, kind: str) -> str:
+    """All blocks of a kind on a page of the manual."""
+    text = (ROOT / "docs" / page).read_text("utf-8")
+    return "".join(block for found, block in FENCE.findall(text) if found == kind)
+
+
+def first_study() -> str:
+    """As the page has it, with the value that it adds at its end."""
+    study = fenced("start/first_study.md", "toml").partition("accuracy =")[0]
+    assert "[0.15, 0.3]" in study
+    return study.replace("[0.15, 0.3]", "[0.15, 0.3, 0.5]")
+
+
+def example(name: str) -> str:
+    return (ROOT / "examples" / name).read_text("utf-8")
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    ("page", "study", "kept", "count"),
+    [
+        ("start/first_study.md", first_study(), r".*[^ ─]", 31),
+        ("unlike_segments.md", example("unlike_segments.toml"), r" +\d", 1),
+        ("loads_at_rest.md", example("loads_at_rest.toml"), " (hook|interlock|key|loads) ", 6),
+    ],
+    ids=["first study", "unlike segments", "loads at rest"],
+)
+def test_the_tables_are_those_of_a_run(
+    page: str, study: str, kept: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Without pictures."""
+    outputs = re.compile(r"^\[outputs\]\n(?:\w.*\n)*", re.MULTILINE)
+    (tmp_path / "my.toml").write_text(outputs.sub("", study) + QUIET)
+    monkeypatch.setattr("vanelock.results.figures.pictures.Pictures.draw", lambda *_: [])
+    monkeypatch.setenv("COLUMNS", "100")
+    command = ["run", str(tmp_path / "my.toml"), "--output", str(tmp_path / "my"), "--workers", "1"]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 0, done.output
+    printed = [line.split() for line in done.stdout.splitlines()]
+    rows = [line for line in fenced(page, "text").splitlines() if re.match(kept, line)]
+    assert len(rows) == count
+    assert [row for row in rows if not any(same(row.split(), other) for other in printed)] == []
+    for balance in (row for row in printed if row[:1] == ["sum"]):  # of reactions at rest
+        assert all(abs(float(number)) < 1e-7 for number in balance[1:])
+
+
+def same(line: list[str], row: list[str]) -> bool:
+    """Whether a line of the page is that of the run: words alike, numbers alike.
+
+    To a thousandth of themselves, or of one where they are smaller, or their last digit. By the
+    processor's rounding the mesher makes slightly different meshes: between two kinds of processors
+    frequencies differed by 4e-5, peaks by 3e-4, and the number of points where all converged.
+    """
+    return len(line) == len(row) and all(map(alike, line, row))
+
+
+def alike(one: str, other: str) -> bool:
+    if one == other:
+        return True
+    if all(re.fullmatch(r"(\d+)/\1", word) for word in (one, other)):
+        return True
+    try:
+        a, b = float(one), float(other)
+    except ValueError:
+        return False
+    if "e-" in one:  # an estimated error, of which the order counts
+        return bool(0.3 < a / b < 3)
+    place = len(one.partition(".")[2])
+    return abs(a - b) <= (max(2.5 * 10.0**-place, 1e-3 * max(abs(a), 1.0)) if place else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("line", "row", "found"),
+    [
+        ("mu=0.15 55.3 55/55", "mu=0.15 55.4 54/54", True),
+        ("mu=0.15 55.3 55/55", "mu=0.15 55.3 55/55 3.5", False),
+        ("mu=0.15 55.3 55/55", "mu=0.15 56.3 54/54", False),
+        ("mu=0.15 55.3 55/55", "mu=0.15 55.3 53/54", False),
+        ("mu=0.3 55.3", "mu=0.15 55.3", False),
+        ("stuck 477.963", "stuck 477.982", True),
+        ("stuck 477.963", "stuck 478.982", False),
+    ],
+)
+def test_what_is_not_the_same_is_told_apart(line: str, row: str, found: bool) -> None:
+    assert same(line.split(), row.split()) == found
