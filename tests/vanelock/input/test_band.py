@@ -27,9 +27,9 @@ from vanelock.stages.response.limits import frequencies, limits
 def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     tmp_path: Path,
 ) -> None:
-    """At 4,000 Hz the band of the vane's tenth elastic mode, 2,368 Hz, is 1.3 % off."""
+    """Beyond the tenth elastic mode of the vane, 2,368 Hz, where a fixed number of modes ends."""
     study = parse_study(
-        '[mesh]\nsize = "coarse"\ncorrection = "none"\n[response]\nrange = [3990, 4000]\n'
+        '[mesh]\nsize = "coarse"\ncorrection = "none"\n[response]\nrange = [2990, 3000]\n'
         "harmonics = 1\n[damping]\nratio = 1e-7\n"
         '[joints.hook]\npatch = "node"\n[joints.interlock]\npatch = "node"\n'
     )
@@ -38,8 +38,8 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     planned = fixed(case, [0, 1], lambda *notice: None)
     system = stages.get(planned.linear.system)
     assert system.band is not None
-    assert system.band > 4000
-    hertz = np.linspace(3990, 4000, 3)
+    assert system.band > 3000
+    hertz = np.linspace(2990, 3000, 2)
     found = nonlinear.linear_response(system, hertz).output[:, 1]
     blade, shell = (stages.get(reference_step(study, part)) for part in ("vane", "casing"))
     models = blade, shell

@@ -1,15 +1,9 @@
-"""Several solutions: what is said of jumps, and runs in both directions."""
+"""Several solutions: what is said of jumps, and where a direction may be given."""
 
-import h5py
-import numpy as np
 import pytest
 
 from vanelock import parse_study
-from vanelock.commands.run.study import run_study
 from vanelock.common.errors import InputError
-from vanelock.common.tables import Table
-from vanelock.nonlinear import Response
-from vanelock.pipeline.progress import Event
 from vanelock.quantities.jumps import notes
 from vanelock.stages.response.summary import Jump, Peak, Sweep
 
@@ -51,31 +45,3 @@ def test_where_both_directions_are_taken_anyway_or_none_none_is_given(
     text = also + text if also.startswith("accuracy") else text + also
     with pytest.raises(InputError, match=r"response\.direction"):
         parse_study(text)
-
-
-STUDY = """
-[mesh]
-size = "coarse"
-[response]
-frequencies = [262, 270]
-harmonics = 1
-direction = "both"
-[outputs]
-shapes = false
-animations = false
-report = false
-"""
-
-
-def test_a_study_is_swept_in_both_directions(tmp_path) -> None:
-    heard: list[Event] = []
-    (found,) = run_study(parse_study(STUDY), tmp_path, heard.append, STUDY)
-    assert [sweep.direction for sweep in found.sweeps] == ["up", "down"]
-    with h5py.File(tmp_path / "results.h5") as file:
-        case = file["response/nominal"]
-        up, down = Response.load(case), Response.load(case["lower"])
-        assert case["jumps"].shape == case["lower/jumps"].shape == (0, 4)
-    assert (up.direction, down.direction) == ("up", "down")
-    np.testing.assert_allclose(down.amplitude, up.amplitude, rtol=1e-6)
-    (table,) = (each for each in heard if isinstance(each, Table) and each.key == "cases")
-    assert not any("sweep" in line for line in table.notes)

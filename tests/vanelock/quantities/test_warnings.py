@@ -4,13 +4,10 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
-from vanelock import parse_study, run_study
-from vanelock.common.tables import Table
 from vanelock.nonlinear import (
     OPEN,
     SLIP,
@@ -22,7 +19,6 @@ from vanelock.nonlinear import (
     static_response,
     wear_history,
 )
-from vanelock.pipeline.progress import Event
 from vanelock.quantities import assessment_warnings, warnings
 from vanelock.results.case_table import response_table
 from vanelock.results.listing import limits_table
@@ -254,30 +250,3 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
     (card,) = best_friction(content)
     assert (card.value, card.flag) == ("withheld", "warn")
     assert "a peak may lie beyond: widen response.range" in card.note
-
-
-def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(tmp_path):
-    """The coarse example peaks at 268 Hz; its friction works at the interlock alone."""
-    text = (
-        '[mesh]\nsize = "coarse"\n[response]\nfrequencies = [262, 264]\nharmonics = 1\n'
-        "[outputs]\nshapes = false\nloops = false\nanimations = false\n"
-        '[sweep]\n"joints.hook.mu" = [0.3, 0.4]\n'
-    )
-    heard: list[Event] = []
-    run_study(parse_study(text), tmp_path, heard.append, text)
-    edge = "the largest point is at the end of the frequency range; a peak may lie beyond"
-    same = "joints.hook.mu has no effect: cases that differ in it alone are the same"
-    (table,) = [each for each in heard if isinstance(each, Table) and each.key == "cases"]
-    page = (tmp_path / "report.html").read_text("utf-8")
-    assert f"warning: all cases: {edge}." in table.notes
-    assert f"warning: {same}" in table.notes
-    assert edge in page
-    assert same in page
-    assert page.count(">withheld<") == 2  # safety factor and optimum friction
-    with h5py.File(tmp_path / "results.h5") as file:
-        (at_edge, friction), (other,) = (
-            list(file[f"response/{case}"].attrs["warnings"]) for case in ("mu=0.3", "mu=0.4")
-        )
-    assert at_edge == other == edge
-    assert friction.startswith("static friction of contacts that stick is not determined: it can")
-    assert friction in page

@@ -68,13 +68,6 @@ def test_a_folded_section_opens_by_its_heading_and_by_the_contents(visit, page):
     assert inside.is_visible()
 
 
-def test_an_address_opens_the_section_that_it_names(visit, path):
-    page = visit(path)
-    page.goto(f"{path.as_uri()}#folded")
-    visit.until(page, "document.querySelector('#folded details').open")
-    page.context.close()
-
-
 def test_a_plot_is_zoomed_and_made_linear_by_its_buttons(visit, page):
     near, log = page.locator(".ways button").all()
     assert [near.inner_text(), log.inner_text()] == ["Zoom on the peaks", "Logarithmic"]
@@ -102,6 +95,15 @@ def test_paper_has_all_cases_and_sections(page):
     page.evaluate("dispatchEvent(new Event('afterprint'))")
     page.emulate_media(media="screen")
     assert not page.locator("text=Of μ = 0.15.").first.is_visible()
+
+
+def test_an_address_opens_the_section_that_it_names(visit, page, path):
+    opened = "document.querySelector('#folded details').open"
+    page.evaluate(f"{opened} = false")
+    page.goto(f"{path.as_uri()}#open")
+    assert not page.evaluate(opened)
+    page.goto(f"{path.as_uri()}#folded")
+    visit.until(page, opened)
 
 
 def test_a_page_of_one_case_has_nothing_to_choose(visit, tmp_path):

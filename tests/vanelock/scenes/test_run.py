@@ -1,19 +1,24 @@
 """A scene's run: files, cache, sweeps, systems from files, mistakes."""
 
+import pickle
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import h5py
 import numpy as np
 import pytest
 
-from tests.vanelock.results.one_file import everything
+from tests.vanelock.results.one_file import contents
 from tests.vanelock.scenes.conftest import Write, chain, joined
 from tests.vanelock.scenes.test_sector import rim
 from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.__main__ import main
 from vanelock.commands.check.file import check_file
+from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Done, Failed
+from vanelock.quantities.curves_and_fields import Shown
 
 SPRINGS = (3e5, 2e5, 1e5)
 PAD = (
@@ -23,6 +28,7 @@ PAD = (
 )
 
 
+Swept: TypeAlias = tuple[Path, dict[str, str], Shown]
 QUIET = "[outputs]\nloops = false\nreport = false\n"
 
 
@@ -193,37 +199,67 @@ def test_mistakes_are_one_clear_line(
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_two_processes_leave_the_same_bits(tmp_path: Path, scene_file: Write) -> None:
-    text = arm(tmp_path) + "modes = 2\n" + PAD + '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
-    scene = load_scene(scene_file(text + QUIET))
-    held: list[dict[str, bytes]] = []
-    for workers in (1, 2):
-        run_scene(scene, tmp_path / f"run{workers}", workers=workers)
-        arrays: dict[str, bytes] = {}
-        with h5py.File(tmp_path / f"run{workers}" / "results.h5") as file:
-            for name, item in everything(file):
-                if isinstance(item, h5py.Dataset) and not name.endswith("seconds"):
-                    kept = item.dtype.kind != "O"
-                    arrays[name] = np.asarray(item[()]).tobytes() if kept else b""
-        held.append(arrays)
-    assert held[0] == held[1]
-    assert any("response/mu=0.2" in name for name in held[0])
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory: pytest.TempPathFactory) -> Swept:
+    """A scene of three cases, what one process finds of them, and what it kept for pictures."""
+    folder = tmp_path_factory.mktemp("swept")
+    sweep = '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
+    path = folder / "scene.toml"
+    path.write_text(arm(folder) + "modes = 2\n" + PAD + sweep + QUIET)
+    kept = []
+
+    class Kept(OngoingRun):
+        def all_cases(self) -> Any:
+            kept.append(self)
+            return super().all_cases()
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("vanelock.commands.run.study.OngoingRun", Kept)
+        run_scene(load_scene(path), folder / "run")
+    return path, contents(folder / "run" / "results.h5"), kept[0].shown
 
 
-def test_a_case_that_cannot_be_computed_is_reported_and_the_rest_goes_on(
-    tmp_path: Path, scene_file: Write
+def test_a_run_keeps_no_product_of_a_case(swept: Swept) -> None:
+    """Each is some 20 to 5,000 kB, and a sweep may have 100,000 cases."""
+    assert len(swept[2].peak) == 3
+    assert len(pickle.dumps(replace(swept[2], linear={}))) < 1500 * 3
+
+
+def test_two_processes_leave_the_same_bits(swept: Swept, tmp_path: Path) -> None:
+    path, alone, _ = swept
+    run_scene(load_scene(path), tmp_path / "run", workers=2)
+    found = contents(tmp_path / "run" / "results.h5")
+    assert found == alone
+    assert any("response/mu=0.2" in name for name in found)
+
+
+def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(
+    swept: Swept, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Mode 9 of six is refused; a sweep over it has one case."""
-    text = arm(tmp_path) + "modes = 0\n" + PAD + '[sweep]\n"response.mode" = [1, 9]\n'
-    heard: list[object] = []
-    scene = load_scene(scene_file(text + QUIET))
-    found = run_scene(scene, tmp_path / "run", heard.append)
-    assert [each.case for each in found] == ["mode=1"]
-    (failed,) = [event for event in heard if isinstance(event, Failed)]
-    assert failed.case == "mode=9"
-    assert "has 6 modes" in failed.reason
-    with h5py.File(tmp_path / "run" / "results.h5") as file:
-        assert "mode=9" in file["failed"]
+    """It is tried twice; the same run again goes on with what is missing."""
+    real, heard, tried = nonlinear.frequency_response, list[object](), list[float]()
+
+    def response(system: nonlinear.System, *rest: Any, **options: Any) -> Any:
+        tried.append(float(system.contacts.mu.min()))
+        if tried[-1] == 0.1:
+            raise MemoryError
+        return real(system, *rest, **options)
+
+    path, alone, _ = swept
+    scene, folder = load_scene(path), tmp_path / "run"
+    with monkeypatch.context() as patched:
+        patched.setattr(nonlinear, "frequency_response", response)
+        found = run_scene(scene, folder, heard.append)
+    assert sorted(tried) == [0.05, 0.1, 0.1, 0.2]
+    assert [each.values["contacts.pad.mu"] for each in found] == [0.05, 0.2]
+    failed = [event for event in heard if isinstance(event, Failed)]
+    assert failed == [Failed("mu=0.1", "out of memory", 2)]
+    with h5py.File(folder / "results.h5") as file:
+        assert file["failed/mu=0.1"].attrs["reason"] == "out of memory"
+        assert file["failed/mu=0.1"].attrs["sweep contacts.pad.mu"] == 0.1
+        assert set(file["response"]) == {"mu=0.05", "mu=0.2", "free", "stuck"}
+    run_scene(scene, folder)
+    assert contents(folder / "results.h5") == alone
 
 
 def test_a_range_beyond_the_reduced_components_is_followed_or_refused(

@@ -2,7 +2,9 @@
 
 import csv
 import json
+import shutil
 
+import h5py
 import numpy as np
 import pytest
 
@@ -13,12 +15,17 @@ from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.mesh import read_mesh
+from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.progress import Event
+from vanelock.pipeline.progress import Event, silent
 from vanelock.pipeline.step import Stages
+from vanelock.quantities.curves_and_fields import RunData, Shown
+from vanelock.results.figures.mesh_errors import mesh_errors
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.parts.components import PARTS, rom_step
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import plan
+from vanelock.stages.response.monitor import Monitor
 
 VANE = '[vane]\nmesh = "vane.inp"\nunit = "mm"\n'
 CASING = '[casing]\nmesh = "casing.bdf"\nunit = "mm"\n'
@@ -140,19 +147,26 @@ def test_sweeps(tmp_path, monkeypatch):
         cases(parse_study(VANE + '[sweep]\n"vane.mesh" = ["a", "b"]\n'))
 
 
-@pytest.fixture
-def folder(tmp_path, coarse, write_mesh):
+@pytest.fixture(scope="module")
+def files(tmp_path_factory, coarse, write_mesh):
     """The program's own meshes as files; tables name their sets, output nodes by number."""
+    place = tmp_path_factory.mktemp("files")
     for part, ending in zip(coarse, (".inp", ".bdf"), strict=True):
-        path = tmp_path / f"{part.name}{ending}"
+        path = place / f"{part.name}{ending}"
         called = write_mesh(path, part)
         found = read_mesh(path, "mm")
         outputs = part.points[part.node_sets["output"]]
         rows = np.linalg.norm(found.points - outputs[:, None], axis=2).argmin(axis=1)
         called["output"] = found.numbers[rows].tolist()
         table = "".join(f"{name} = {json.dumps(value)}\n" for name, value in called.items())
-        (tmp_path / f"{part.name}.toml").write_text(f"[{part.name}.sets]\n{table}")
-    return tmp_path
+        (place / f"{part.name}.toml").write_text(f"[{part.name}.sets]\n{table}")
+    return place
+
+
+@pytest.fixture
+def folder(files, tmp_path):
+    """A copy of them."""
+    return shutil.copytree(files, tmp_path / "study")
 
 
 def written(folder, text, own=("vane", "casing")):
@@ -243,21 +257,47 @@ report = false
 """
 
 
-def test_same_response_from_files(folder):
-    """The program's own meshes, and the same ones from files: equal peaks, contacts sliding."""
-    found = []
-    for i, own in enumerate([(), ("vane", "casing")]):
-        (summary,) = run_study(written(folder, RESPONSE, own), folder / f"run{i}")
-        assert summary.converged == 2
-        assert summary.slipping > 0
-        found.append(summary.peak)
-    assert found[1].frequency == found[0].frequency
-    assert found[1].amplitude == pytest.approx(found[0].amplitude, rel=1e-8)
-    shapes = RESPONSE.replace("shapes = false", "shapes = true")
-    run_study(written(folder, shapes, ("vane", "casing")), folder / "run1")
-    assert (folder / "run1" / "figures" / "mesh_error.png").stat().st_size > 1e4
-    with (folder / "run1" / "figures" / "mesh_error.csv").open() as file:
+@pytest.fixture(scope="module")
+def own_run(files, tmp_path_factory):
+    """A run with both parts from files: its folder, study and summary."""
+    folder = shutil.copytree(files, tmp_path_factory.mktemp("own") / "study")
+    study = written(folder, RESPONSE)
+    (summary,) = run_study(study, folder / "run")
+    return folder / "run", study, summary
+
+
+def test_same_response_from_files(own_run, tmp_path):
+    """As of the program's own meshes, contacts sliding."""
+    folder, _, summary = own_run
+    assert summary.converged == 2
+    assert summary.slipping > 0
+    with h5py.File(folder / "results.h5") as file:
+        found = Response.load(file["response/nominal"])
+    (planned,) = plan(cases(parse_study(RESPONSE)), lambda *_: None)
+    expected = Stages(Cache(tmp_path, print), silent).get(planned.response)
+    assert expected.converged.all()
+    np.testing.assert_array_equal(found.frequency, expected.frequency)
+    size = expected.amplitude.max(axis=(0, 1, 2))
+    np.testing.assert_allclose(found.amplitude, expected.amplitude, rtol=1e-8, atol=1e-8 * size)
+
+
+def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
+    """Largest where legs and feet bend, and in the table the worst first."""
+    folder, study, _ = own_run
+    drawn = "vanelock.render.mesh_error_picture"
+    monkeypatch.setattr(drawn, lambda path, *_: path.write_text("it"))
+    planned = plan(cases(study), lambda *_: None)
+    stages = Stages(Cache(folder / "cache", print), silent)
+    shown = Shown(Monitor("casing output 1, radial", 0, 0))
+    data = RunData(study, planned, stages, shown, OutputFiles(folder, silent))
+    (picture,) = mesh_errors(data, planned[0])
+    assert picture.path == folder / "figures" / "mesh_error.png"
+    (table,) = picture.data
+    with table.open() as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    share = [float(row["share of the mesh's error (%)"]) for row in rows]
+    assert share == sorted(share, reverse=True)
+    assert 0 < sum(share) < 100
     radii = [float(row["radius (mm)"]) for row in rows if row["part"] == "vane"]
     assert 560 < radii[0] < 600  # legs and feet (docs/theory/mesh_correction.md)
 
