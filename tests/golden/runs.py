@@ -156,7 +156,7 @@ def _made(name: str, place: Path) -> GoldenRun:
         given: Any = parse_study(text)
     else:
         scene = place / f"{name}_scene"
-        shutil.copytree(EXAMPLES / name, scene)
+        shutil.copytree(EXAMPLES / name, scene, dirs_exist_ok=True)
         old, new, (other, another) = SCENES[name]
         text = (scene / "scene.toml").read_text()
         assert old in text
