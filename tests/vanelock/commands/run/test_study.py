@@ -1,6 +1,8 @@
-"""Whole runs of the real scene on its coarsest mesh, with few frequencies."""
+"""What a run of a study computes, leaves behind and says."""
 
 import json
+import re
+import shutil
 
 import h5py
 import numpy as np
@@ -10,55 +12,47 @@ import scipy.linalg as sl
 from vanelock import load_system, open_results, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
+from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Response, linear_response
-from vanelock.pipeline.progress import Begun, Done, Event, Finished, Notice, PointDone
+from vanelock.pipeline.progress import Done, Event, Finished, Notice, PointDone
 from vanelock.results.files.run_folder import claimed
 from vanelock.rom import System
 from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
-
-STUDY = """
-[mesh]
-size = "coarse"
-[response]
-frequencies = [262, 266, 270]
-harmonics = 1
-[outputs]
-shapes = false
-animations = false
-report = false
-"""
-
-
-class Listener(list[Event]):
-    """Everything that a run said."""
-
-    def computed(self):
-        """Stages that were not cached."""
-        done = [event for event in self if isinstance(event, Done)]
-        return {event.stage for event in done if not event.cached}
-
-    def table(self, key):
-        """The table of that name."""
-        return next(event for event in self if isinstance(event, Table) and event.key == key)
 
 
 def run(text, folder):
-    heard = Listener()
+    heard: list[Event] = []
     found = run_study(parse_study(text), folder, heard.append, text)
     return found, heard
 
 
+def computed(heard):
+    """Stages that were not cached."""
+    return {each.stage for each in heard if isinstance(each, Done) and not each.cached}
+
+
+@pytest.fixture
+def first(golden):
+    """A run of the defaults: to be read."""
+    return golden("default")
+
+
 @pytest.fixture(scope="module")
-def first(tmp_path_factory):
-    """A run in a fresh folder: folder, summaries, events."""
-    folder = tmp_path_factory.mktemp("run")
-    return folder, *run(STUDY, folder)
+def again(golden, tmp_path_factory):
+    """What a sweep left, to be run again; and the text of another case, at one frequency."""
+    folder = tmp_path_factory.mktemp("again") / "run"
+    shutil.copytree(golden("sweep").folder, folder)
+    text = golden("sweep").text.partition("[sweep]")[0]
+    frequencies = re.search(r"frequencies = .*", text)[0]
+    text = text.replace(frequencies, "frequencies = [256]").replace('"both"', '"up"')
+    text += "[joints.interlock]\nmu = 0.2\n[outputs]\n"
+    return folder, text + "shapes = false\nreport = false\n"
 
 
 def test_every_stage_ran_once(first):
-    _, _, heard = first
-    done = [event.stage for event in heard if isinstance(event, Done)]
+    done = [event.stage for event in first.events if isinstance(event, Done)]
     assert sorted(done) == sorted(
         [
             "mesh vane",
@@ -77,38 +71,43 @@ def test_every_stage_ran_once(first):
             "preload",
             "response nominal",
             "static bounds",
-            "figures/response.png",
-            "figures/preload.png",
-            "figures/loop_nominal.png",
+            *(f"{each} nominal" for each in ("stress", "sensitivities", "check")),
+            *(f"figures/{each}_nominal.png" for each in ("haigh", "loop", "contacts")),
+            *(f"figures/{each}.png" for each in ("response", "preload", "mesh")),
+            *(f"shapes/{each}_nominal.png" for each in ("response", "stress")),
+            "shapes/mode_free.png",
+            "shapes/mode_stuck.png",
+            "mesh errors, peak",
+            "neglected harmonics, peak",
+            "report.html",
         ]
     )
-    points = [event for event in heard if isinstance(event, PointDone)]
-    assert [(p.case, p.done, p.total) for p in points] == [("nominal", i, 3) for i in (1, 2, 3)]
+    points = [event for event in first.events if isinstance(event, PointDone)]
+    assert [(p.case, p.done, p.total) for p in points] == [("nominal", i, 9) for i in range(1, 10)]
     assert points[-1].left == 0
-    assert isinstance(heard[-1], Finished)
+    assert isinstance(first.events[-1], Finished)
 
 
 def test_results_hold_the_whole_chain(first):
-    folder, _, _ = first
-    with open_results(folder / "results.h5") as file:
+    with open_results(first.folder / "results.h5") as file:
         assert file.attrs["complete"]
         assert set(file) == {"mesh", "rom", "system", "limits", "response", "provenance"}
         assert set(file["mesh"]) == set(file["rom"]) == {"vane", "casing"}
         assert {"0", "1"} <= set(file["rom/casing"])
         assert set(file["response"]) == {"free", "stuck", "nominal"}
-        assert file["provenance"].attrs["study"] == STUDY
+        assert file["provenance"].attrs["study"] == first.text
         assert json.loads(file["provenance"].attrs["settings"])["mesh"]["size"] == "coarse"
         assert "numpy" in file["provenance/versions"].attrs
         assert len(file["provenance/stages"]) >= 11
         response = Response.load(file["response/nominal"])
-        assert response.frequency.tolist() == [262, 266, 270]
-        assert response.contact.shape == (3, 2, 66, 3)
+        listed = [250, 252, 254, 256, 258, 260, 264, 268, 272]
+        np.testing.assert_allclose(response.frequency, listed, rtol=1e-12)
+        assert response.contact.shape == (9, 1 + response.harmonics, 66, 3)
 
 
 def test_limits_are_those_of_the_stored_matrices(first):
     """Eigenvalues of K + BᴴkB built here from the arrays in the file alone."""
-    folder, _, heard = first
-    with h5py.File(folder / "results.h5") as file:
+    with h5py.File(first.folder / "results.h5") as file:
         limits = Limits.load(file["limits/all"])
         nd = file["system/nd/1"]
         K, M = nd["K"][()], nd["M"][()]
@@ -122,17 +121,16 @@ def test_limits_are_those_of_the_stored_matrices(first):
         np.testing.assert_allclose(found[:6], reference, rtol=1e-8)
     assert limits.rise > 0.05
     assert limits.mac > 0.9
-    shown = heard.table("limits").record()["rows"]
+    shown = first.rows("limits")
     assert shown[0]["f2_hz"] == pytest.approx(limits.free[1])
     assert shown[1]["rise_percent"] == pytest.approx(100 * limits.rise)
 
 
 def test_preload_table_counts_the_contacts(first):
-    folder, _, heard = first
-    hook, interlock = heard.table("preload").record()["rows"]
+    hook, interlock = first.rows("preload")
     assert (hook["closed"], hook["open"]) == (56, 0)
     assert (interlock["closed"], interlock["open"]) == (10, 0)
-    with open_results(folder / "results.h5") as file:
+    with open_results(first.folder / "results.h5") as file:
         static = Response.load(file["response/nominal/preload"])
         joint = np.array(System.load(file["system"]).contacts.joint)
     force = static.force[0, 0].real
@@ -144,14 +142,14 @@ def test_preload_table_counts_the_contacts(first):
 
 
 def test_summary_agrees_with_the_stored_response(first):
-    folder, (found,), heard = first
-    with open_results(folder / "results.h5") as file:
+    (found,) = first.summaries
+    with open_results(first.folder / "results.h5") as file:
         response = Response.load(file["response/nominal"])
         linear = {which: Response.load(file[f"response/{which}"]) for which in ("free", "stuck")}
         limits = Limits.load(file["limits/all"])
         monitor = file["response/nominal"].attrs["monitor"]
         assert file["response/nominal"].attrs["peak_amplitude"] == found.peak.amplitude
-    system = load_system(folder / "results.h5", "nominal")
+    system = load_system(first.folder / "results.h5", "nominal")
     node = system.output_names.index(monitor.partition(", ")[0])
     component = ["radial", "circumferential", "axial"].index(monitor.partition(", ")[2])
     assert node == 0
@@ -170,89 +168,75 @@ def test_summary_agrees_with_the_stored_response(first):
     states = response.state[top][-10:]
     assert found.slipping == np.mean((states == SLIP) | (states == SLIP_OPEN))
     assert found.opening == np.mean((states == OPEN) | (states == SLIP_OPEN))
-    assert (found.converged, found.points) == (3, 3)
-    (row,) = heard.table("cases").record()["rows"]
+    assert (found.converged, found.points) == (9, 9)
+    (row,) = first.rows("cases")
     assert row["peak_um"] == pytest.approx(1e6 * amplitude[top])
-    assert row["converged"] == "3/3"
+    assert row["converged"] == "9/9"
 
 
 def test_linear_peak_is_found_between_the_frequencies_asked_for(first):
-    folder, _, heard = first
-    system = load_system(folder / "results.h5", "nominal")
-    shown = heard.table("linear").record()["rows"]
+    system = load_system(first.folder / "results.h5", "nominal")
+    shown = first.rows("linear")
     for row, closed in zip(shown, ("hook", ("hook", "interlock")), strict=True):
         near = row["frequency_hz"] * np.linspace(0.9995, 1.0005, 21)
         reference = linear_response(system, near, closed).amplitude[:, 0].max()
         assert row["peak_um"] == pytest.approx(1e6 * reference, rel=1e-3)
 
 
-def test_the_same_again_computes_nothing(first):
-    folder, summaries, _ = first
-    again, heard = run(STUDY, folder)
-    assert heard.computed() == set()
-    assert again == summaries
+def test_the_same_again_computes_nothing(golden, again):
+    folder, _ = again
+    found, heard = run(golden("sweep").text, folder)
+    assert computed(heard) == set()
+    assert found == golden("sweep").summaries
     with open_results(folder / "results.h5") as file:
         assert file.attrs["complete"]
-        assert "nominal" in file["response"]
+        assert "mu=0.3,force=30N" in file["response"]
 
 
-def test_other_friction_reuses_the_reduced_model(first):
-    folder, _, _ = first
-    text = STUDY + "[joints.interlock]\nmu = 0.15"
-    _, heard = run(text, folder)
+def test_other_friction_reuses_the_reduced_model_and_a_damaged_entry_is_computed_again(again):
+    folder, text = again
+    (before,), heard = run(text, folder)
     pictures = {"figures/response.png", "figures/preload.png", "figures/loop_nominal.png"}
-    assert heard.computed() == {"preload", "response nominal", "static bounds"} | pictures
-    assert "mu=0.15" not in str(heard.table("preload").title)
-    _, heard = run(text.replace("shapes = false", "shapes = false\nloops = false"), folder)
-    assert heard.computed() == set()
+    linear = {"linear limits", "linear response, free", "linear response, stuck"}
+    assert computed(heard) - linear == {"preload", "response nominal", "static bounds"} | pictures
+    preload = next(each for each in heard if isinstance(each, Table) and each.key == "preload")
+    assert "mu=0.2" not in str(preload.title)
+    _, heard = run(text.replace("report = false", "report = false\nloops = false"), folder)
+    assert computed(heard) == set()
 
-
-def test_a_dimension_reaches_the_part_it_belongs_to(first):
-    folder, _, _ = first
-    heard = Listener()
-
-    def until_preload(event):
-        heard.append(event)
-        if event == Begun("preload"):
-            raise KeyboardInterrupt
-
-    text = STUDY + '[casing]\nouter_radius = "604.5 mm"'
-    with pytest.raises(KeyboardInterrupt):
-        run_study(parse_study(text), folder, until_preload)
-    assert heard.computed() == {
-        "mesh casing",
-        "fem vane",  # of what is left of the vane: nothing is kept of these three
-        "rom vane, condensed",
-        "mesh excess, vane",
-        "fem casing",
-        "rom casing",
-        "rom casing, condensed",
-        "mesh correction",
-        "linear limits",
-        "linear response, free",
-        "linear response, stuck",
-    }
-
-
-def test_a_damaged_cache_entry_is_computed_again(first):
-    folder, summaries, _ = first
-    key = mesh_step(parse_study(STUDY), "casing").key
-    (entry,) = (folder / "cache").rglob(f"mesh-casing-{key}-*.h5")
+    (entry,) = (folder / "cache").rglob(
+        f"mesh-casing-{mesh_step(parse_study(text), 'casing').key}-*"
+    )
     content = bytearray(entry.read_bytes())
     content[len(content) // 3] ^= 255
     entry.write_bytes(content)
-    again, heard = run(STUDY, folder)
-    assert heard.computed() - {"figures/response.png", "figures/preload.png"} <= {
-        "mesh casing",
-        "figures/loop_nominal.png",
-    }
-    assert "mesh casing" in heard.computed()
+    (after,), heard = run(text, folder)
+    assert computed(heard) - pictures == {"mesh casing"}
     notices = [event.text for event in heard if isinstance(event, Notice)]
     assert sum(entry.name in text for text in notices) == 1
-    assert again[0].peak == summaries[0].peak
+    assert after.peak == before.peak
 
 
-def test_two_runs_in_one_folder(first):
-    folder, _, _ = first
-    with claimed(folder), pytest.raises(InputError, match="another run is using this folder"):
-        run(STUDY, folder)
+def test_a_dimension_reaches_the_part_it_belongs_to():
+    def keys(text):
+        (planned,) = plan(cases(parse_study(text)), lambda *_: None, [None])
+        found, waiting = {}, [planned.response, *planned.linear.responses.values()]
+        while waiting:
+            step = waiting.pop()
+            found[step.stage] = step.key
+            waiting += step.needs
+        return found
+
+    before, after = keys(""), keys('[casing]\nouter_radius = "604.5 mm"')
+    assert {name for name, key in before.items() if after[name] == key} == {
+        "mesh vane",
+        "fem vane",
+        "rom vane, condensed",
+        "rom vane",
+        "recovery vane",
+    }
+
+
+def test_two_runs_in_one_folder(tmp_path):
+    with claimed(tmp_path), pytest.raises(InputError, match="another run is using this folder"):
+        run("", tmp_path)
