@@ -239,9 +239,7 @@ def error(system, response, points=None):
 def outcomes(strong):
     """Of all cases of a class of friction."""
     return [
-        outcome(strong, aim, seed)
-        for aim in STRATA
-        for seed in range(COUNT[aim] if FULL else 3)
+        outcome(strong, aim, seed) for aim in STRATA for seed in range(COUNT[aim] if FULL else 3)
     ]
 
 

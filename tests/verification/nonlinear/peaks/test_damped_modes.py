@@ -113,7 +113,7 @@ def linear(system, mode, tangential):
 def test_small_amplitudes_stick_and_large_ones_slide(seed, record_property):
     system, options = spring_ring(seed), Options(3, coupling="constant-load")
     small, large, aside, folds = 0.0, 0.0, 0.0, 0
-    for mode in range(1, MASSES + 1):
+    for mode in range(1, MASSES + 1) if FULL else (1 + seed,):
         found = damped_mode(system, mode, (1e-4, 1e9), options)
         assert found.complete
         assert found.converged.all()
@@ -164,7 +164,7 @@ def test_a_force_in_its_place_keeps_up_the_same_motion(seed, excitation, record_
     system, options = spring_ring(seed), Options(3)
     worst, again, count, same = 0.0, 0.0, 0, 0
     law = options.law(system.contacts)(3)
-    for mode in range(1, MASSES + 1):
+    for mode in range(1, MASSES + 1) if FULL else (1, 2):
         found = damped_mode(system, mode, options=options, self_excitation=excitation)
         assert found.complete
         assert found.converged.all()
@@ -302,7 +302,7 @@ def test_one_mode_alone_draws_the_vanes_resonance_under_a_force_on_it(
     assert aside < 0.03
 
 
-@pytest.mark.parametrize("force", [0.3])
+@pytest.mark.parametrize("force", [0.3] if FULL else [0.1, 0.5])
 def test_under_the_vanes_own_load_it_misses_what_other_modes_add(scene, force, record_property):
     system = loaded(scene.system, force)
     found = damped_mode(system, 2, RANGE, Options(1))

@@ -15,7 +15,7 @@ from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.rom.system.system import Force
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-COUNT, GROUPS = (105, 21) if FULL else (10, 5)
+COUNT, GROUPS = (105, 21) if FULL else (4, 2)
 STEP = 1e-5
 AMPLITUDE, FREQUENCY = 1e-6, 5e-5
 """Of the peak's amplitude, and of its half-width, by a parameter that changes by all of itself."""

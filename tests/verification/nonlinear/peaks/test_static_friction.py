@@ -74,7 +74,7 @@ def proved_loads(system: System, chosen: np.ndarray, far: float = FAR) -> list[f
 
 def test_loads_are_those_that_branch_and_bound_proves(record_property):
     by_proof, by_search = [], []
-    for seed in range(200 if FULL else 12):
+    for seed in range(200 if FULL else 6):
         system = random_system(seed, contacts=4, mu=0.3, harmonics=1)
         system = replace(system, contacts=replace(system.contacts, joint=tuple("abbb")))
         chosen = np.arange(4) == 0
@@ -142,7 +142,7 @@ def test_no_random_place_of_the_sliders_gives_a_peak_outside(half, record_proper
 
 def test_peaks_of_the_vane_that_static_friction_allows(scene, record_property):
     system = scene.system
-    found = peak_bounds(system, (235.0, 300.0), Options(1), starts=2)
+    found = peak_bounds(system, (235.0, 300.0) if FULL else (248.0, 312.0), Options(1), starts=2)
     least, nominal, largest = found.amplitude
     record_property("peak", f"{1e6 * nominal:.2f} um")
     record_property("bounds", f"x {least / nominal:.3f} ... {largest / nominal:.3f}")
