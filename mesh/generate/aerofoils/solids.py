@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.mesh.generate.occ_solids import Entity
+from vanelock.mesh.generate.occ_solids import DECIMALS, Entity, put_point
 from vanelock.mesh.geometry import aerofoil, root_fillet
 from vanelock.mesh.geometry.dimensions import VaneDimensions
 
@@ -57,8 +57,7 @@ def _section(gmsh: Any, vane: VaneDimensions, along: float) -> int:
     kernel = gmsh.model.occ
 
     def point(place: NDArray[np.float64]) -> int:
-        tag: int = kernel.addPoint(along, place[0], vane.hook.mid_plane + place[1])
-        return tag
+        return put_point(gmsh, along, place[0], vane.hook.mid_plane + place[1])
 
     sides = [[point(p) for p in s] for s in aerofoil.outline(vane, aerofoil.STATIONS, along)]
     leading, trailing = (point(place) for place in aerofoil.edges(vane, along).control)
@@ -99,8 +98,8 @@ def _face(gmsh: Any, vane: VaneDimensions, face: root_fillet.RationalFace) -> in
         points.shape[1],
         degreeU=3,
         degreeV=degree,
-        weights=weights.ravel().tolist(),
-        knotsU=values.tolist(),
+        weights=np.round(weights, DECIMALS).ravel().tolist(),
+        knotsU=np.round(values, DECIMALS).tolist(),
         knotsV=[0.0, 1.0],
         multiplicitiesU=counts.tolist(),
         multiplicitiesV=[degree + 1, degree + 1],
@@ -115,12 +114,11 @@ def _curve(gmsh: Any, vane: VaneDimensions, face: root_fillet.RationalFace, row:
     values, counts = np.unique(knots, return_counts=True)
     tags = [_point(gmsh, vane, place) for place in points[row]]
     curve: int = gmsh.model.occ.addBSpline(
-        tags, degree=3, knots=values.tolist(), multiplicities=counts.tolist()
+        tags, degree=3, knots=np.round(values, DECIMALS).tolist(), multiplicities=counts.tolist()
     )
     gmsh.model.occ.remove([(0, tag) for tag in tags[1:-1]])
     return curve
 
 
 def _point(gmsh: Any, vane: VaneDimensions, place: NDArray[np.float64]) -> int:
-    tag: int = gmsh.model.occ.addPoint(place[0], place[1], vane.hook.mid_plane + place[2])
-    return tag
+    return put_point(gmsh, place[0], place[1], vane.hook.mid_plane + place[2])
