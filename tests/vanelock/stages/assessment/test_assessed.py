@@ -11,11 +11,13 @@ import pytest
 from tests.nonlinear.following.bounds.test_peak_bounds import held_pad, peak_by_load
 from tests.vanelock.scenes.test_sector import rim
 from vanelock import load_scene, nonlinear, run_scene
+from vanelock.commands.compare.comparison import compared
 from vanelock.common.errors import InputError
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import Done, PointDone
 from vanelock.pipeline.step import Stages, Step
+from vanelock.results.reading.contents import load_run
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.matrices.gather import gathered
@@ -54,7 +56,11 @@ def pad_scene(folder: Path, more: str = "") -> Path:
 
 def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(tmp_path: Path) -> None:
     folder, events = tmp_path / "run", list[Any]()
-    (found,) = run_scene(load_scene(pad_scene(tmp_path)), folder, events.append)
+    path = pad_scene(tmp_path)
+    (found,) = run_scene(load_scene(path), folder, events.append)
+    path.write_text(path.read_text().replace("[bounds]\nstarts = 1\n[stability]\n", ""))
+    (before,) = run_scene(load_scene(path), tmp_path / "plain")
+    assert found.peak == before.peak  # the response is the same, to the bit
     with h5py.File(folder / "results.h5") as file:
         group = file["response/nominal"]
         bounded = BoundedPeak.load(group["bounds"])
@@ -90,6 +96,11 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(tmp_path: Path)
     assert row["wave"] == "stable"
     assert any(isinstance(each, PointDone) and each.total is None for each in events)
     assert not any("static friction" in line for line in found.warnings)
+    runs = load_run(tmp_path / "plain", "a"), load_run(folder, "b")
+    lines = {each.what: each for each in compared(*runs).results}
+    assert lines["upper bound of the peak"].one is None
+    assert lines["upper bound of the peak"].other == pytest.approx(1e6 * found.highest.amplitude)
+    assert lines["growth per cycle"].other == found.wave.growth
 
 
 def test_bounds_are_of_the_law_that_the_run_is_solved_with(tmp_path: Path) -> None:
@@ -99,6 +110,7 @@ def test_bounds_are_of_the_law_that_the_run_is_solved_with(tmp_path: Path) -> No
     turned = one.own.copy()
     turned[:, 1:] = np.sqrt(0.5) * one.own[:, 1:2]
     path = pad_scene(tmp_path)
+    path.write_text(path.read_text().replace("starts = 1", "starts = 0"))
     replace(pad, diameters={0: replace(one, own=turned)}).save(tmp_path / "pad.h5")
     path.write_text(path.read_text().replace("[response]", '[response]\nfriction = "isotropic"'))
     (found,) = run_scene(load_scene(path), tmp_path / "run")
@@ -113,12 +125,14 @@ def test_bounds_are_of_the_law_that_the_run_is_solved_with(tmp_path: Path) -> No
 
 def test_share_zero_has_the_peak_of_sliders_assembled_at_zero(tmp_path: Path) -> None:
     path = pad_scene(tmp_path, '[sweep]\n"bounds.share" = [0.0, 1.0]')
+    path.write_text(path.read_text().replace("starts = 1", "starts = 0"))
     none, full = run_scene(load_scene(path), tmp_path / "run")
     assert none.lowest.amplitude == none.highest.amplitude
     assert full.lowest.amplitude < none.lowest.amplitude < full.highest.amplitude
     assert none.peak == full.peak
 
 
+@pytest.mark.system
 def test_workers_find_the_same_to_the_bit(tmp_path: Path) -> None:
     sweep = '[contacts.pad]\nmu = 0.5\n[sweep]\n"contacts.pad.mu" = [0.4, 0.5, 0.6]'
     scene = load_scene(pad_scene(tmp_path, sweep))
@@ -226,7 +240,7 @@ def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_
     scene = load_scene(
         written(
             tmp_path,
-            text + '[response]\nharmonics = 1\npoints = 7\n[stability]\npoints = "all"\n'
+            text + '[response]\nharmonics = 1\npoints = 3\n[stability]\npoints = "all"\n'
             "[outputs]\nloops = false\nreport = false\n",
         )
     )

@@ -1,5 +1,6 @@
 """Damped modes, flutter and wear over cycles of a study: what its files and its page have."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -7,30 +8,21 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.vanelock.stages.assessment.test_study import STUDY as PLAIN
-from vanelock import nonlinear, parse_study, run_study
+from tests.golden.runs import GoldenRun
+from vanelock import nonlinear, parse_study
 from vanelock.pipeline.progress import Begun, PointDone
 from vanelock.stages.assessment.damped_modes import FollowedMode
 from vanelock.stages.assessment.wear import WornCase
 
-N, K, HOUR = 8, 1e-13, 3600.0
-STUDY = f"""{PLAIN}
-[joints.interlock]
-wear_coefficient = {K}
-[damped_modes]
-nodal_diameters = [1, -1]
-influence = [[0, 0, -2e3], [1, -4e4, 0], [-1, 4e4, 0]]
-[wear]
-dwells = [{{ cycles = 2e6 }}, {{ cycles = 1e6, load = 1.2 }}]
-"""
+N, HOUR = 8, 3600.0
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, list[Any]]:
-    """Folder, summary and events of the run."""
-    folder, events = tmp_path_factory.mktemp("run") / "run", list[Any]()
-    (found,) = run_study(parse_study(STUDY), folder, events.append)
-    return folder, found, events
+@pytest.fixture
+def run(golden: Callable[[str], GoldenRun]) -> tuple[Path, Any, list[Any]]:
+    """Folder, summary and events of the run with every analysis."""
+    made = golden("everything")
+    (found,) = made.summaries
+    return made.folder, found, made.events
 
 
 def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> None:

@@ -1,5 +1,6 @@
 """Rings of unlike segments as stages of a run: what they are, files, workers, what is refused."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,11 +9,10 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.forced_response.ring.test_ring_response import damped
+from tests.vanelock.stages.conftest import planned_of
 from vanelock import load_scene, nonlinear, parse_study, run_scene
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.assessment.unlike import UnlikeKeys
-from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.assessment_warnings import unlike
 from vanelock.results.assessment.peaks import unlike_table
@@ -20,8 +20,6 @@ from vanelock.rom import System
 from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.assessment.stability import whole_step
 from vanelock.stages.assessment.unlike import UnlikeRing, UnlikeRings, drawn, modes_step
-from vanelock.stages.plan import plan
-from vanelock.stages.response.responses import silent_progress
 from vanelock.stages.response.summary import Peak
 
 RIGID = 6
@@ -72,6 +70,7 @@ def test_rings_of_a_run_are_those_drawn(tmp_path: Path) -> None:
     assert len(numbers) == 3 * system.sectors
 
 
+@pytest.mark.system
 def test_workers_find_the_same_rings_to_the_bit(tmp_path: Path) -> None:
     scene = load_scene(ring_scene(tmp_path, DRAWN)[0])
     for name, workers in (("here", 1), ("there", 2)):
@@ -97,24 +96,20 @@ def test_given_segments_are_one_ring_which_turns_with_them(tmp_path: Path) -> No
     np.testing.assert_allclose(turned_back, found[0].amplitude, rtol=1e-8)
 
 
-def test_modes_of_a_vane_alone_are_all_its_stiffness(tmp_path: Path) -> None:
+def test_modes_of_a_vane_alone_are_all_its_stiffness(
+    stages: Stages, ring_text: Callable[..., str]
+) -> None:
     """Σ g k gᵀ of all of them is what (1 + δ)² times the modulus adds, over (1 + δ)² - 1."""
-    text = (
-        '[mesh]\nsize = "coarse"\ncorrection = "none"\n'
-        "[rom]\ncasing_modes = 12\n[ring]\nsectors = 8\n"
-    )
-    stages, deviation = Stages(Cache(tmp_path, print), lambda event: None), 0.03
+    text, deviation = ring_text() + '[mesh]\ncorrection = "none"\n', 0.03
     modulus = parse_study(text).material.vane.E
     stiffer = f"[material.vane]\nE = {modulus * (1 + deviation) ** 2!r}\n"
     asked = "[unlike]\nfrequency = 0.1\n"
-    planned, other = (
-        plan(cases(parse_study(text + more)), silent_progress)[0] for more in (asked, stiffer)
-    )
+    planned, other = (planned_of(text + more) for more in (asked, stiffer))
     whole = whole_step(planned)
     vane = stages.get(planned.rom["vane"])
     modes = stages.get(modes_step(planned, whole, vane.size - RIGID))
     system, changed = stages.get(whole), stages.get(whole_step(other))
-    for k in range(5):
+    for k in range(7):
         g = modes.rows[k]
         added = changed.at(k).K - system.at(k).K
         found = ((1 + deviation) ** 2 - 1) * (g.conj().T * modes.stiffness) @ g

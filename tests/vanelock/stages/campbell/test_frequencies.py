@@ -48,10 +48,11 @@ def test_modes_at_a_few_speeds_span_those_at_all(scene, over_speed, k, stuck):
 @pytest.mark.parametrize("stuck", [False, True])
 def test_crossings_are_those_of_the_unreduced_sector(scene, over_speed, stuck):
     """Sparse matrices assembled with the moduli at the crossing meet its line, within 1e-4."""
-    met = over_speed().meetings(1, stuck, 3, grid(*SPEEDS, [12000.0]))
+    order = 4
+    met = over_speed().meetings(order, stuck, 2, grid(*SPEEDS, [12000.0]))
     assert [each.mode for each in met] == [0, 1]
     for each in met:
-        assert each.frequency == pytest.approx(each.speed / 60, rel=1e-12)
+        assert each.frequency == pytest.approx(order * each.speed / 60, rel=1e-12)
         models = []
         for model, factor in zip(
             (scene.vane_model, scene.casing_model), factors(each.speed), strict=True
@@ -77,14 +78,18 @@ def test_crossings_of_a_scene_with_one_modulus_by_closed_form(scene, over_speed)
     casing = replace(scene.casing, diameters={1: scene.casing.at(1)})
     system = rom.join(scene.vane, casing, joints, rom.Excitation(1, force=1.0))
     found = ModesOverSpeed(system, scene.vane, casing, 1, both, SPEEDS)
-    f = found.frequencies(0.0, True, 5)
-    for order in (1, 2, 3):
-        for met in found.meetings(order, True, 5, grid(*SPEEDS, [])):
+    f = found.frequencies(0.0, True, 10)
+    elastic = 0
+    for order in (3, 5, 9):
+        for met in found.meetings(order, True, 10, grid(*SPEEDS, [])):
+            if f[met.mode] < 1.0:  # the vane as a whole on those springs
+                continue
+            elastic += 1
             a, square = (order / 60) ** 2, f[met.mode] ** 2
             root = (slope * square + np.sqrt((slope * square) ** 2 + 4 * a * square)) / (2 * a)
             assert met.speed == pytest.approx(root, rel=1e-6)
             assert met.frequency == pytest.approx(order * root / 60, rel=1e-6)
-    assert len(found.meetings(3, True, 5, grid(*SPEEDS, []))) >= 2
+    assert elastic >= 3
 
 
 def test_a_grid_holds_the_bends():

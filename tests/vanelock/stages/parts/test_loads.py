@@ -1,20 +1,18 @@
 """Gas and heat at rest in a study: resultants, growth, fields from files, and what is kept."""
 
-from dataclasses import replace
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
-from tests.mesh.conftest import RADIUS, SECTORS, ring_sectors
-from vanelock import parse_study, run_study
+from tests.mesh.conftest import RADIUS, SECTORS
+from vanelock import nonlinear, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.input.cases.sweep import cases
-from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.step import Stages
-from vanelock.stages.parts.by_cause import by_cause_step
+from vanelock.rom import System
+from vanelock.stages.parts.by_cause import LoadsByCause, by_cause_step
 from vanelock.stages.parts.components import model_step, reduced_step
 from vanelock.stages.parts.loads import growth
 from vanelock.stages.parts.recoveries import recovery_step
@@ -34,35 +32,39 @@ GAS = "[loads]\naxial = 20\ntangential = -15\ntorque = 0.1\n"
 EPSILON = 1.3e-5 * (620 - 100) - 1.2e-5 * (600 - 100)
 
 
-@pytest.fixture
-def stages(tmp_path):
-    """Where products come from, kept in a folder of the test's own."""
-    return Stages(Cache(tmp_path / "cache", lambda event: None), lambda event: None)
-
-
 def planned_of(study):
     return plan(cases(study), lambda *_: None)[0]
 
 
-def test_joints_hold_a_segment_against_gas(stages):
-    study = parse_study(COARSE + GAS)
-    found = stages.get(by_cause_step(planned_of(study)))
-    assert found.causes == ("interference", "gas")
+@pytest.fixture
+def ring(ring_text, tmp_path, monkeypatch):
+    """Function that parses a study of the small ring."""
+    monkeypatch.chdir(tmp_path)
+    text = ring_text("hexahedron20") + "[response]\nharmonics = 1\n"
+    return lambda more: parse_study(text + more)
+
+
+def test_joints_hold_a_segment_against_gas(golden):
+    run = golden("everything")
+    study = parse_study(run.text)
+    with h5py.File(run.folder / "results.h5") as file:
+        found = LoadsByCause.load(file["response/nominal/preload_by_cause"])
+        system = System.load(file["response/nominal/system"])
+    assert found.causes == ("interference", "gas", "heat")
     assert found.converged.all()
     assert found.resultant[0] == pytest.approx(4 * 20, rel=1e-9)
     middle = 0.5 * (study.vane.inner_shroud_outer_radius + study.vane.outer_shroud_inner_radius)
     assert found.resultant[1] == pytest.approx(4 * -15 * middle, rel=0.01)
     assert np.abs(found.reaction.sum(axis=0) + found.resultant).max() < 1e-9 * 4 * 15 * middle
     assert np.abs(found.reaction[1]).max() < 1e-9  # of neighbours on each other
-    none = planned_of(parse_study(COARSE))
-    assert by_cause_step(none) is None
-    rest, contacts = stages.get(none.preload), stages.get(none.system).contacts
-    normal = [rest.force[0, 0, contacts.of(name), 0].real.sum() for name in found.joints]
-    assert np.allclose(found.normal[0], normal, rtol=1e-5)  # a reduction without static answers
+    # All causes together, at rest in harmonic balance with all contacts where they are at last.
+    rest = nonlinear.static_response(system, nonlinear.Options())
+    normal = [rest.force[0, 0, system.contacts.of(name), 0].real.sum() for name in found.joints]
+    assert np.allclose(found.normal[-1], normal, rtol=1e-6)
 
 
-def test_a_free_vane_grows_without_stress(stages):
-    study = parse_study(COARSE + HEAT + "vane = 620\n")
+def test_a_free_vane_grows_without_stress(ring, stages):
+    study = ring(HEAT + "vane = 620\n")
     planned = planned_of(study)
     vane = stages.get(planned.part("vane", 0))
     load, K = EPSILON * vane.loads["heat"].real, vane.at(0).K.real
@@ -88,25 +90,6 @@ def test_other_sizes_reduce_nothing_again(stages):
     assert planned_of(study).linear.key == planned_of(other).linear.key
 
 
-@pytest.fixture
-def ring(tmp_path, monkeypatch, lattice, write_mesh):
-    """Function that parses a study of a ring with meshes from files, the vane's with a set end."""
-    text = f"[ring]\nsectors = {SECTORS}\n"
-    for name in ("vane", "casing"):
-        part = ring_sectors(lattice)(name, "hexahedron20")
-        if name == "vane":
-            end = np.flatnonzero(np.abs(part.points[:, 2] - 0.2) < 1e-9)
-            part = replace(part, node_sets=part.node_sets | {"end": end})
-        called = write_mesh(tmp_path / f"{name}.vtu", part)
-        own = {wanted: found for wanted, found in called.items() if wanted != "end"}
-        text += f'[{name}]\nmesh = "{name}.vtu"\nunit = "mm"\n'
-        text += f"[{name}.sets]\n" + "".join(f"{k} = {v!r}\n" for k, v in own.items())
-    text += '[joints.interlock]\npatch = "node"\n[rom]\nvane_modes = 6\ncasing_modes = 6\n'
-    text += "[response]\nharmonics = 1\n"
-    monkeypatch.chdir(tmp_path)
-    return lambda more: parse_study(text + more)
-
-
 END = (RADIUS**2 - (RADIUS - 0.1) ** 2) * np.pi / SECTORS
 """Area of a sector's end, m²."""
 
@@ -115,8 +98,14 @@ def test_pressure_on_a_set_and_from_a_file(ring, stages, tmp_path):
     """The same constant either way; its resultant is p A, which the joints balance."""
     study = ring('[loads.pressure]\nend = "2 bar"\n')
     found = stages.get(by_cause_step(planned_of(study)))
+    assert found.causes[0] == "interference"
     assert found.resultant[0] == pytest.approx(-2e5 * END, rel=1e-5)
     assert np.abs(found.reaction.sum(axis=0) + found.resultant).max() < 1e-9 * 2e5 * END
+    none = planned_of(ring(""))
+    assert by_cause_step(none) is None
+    rest, contacts = stages.get(none.preload), stages.get(none.system).contacts
+    normal = [rest.force[0, 0, contacts.of(name), 0].real.sum() for name in found.joints]
+    assert np.allclose(found.normal[0], normal, rtol=1e-5)  # a reduction without static answers
 
     rows = [f"{x},{y},200,0.2\n" for x in range(700, 1001, 50) for y in range(-300, 301, 50)]
     file = tmp_path / "flow.csv"
