@@ -18,8 +18,8 @@ OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "memory"}
 """Tables and columns that say how fast a machine was."""
 FEW = 40
 """Of longer columns of a file a test keeps the least, the largest and how many there are."""
-ROUND_OFF = {"error": 1e-9, "residual": 1e-9, "check": 1e-9}
-"""Below these, columns of such names are round-off of larger numbers."""
+ROUND_OFF = 1e-9
+"""Below it, in the units that are shown, numbers are round-off of larger ones."""
 
 
 def shown(run: GoldenRun) -> Numbers:
@@ -86,18 +86,34 @@ def stored(folder: Path) -> Numbers:
     return found
 
 
+def kind(name: str) -> str:
+    """What columns of one file and unit have in common; a column of a table stands alone."""
+    file, _, head = name.partition(": ")
+    unit = head.rpartition("(")[2]
+    return f"{file} {unit}" if unit.endswith(")") else name
+
+
 def differences(
-    one: Mapping[str, list[float]], other: Mapping[str, list[float]], tolerance: float
+    one: Mapping[str, list[float]],
+    other: Mapping[str, list[float]],
+    tolerance: float,
+    least: float = 0.0,
 ) -> Iterator[str]:
-    """A line for each column that only one has, or that differs by more than so much of itself."""
+    """A line for each column that only one has, or that differs by more than so much.
+
+    So much of the largest number of its column, or of all columns of its file and unit, and more
+    than the least that counts.
+    """
+    largest: dict[str, float] = {}
+    for name, values in one.items():
+        scale = float(np.nanmax(np.abs(values), initial=0.0))
+        largest[kind(name)] = max(scale, largest.get(kind(name), 0.0))
     for name in one.keys() | other.keys():
         a, b = np.array(one.get(name, [])), np.array(other.get(name, []))
         if a.shape != b.shape:
             yield f"{name}: {len(a)} numbers, {len(b)} numbers"
             continue
-        words = name.rpartition(": ")[2].replace("_", " ").split()
-        least = max((ROUND_OFF.get(word, 0.0) for word in words), default=0.0)
-        scale = np.nanmax(np.abs(a), initial=0.0)
+        scale = largest[kind(name)]
         missing = np.isnan(a) != np.isnan(b)
         apart = np.abs(a - b) > tolerance * scale + least
         if (missing | apart).any():
