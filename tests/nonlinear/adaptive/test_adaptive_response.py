@@ -42,8 +42,10 @@ class Asked:
         return replace(self.system, diameters=kept)
 
 
-@pytest.mark.parametrize("accuracy", [3e-2, 1e-2, 1e-3])
-@pytest.mark.parametrize("case", [{}, {"preload": 0.3}, {"amplitude": 3.0}])
+@pytest.mark.parametrize(
+    ("accuracy", "case"),
+    [(3e-2, {"preload": 0.3}), (1e-2, {"amplitude": 3.0}), (1e-3, {}), (1e-3, {"preload": 0.3})],
+)
 def test_peak_and_curve_are_as_exact_as_asked(
     sliding_system: Make, case: dict[str, float], accuracy: float
 ) -> None:
@@ -107,10 +109,9 @@ def test_a_resonance_of_a_harmonic_far_ahead_is_found(sliding_system: Make) -> N
         for H in (15, 3)
     )
     assert few > 1.02 * exact
-    for accuracy in (1e-2, 1e-3):
-        shares = Shares(0.6 * accuracy, 0.3 * accuracy)
-        found = adaptive_response(Asked(system), (0.14, 0.22), shares, monitor=(0, 0))
-        assert abs(peak_errors(found).amplitude / exact - 1) < accuracy
+    shares = Shares(6e-4, 3e-4)
+    found = adaptive_response(Asked(system), (0.14, 0.22), shares, monitor=(0, 0))
+    assert abs(peak_errors(found).amplitude / exact - 1) < 1e-3
 
 
 def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
@@ -218,12 +219,12 @@ def test_listed_frequencies_take_the_larger_of_two_solutions() -> None:
     closed = Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0))
     system = replace(system, contacts=closed)
     hertz = np.linspace(0.63, 1.5, 59)[::-1] / (2 * np.pi)
-    up = frequency_response(system, hertz, Options(3))
-    down = frequency_response(system, hertz, Options(3, direction="down"))
+    up = frequency_response(system, hertz, Options(1))
+    down = frequency_response(system, hertz, Options(1, direction="down"))
     larger = np.maximum(up.amplitude, down.amplitude)[:, 0, 0]
     assert np.sum(larger > 1.05 * up.amplitude[:, 0, 0]) > 2  # the sweep upwards misses these
     found = adaptive_response(
-        lambda _: system, hertz, Shares(1e-2, 1e-2), Options(3), monitor=(0, 0)
+        lambda _: system, hertz, Shares(1e-2, 1e-2), Options(1), monitor=(0, 0)
     )
     np.testing.assert_allclose(found.amplitude[:, 0, 0], larger, rtol=1e-6)
     assert found.direction == "both"

@@ -125,7 +125,7 @@ def test_residual_in_full_coordinates_falls_with_the_marching_step(
         np.abs(
             coefficients(march(system.contacts, response.contact[0], count), 3) - response.force[0]
         ).max()
-        for count in (2000, 16000, 128000)
+        for count in (2000, 16000, 64000)
     ]
     assert errors[2] < 1e-4 * np.abs(response.force[0]).max()
     assert errors[2] < 0.1 * errors[0]
@@ -282,7 +282,7 @@ def test_power_of_the_force_is_taken_by_friction_and_damping(
     random_system: Make, first_frequency: Lowest, preload: float
 ) -> None:
     system = random_system(6, preload=preload)
-    hertz = first_frequency(system) * np.linspace(0.6, 2.0, 15)
+    hertz = first_frequency(system) * np.linspace(0.6, 2.0, 8)
     response = frequency_response(system, hertz, Options(3))
     assert response.converged.all()
     assert np.all(response.dissipation >= 0)
@@ -310,12 +310,12 @@ def test_damping_matrix_that_the_modes_do_not_diagonalise(
     C = (0.01 * factor @ factor.T).astype(complex)
     damped = replace(system, diameters={0: replace(system.at(0), C=C)})
     assert structure(damped, 1).at(1).coupled_damping is not None
-    hertz = first_frequency(system) * np.linspace(0.5, 2.0, 20)
+    hertz = first_frequency(system) * np.array([0.8, 1.3])
     response = frequency_response(damped, hertz, Options(2))
     assert response.converged.all()
     assert np.any(response.state == SLIP_OPEN)
     B = rows(system, 0)
-    for p in (3, 12):
+    for p in (0, 1):
         for h in (1, 2):
             gap = dynamic_stiffness(damped, h, 2 * np.pi * hertz[p]) @ response.x[h][p]
             gap = gap + B.T @ response.force[p, h].reshape(-1)
@@ -333,7 +333,7 @@ def test_modal_and_explicit_damping_are_the_same(
         diameters={k: replace(d, C=modal_damping(system, k)) for k, d in system.diameters.items()},
     )
     assert structure(explicit, 3).at(1).coupled_damping is None
-    hertz = first_frequency(system) * np.linspace(0.7, 1.8, 10)
+    hertz = first_frequency(system) * np.array([0.7, 0.8])
     same(
         frequency_response(explicit, hertz, Options(3)),
         frequency_response(system, hertz, Options(3)),

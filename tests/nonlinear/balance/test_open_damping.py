@@ -179,7 +179,7 @@ def test_modes_that_count_statically_cost_what_is_estimated(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = ring(random_system, seed=7, size=60, preload=10.0)
-    hertz = first_frequency(system) * np.linspace(1.2, 2, 8)
+    hertz = first_frequency(system) * np.linspace(1.2, 2, 4)
     full = frequency_response(system, hertz, Options(3))
     cut = frequency_response(system, hertz, Options(3, static_beyond=16.0))
     largest = np.abs(full.contact[:, 1:]).max(axis=(1, 2, 3))
@@ -249,7 +249,7 @@ def test_exponents_of_a_stuck_ring_are_its_eigenvalues(random_system: Make) -> N
 def test_peaks_are_those_of_the_response(random_system: Make, first_frequency: Lowest) -> None:
     system = ring(random_system, preload=3.0)
     low = first_frequency(system)
-    found = peak_response(system, "mu", (0.2, 0.3), (1.0 * low, 1.6 * low), Options(1))
+    found = peak_response(system, "mu", [0.2], (1.0 * low, 1.6 * low), Options(1))
     value = found.parameter[0]
     at = replace(system, contacts=replace(system.contacts, mu=np.full(6, value)))
     hertz = found.response.frequency[0]

@@ -17,13 +17,13 @@ def test_estimated_truncation_is_the_error_made(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = random_system(7, size=60, preload=10.0, damping_ratio=0.01)
-    hertz = first_frequency(system) * np.append(np.linspace(0.3, 0.8, 8), np.linspace(1.2, 2, 8))
+    hertz = first_frequency(system) * np.append(np.linspace(0.3, 0.8, 4), np.linspace(1.2, 2, 4))
     full = frequency_response(system, hertz, Options(3))
     assert full.converged.all()
     assert np.isin(full.state, (SLIP, SLIP_OPEN)).any()
     assert np.all(full.truncation == 0.0)
     largest = np.abs(full.contact[:, 1:]).max(axis=(1, 2, 3))
-    for beyond, greatest in ((6.0, 0.3), (10.0, 0.1), (16.0, 0.05)):
+    for beyond, greatest in ((6.0, 0.3), (16.0, 0.05)):
         cut = frequency_response(system, hertz, Options(3, static_beyond=beyond))
         made = np.abs(cut.contact[:, 1:] - full.contact[:, 1:]).max(axis=(1, 2, 3)) / largest
         assert 0.2 * greatest < cut.truncation.max() < greatest

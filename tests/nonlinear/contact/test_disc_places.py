@@ -24,7 +24,7 @@ def test_a_circle_is_followed_on_a_smaller_one(radius: float) -> None:
     np.testing.assert_allclose(((p - w) * w).sum(axis=1), 0, atol=5e-8)
 
 
-@pytest.mark.parametrize("harmonics", [1, 3])
+@pytest.mark.parametrize("harmonics", [3])
 def test_places_are_those_of_radial_return_in_small_steps(harmonics: int) -> None:
     made, u = draw(harmonics, 30, 8)
     state = contact_law(made, harmonics, friction="isotropic")(u).state
@@ -35,7 +35,7 @@ def test_places_are_those_of_radial_return_in_small_steps(harmonics: int) -> Non
     each = zip(u, made.mu * made.kn / made.kt[:, 0], strict=True)
     places = np.array([slider_places(a, float(alpha), angles) for a, alpha in each])
     off = []
-    for count in (4000, 16000):  # of first order
+    for count in (3000, 12000):  # of first order
         path = radial_return(made, u, count, 6)[0]
         apart = np.abs(path[:: count // 1000].swapaxes(0, 1) - places).max(axis=(1, 2))
         off.append(apart / np.abs(u).max(axis=(1, 2)))

@@ -14,7 +14,7 @@ from vanelock.nonlinear.contact.law import contact_law
 
 Floats = NDArray[np.float64]
 DAMPING, FORCE = 0.02, 0.1
-HERTZ = np.linspace(0.5, 2.5, 17) / (2 * np.pi)
+HERTZ = np.linspace(0.5, 2.5, 9) / (2 * np.pi)
 
 
 def coupled(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
@@ -55,25 +55,25 @@ def test_quadratic_damper_has_its_first_harmonic() -> None:
     np.testing.assert_allclose(found.dissipation[:, 0], work, rtol=1e-9)
 
 
-@pytest.mark.parametrize("stiffness", [None, 1e-3, 1e4])
+@pytest.mark.parametrize("stiffness", [None, 1e4])
 def test_stop_is_a_contact_with_a_gap(stiffness: float | None) -> None:
     stop = Element(force="stop", places=[0], parameters=[2.0, 0.1], stiffness=stiffness)
-    found = mass_on(7, stop)
-    other = mass_on(7, contacts=[Contact(normal=0, kn=2.0, gap=0.1)])
+    found = mass_on(5, stop)
+    other = mass_on(5, contacts=[Contact(normal=0, kn=2.0, gap=0.1)])
     np.testing.assert_allclose(found.output, other.output, atol=1e-8 * other.amplitude.max())
 
 
 def test_slider_is_a_contact_with_a_constant_load() -> None:
-    found = mass_on(7, Element(force="jenkins", places=[0], parameters=[2.0, 0.1]))
-    other = mass_on(7, contacts=[Contact(tangential=0, kt=2.0, mu=0.5, preload=0.2)])
+    found = mass_on(5, Element(force="jenkins", places=[0], parameters=[2.0, 0.1]))
+    other = mass_on(5, contacts=[Contact(tangential=0, kt=2.0, mu=0.5, preload=0.2)])
     np.testing.assert_allclose(found.output, other.output, atol=1e-8 * other.amplitude.max())
     np.testing.assert_allclose(found.dissipation, other.dissipation, rtol=1e-7, atol=1e-12)
 
 
 def test_sliders_in_parallel_are_several_elements() -> None:
-    both = mass_on(5, Element(force="jenkins", places=[0], parameters=[2.0, 0.1, 1.0, 0.03]))
+    both = mass_on(3, Element(force="jenkins", places=[0], parameters=[2.0, 0.1, 1.0, 0.03]))
     pairs = (2.0, 0.1), (1.0, 0.03)
-    apart = mass_on(5, *(Element(force="jenkins", places=[0], parameters=p) for p in pairs))
+    apart = mass_on(3, *(Element(force="jenkins", places=[0], parameters=p) for p in pairs))
     np.testing.assert_allclose(both.output, apart.output, atol=1e-9 * apart.amplitude.max())
 
 
@@ -82,9 +82,9 @@ def test_elements_and_contacts_act_together() -> None:
     slider = Contact(tangential=0, kt=1.0, mu=0.5, preload=0.1)
     as_stop = Element(force="stop", places=[0], parameters=[2.0, 0.1])
     as_slider = Element(force="jenkins", places=[0], parameters=[1.0, 0.05])
-    wanted = mass_on(7, contacts=[stop, slider])
+    wanted = mass_on(3, contacts=[stop, slider])
     for contact, element in ((stop, as_slider), (slider, as_stop)):
-        found = mass_on(7, element, contacts=[contact])
+        found = mass_on(3, element, contacts=[contact])
         np.testing.assert_allclose(found.output, wanted.output, atol=1e-8 * wanted.amplitude.max())
 
 
@@ -114,7 +114,7 @@ def test_derivatives_are_those_of_differences(element: Element, samples: int | N
         return (ahead - behind) / (2 * step)
 
     size = np.abs(found.jacobian).max()
-    for _ in range(4):
+    for _ in range(2):
         direction = rng.normal(size=u.shape)
         given = np.einsum("imjn,jn->im", found.jacobian, direction)
         # A kink passes instants as they are chosen anew: 1e-5 and less.
@@ -135,7 +135,7 @@ def test_velocity_counts_where_arcs_pass_folds() -> None:
     # Friction with a velocity, beside a spring that folds the curve: both ways meet at the ends.
     spring = Element(force="cubic_spring", places=[0], parameters=[4.0])
     friction = Element(force="tanh_friction", places=[0], parameters=[0.01, 0.05])
-    up, down = (mass_on(3, spring, friction, direction=way) for way in ("up", "down"))
+    up, down = (mass_on(1, spring, friction, direction=way) for way in ("up", "down"))
     assert up.converged.all()
     assert down.converged.all()
     assert np.abs(up.amplitude - down.amplitude).max() > 0.1 * up.amplitude.max()
@@ -163,8 +163,8 @@ def test_adaptive_response_takes_elements() -> None:
         force={0: FORCE},
     )
     shares = nonlinear.Shares(1e-4, 1e-3)
-    found = nonlinear.adaptive_response(lambda _: made, HERTZ[3:9], shares)
-    fixed = frequency_response(made, HERTZ[3:9], Options(25))
+    found = nonlinear.adaptive_response(lambda _: made, HERTZ[2:4], shares)
+    fixed = frequency_response(made, HERTZ[2:4], Options(25))
     close = np.abs(found.amplitude[:, 0, 0] / fixed.amplitude[:, 0, 0] - 1)
     assert found.converged.all()
     assert close.max() < 3e-4

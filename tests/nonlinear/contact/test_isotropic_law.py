@@ -71,7 +71,7 @@ def test_step_is_the_limit_of_radial_return_in_small_steps() -> None:
     # A step is exact for a disc whose centre moves straight and whose radius changes linearly.
     rng = np.random.default_rng(5)
     out, rates, slipped = np.empty(2), np.empty((2, 8)), 0
-    for _ in range(60):
+    for _ in range(25):
         r0, r1 = rng.uniform(0.3, 1.5, 2)
         a, b, angle = rng.normal(size=2), 2 * rng.normal(size=2), rng.uniform(0, 2 * np.pi)
         start = a + rng.uniform(0, 1) ** 0.2 * r0 * np.array([np.cos(angle), np.sin(angle)])
@@ -90,7 +90,7 @@ def test_step_is_the_limit_of_radial_return_in_small_steps() -> None:
         np.testing.assert_allclose(out, extrapolated, atol=3e-6)
         slipped += kind != HELD
         assert work >= 0
-    assert 30 < slipped < 60
+    assert 12 < slipped < 25
 
 
 def test_circular_path_drags_its_slider_on_a_circle() -> None:
@@ -138,7 +138,7 @@ def test_straight_path_is_the_closed_form_loop_whatever_its_direction(angle: flo
     np.testing.assert_allclose(force @ [-np.sin(angle), np.cos(angle)], 0, atol=1e-9 * limit)
 
 
-@pytest.mark.parametrize("harmonics", [1, 3])
+@pytest.mark.parametrize("harmonics", [3])
 def test_coefficients_are_of_second_order_in_the_samples(
     harmonics: int, coefficients: Callable[..., NDArray[np.complex128]]
 ) -> None:
@@ -164,7 +164,7 @@ def test_coefficients_are_of_second_order_in_the_samples(
         assert 2.5 < coarse / finer < 6
 
 
-@pytest.mark.parametrize("harmonics", [1, 3, 7])
+@pytest.mark.parametrize("harmonics", [1, 7])
 def test_located_events_are_the_limit_of_samples(harmonics: int) -> None:
     # The sampled law's error falls with the square of the samples: two of them extrapolated.
     made, u = draw(harmonics, 120, seed=60 + harmonics)
@@ -215,8 +215,10 @@ def test_contact_that_slid_at_assembly_rests_at_the_nearest_common_point() -> No
         found = plane_law(made, 1)(u)
         angle = 2 * np.pi * np.arange(512) / 512
         v, x, y = u[0] @ np.array([np.ones(512), np.cos(angle), -np.sin(angle)])
-        outside = np.hypot(grid[:, :1] - x, grid[:, 1:] - y) - v
-        common = grid[outside.max(axis=1) <= 0.0]
+        common = grid
+        for few in (slice(0, None, 32), slice(None)):  # most places fail at once
+            outside = np.hypot(common[:, :1] - x[few], common[:, 1:] - y[few]) - v[few]
+            common = common[outside.max(axis=1) <= 0.0]
         assert (found.state[0] == STUCK) == (len(common) > 0)
         if not len(common):
             continue
@@ -231,7 +233,7 @@ def test_contact_that_slid_at_assembly_rests_at_the_nearest_common_point() -> No
 
 @pytest.mark.parametrize("samples", [None, 96])
 @pytest.mark.parametrize("constant_load", [False, True])
-@pytest.mark.parametrize("harmonics", [0, 1, 3, 5])
+@pytest.mark.parametrize("harmonics", [0, 1, 5])
 def test_jacobian_is_the_derivative(
     harmonics: int, constant_load: bool, samples: int | None
 ) -> None:

@@ -87,7 +87,7 @@ def test_contact_that_slid_once_carries_the_force_of_the_nearest_slider_position
         np.testing.assert_array_equal(found.dissipation, 0)
 
 
-@pytest.mark.parametrize("harmonics", [0, 1, 2, 3, 5, 9])
+@pytest.mark.parametrize("harmonics", [0, 1, 2, 5])
 def test_coefficients_agree_with_marching(
     harmonics: int, march: Callable[..., Floats], coefficients: Callable[..., Any]
 ) -> None:
@@ -126,9 +126,10 @@ def draw_aligned(harmonics: int, count: int, part: int, lifts: bool) -> tuple[Co
     return made, u
 
 
-@pytest.mark.parametrize("lifts", [False, True])
-@pytest.mark.parametrize("part", [8, 12])
-@pytest.mark.parametrize("harmonics", [1, 2, 3, 4, 5])
+@pytest.mark.parametrize(
+    ("harmonics", "part", "lifts"),
+    [(1, 8, True), (2, 12, False), (3, 12, True), (4, 8, True), (5, 12, False)],
+)
 def test_events_on_the_grid_that_brackets_them_are_found(
     harmonics: int,
     part: int,

@@ -63,8 +63,7 @@ def difference(
     return float(up.amplitude[0] - down.amplitude[0]) / (2 * STEP)
 
 
-@pytest.mark.parametrize("harmonics", [1, 3])
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(("seed", "harmonics"), [(0, 1), (1, 3), (2, 1), (3, 3)])
 def test_stiffness_moves_a_peak_as_differences_say(seed: int, harmonics: int) -> None:
     system, near = slipping(seed)
     options = Options(harmonics)

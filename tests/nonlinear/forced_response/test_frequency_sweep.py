@@ -34,8 +34,7 @@ Make = Callable[..., System]
 Lowest = Callable[[System], float]
 
 
-@pytest.mark.parametrize("preload", [0.1, 1.0, 10.0])
-@pytest.mark.parametrize("seed", [0, 2, 3])
+@pytest.mark.parametrize(("seed", "preload"), [(0, 10.0), (2, 0.1), (3, 1.0)])
 def test_every_point_from_stick_to_rattling_converges_and_is_right(
     random_system: Make,
     first_frequency: Lowest,
@@ -45,7 +44,7 @@ def test_every_point_from_stick_to_rattling_converges_and_is_right(
     preload: float,
 ) -> None:
     system = random_system(seed, preload=preload)
-    hertz = np.linspace(0.5, 2.5, 40) * first_frequency(system)
+    hertz = np.linspace(0.5, 2.5, 25) * first_frequency(system)
     for harmonics in (1, 3):
         response = frequency_response(system, hertz, Options(harmonics), find_jumps=False)
         assert response.converged.all()
@@ -156,7 +155,7 @@ def test_range_follows_the_curve(random_system: Make, first_frequency: Lowest) -
     assert found.frequency[0] == low
     assert found.frequency[-1] == pytest.approx(high, rel=1e-15)
     assert np.all(np.diff(found.frequency) > 0)
-    fine = frequency_response(system, np.linspace(low, high, 4001), Options(1))
+    fine = frequency_response(system, np.linspace(low, high, 1501), Options(1))
     exact, coarse = fine.amplitude[:, 0].max(axis=1), found.amplitude[:, 0].max(axis=1)
     assert found.points < 400
     drawn = np.interp(fine.frequency, found.frequency, coarse)
@@ -239,7 +238,7 @@ def test_amplitude_is_half_the_peak_to_peak() -> None:
 def test_response_survives_its_file(
     random_system: Make, first_frequency: Lowest, tmp_path: Path
 ) -> None:
-    system = random_system(1)
+    system = random_system(1, size=6, contacts=2)
     system.save(tmp_path / "system.h5")
     again = System.load(tmp_path / "system.h5")
     hertz = first_frequency(system) * np.array([0.9, 1.1])

