@@ -1,86 +1,51 @@
-"""Two cases at engine order 2: page, terminal and CSV say of each what the results hold of it."""
+"""Golden runs: page, terminal and CSV say of each case what the results hold of it."""
 
 import csv
 import html
-import pickle
 import re
-from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
-from vanelock import parse_study, run_study
-from vanelock.commands.run.cases import OngoingRun
-from vanelock.common.tables import Table
-from vanelock.pipeline.progress import Event
+from tests.vanelock.pipeline.test_progress import summary
+from vanelock import parse_study
+from vanelock.results.page_sections.summary import _speed
+from vanelock.stages.response.summary import Peak
 
-STUDY = """
-name = "two cases"
-[mesh]
-size = "coarse"
-[excitation]
-engine_order = 2
-[joints.interlock]
-wear_coefficient = 2e-15
-[response]
-frequencies = [248, 254, 260, 266]
-harmonics = 2
-[sweep]
-"joints.interlock.mu" = [0.3, 0.03]
-[campbell]
-engine_orders = [2]
-[outputs]
-shapes = false
-loops = false
-animations = false
-"""
-CASES = {"mu=0.3": "μ = 0.3", "mu=0.03": "μ = 0.03"}
+CASES = {
+    f"mu={mu},force={force}N": f"μ = {mu}, force = {force} N"
+    for mu in (0.15, 0.3)
+    for force in (10, 30)
+}
 LIMIT, STRENGTH = 250.0, 900.0  # MPa, the defaults
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory):
-    """The run's folder, the tables that it printed, and what it kept for its pictures."""
-    folder = tmp_path_factory.mktemp("cases")
-    heard: list[Event] = []
-    kept = []
-
-    class Kept(OngoingRun):
-        def all_cases(self):
-            kept.append(self)
-            return super().all_cases()
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("vanelock.commands.run.study.OngoingRun", Kept)
-        run_study(parse_study(STUDY), folder, heard.append, STUDY)
-    return folder, [event for event in heard if isinstance(event, Table)], kept[0].shown
-
-
-def test_a_run_keeps_no_product_of_a_case(ran):
-    """Each is some 20 to 5,000 kB, and a sweep may have 100,000 cases."""
-    shown = replace(ran[2], linear={}, campbell={})
-    assert len(pickle.dumps(shown)) < 1500 * len(CASES)
+def ran(golden):
+    return golden("sweep")
 
 
 @pytest.fixture(scope="module")
 def results(ran):
-    """By case: its attributes, those of its answers, and its arrays."""
+    """By case: its attributes, those of its answers, and its frequencies in both directions."""
     found = {}
-    with h5py.File(ran[0] / "results.h5") as file:
+    with h5py.File(ran.folder / "results.h5") as file:
         for name in CASES:
             group = file["response"][name]
             arrays = {
-                key: item[()] for key, item in group.items() if isinstance(item, h5py.Dataset)
+                where.attrs["direction"]: where["frequency"][()]
+                for where in (group, group["lower"])
             }
-            arrays["wear coefficient"] = 2e-15
             found[name] = dict(group.attrs), dict(group["answers"].attrs), arrays
     return found
 
 
 @pytest.fixture(scope="module")
 def page(ran):
-    return (ran[0] / "report.html").read_text("utf-8")
+    return (ran.folder / "report.html").read_text("utf-8")
 
 
 def plain(text):
@@ -113,6 +78,10 @@ def card(page, label):
     return plain(found[1]), plain(found[2])
 
 
+def slug(name):
+    return name.replace("=", "").replace(",", "_")
+
+
 def written(path):
     lines = [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
     return [{k: number(v) for k, v in row.items()} for row in csv.DictReader(lines)]
@@ -125,7 +94,7 @@ def position(row):
 def largest(results):
     """The case of the largest peak: here not the first one, nor the first by name."""
     found = max(results, key=lambda name: results[name][0]["peak_amplitude"])
-    assert found == "mu=0.03"
+    assert found == "mu=0.15,force=30N"
     return found
 
 
@@ -167,13 +136,27 @@ def test_the_answers_are_those_of_the_largest_peak(page, results):
     value, note = card(page, "Frequency")
     assert float(value.split()[0]) == pytest.approx(case["peak_frequency"], abs=0.006)
     rpm = float(note.partition(" rpm")[0].split()[-1].replace(",", ""))
-    assert rpm == pytest.approx(60 * case["peak_frequency"] / 2, abs=0.6)
-    assert "rpm at engine order 2" in note
+    assert rpm == pytest.approx(60 * case["peak_frequency"], abs=0.6)
+    assert "rpm at engine order 1" in note
+    assert f"{100 * case['position']:.0f} % of the shift" in note
+    assert card(page, "Equivalent damping")[0] == f"{100 * answers['damping_ratio']:.2g} %"
+    friction = 100 * answers["friction_work"] / answers["input_work"]
+    assert card(page, "Share of friction")[0] == f"{friction:.0f} %"
     assert float(card(page, "Critical stress")[0].split()[0]) == pytest.approx(
         1e-6 * answers["alternating_stress"], rel=5e-3
     )
     assert float(card(page, "HCF safety factor")[0].split()[-1]) == pytest.approx(
         answers["goodman_reserve"], rel=5e-3
+    )
+
+
+def test_a_rotor_speed_is_the_frequency_over_the_engine_order():
+    study = parse_study("[excitation]\nengine_order = -3")
+    planned = SimpleNamespace(case=SimpleNamespace(name="a", given=study))
+    content: Any = SimpleNamespace(worth={"a": None}, run_data=SimpleNamespace(planned=[planned]))
+    found = summary(case="a", peak=Peak(3, 250.0, 1e-5, False), position=0.25)
+    assert _speed(content, found) == (
+        "5,000 rpm at engine order 3; 25 % of the shift from free to stuck"
     )
 
 
@@ -187,7 +170,7 @@ def test_reserves_follow_from_the_stresses_in_their_rows(page, ran, results):
         "n, von Mises mean",
         "vibratory stress margin",
     ]
-    nodes = written(ran[0] / "figures" / f"fatigue_{name.replace('=', '')}.csv")
+    nodes = written(ran.folder / "figures" / f"fatigue_{slug(name)}.csv")
     different = 0
     for row in rows:
         alternating, mean, n, other, growth = row[2:]
@@ -226,80 +209,146 @@ def test_energy_and_damping_of_each_case(page, results):
             100 * answers["friction_work"] / answers["input_work"], rel=1e-3
         )
         assert sum(row[2:5]) == pytest.approx(100, abs=0.1)
+        stored = answers["input_work"] / (4 * np.pi * answers["damping_ratio"])
+        assert stored == pytest.approx(answers["stored_energy"])
         assert row[5] == pytest.approx(100 * answers["damping_ratio"], rel=1e-3)
 
 
-def test_wear_is_friction_s_work_over_friction_s_force(page, ran, results):
-    """Work ≤ √2 μ ∮ n ds, so slip lies above work / (√2 μ n_max); volume is k ∮ n ds."""
+def test_slip_is_bounded_by_friction_s_work(page, ran, results):
+    """Work ≤ √2 μ ∮ n ds, so slip lies above work / (√2 μ n_max)."""
     head, rows = on_page(page, "Joints of one sector at the peak")
     assert head[5:7] == ["slip µm/cycle", "slip m/h"]
     for name, words in CASES.items():
         case, answers, _ = results[name]
-        mu, hertz = float(name.split("=")[1]), case["peak_frequency"]
-        contacts = written(ran[0] / "figures" / f"wear_{name.replace('=', '')}.csv")
-        slipping = [
-            row
-            for row in contacts
-            if "interlock" in row["contact"] and row["energy (µJ/cycle)"] > 0
-        ]
-        assert slipping
+        mu, hertz = case["mu"], case["peak_frequency"]
+        contacts = written(ran.folder / "figures" / f"wear_{slug(name)}.csv")
+        slipping = [row for row in contacts if row["energy (µJ/cycle)"] > 0]
+        assert len(slipping) > 5
+        assert all("interlock" in row["contact"] for row in slipping)
         for row in slipping:
             energy, slip = row["energy (µJ/cycle)"], row["slip (µm/cycle)"]
             assert energy / (2**0.5 * mu * row["largest load (N)"]) <= 1.01 * slip
             assert row["slip (m/h)"] == pytest.approx(1e-6 * slip * hertz * 3600, rel=1e-3)
-            worn = row["worn volume (mm^3/h)"]
-            load = worn / (1e9 * 2e-15 * 3600 * hertz)  # ∮ n ds, J
-            assert mu * load <= 1.01e-6 * energy <= 1.03 * 2**0.5 * mu * load
-            assert load <= 1.01e-6 * slip * row["largest load (N)"]
-        top = max(row["slip (µm/cycle)"] for row in contacts if row["slip (µm/cycle)"] != "")
+        top = max(row["slip (µm/cycle)"] for row in contacts)
         assert top == pytest.approx(1e6 * answers["largest_slip"], rel=1e-4)
         (line,) = [row for row in rows if row[0] == words and row[1] == "interlock"]
         assert line[5] == pytest.approx(max(row["slip (µm/cycle)"] for row in slipping), rel=1e-3)
         assert line[6] == pytest.approx(max(row["slip (m/h)"] for row in slipping), rel=1e-3)
-        assert line[3] == pytest.approx(sum(row["energy (µJ/cycle)"] for row in slipping), rel=1e-3)
+        energy = sum(row["energy (µJ/cycle)"] for row in slipping)
+        assert line[3] == pytest.approx(energy, rel=1e-3)
+        assert energy == pytest.approx(1e6 * answers["friction_work"], rel=1e-4)
 
 
-def test_rotor_speeds_are_frequencies_over_the_engine_order(ran, results):
-    folder, tables, _ = ran
-    with h5py.File(folder / "results.h5") as file:
+def test_worn_volume_is_by_archard(golden):
+    """Volume is k ∮ n ds; work lies between μ and √2 μ of that; depth is volume over area."""
+    ran = golden("everything")
+    with h5py.File(ran.folder / "results.h5") as file:
+        hertz = file["response/nominal"].attrs["peak_frequency"]
+        mu = file["response/nominal"].attrs["mu"]
+    rows = [
+        row
+        for row in written(ran.folder / "figures" / "wear_nominal.csv")
+        if "interlock" in row["contact"] and row["energy (µJ/cycle)"] > 0
+    ]
+    assert rows
+    for row in rows:
+        energy, worn = row["energy (µJ/cycle)"], row["worn volume (mm^3/h)"]
+        load = worn / (1e9 * 1e-13 * 3600 * hertz)  # ∮ n ds, J
+        assert mu * load <= 1.01e-6 * energy <= 1.03 * 2**0.5 * mu * load
+        assert load <= 1.01e-6 * row["slip (µm/cycle)"] * row["largest load (N)"]
+        depth = worn / row["area (mm^2)"] * 1e3
+        assert row["worn depth (µm/h)"] == pytest.approx(depth, rel=1e-4)
+
+
+def test_rotor_speeds_are_frequencies_over_the_engine_order(golden):
+    ran = golden("everything")
+    with h5py.File(ran.folder / "results.h5") as file:
         (name,) = file["campbell"]
-    stem = f"campbell_{name.replace('=', '')}"
-    for row in written(folder / "figures" / f"{stem}_crossings.csv"):
-        assert row["rotor speed (rpm)"] == pytest.approx(60 * row["frequency (Hz)"] / 2)
-    circles = written(folder / "figures" / f"{stem}_circles.csv")
-    for row in circles:
-        assert row["rotor speed (rpm)"] == pytest.approx(60 * row["frequency (Hz)"] / 2)
-    own = [row["amplitude (µm)"] for row in circles if row["nonlinear"] == 1]
-    assert max(own) == pytest.approx(1e6 * results[name][0]["peak_amplitude"], rel=1e-6)
-    (crossings,) = [table for table in tables if table.key == "crossings"]
-    for row in crossings.record()["rows"]:
-        assert row["speed_rpm"] == pytest.approx(60 * row["frequency_hz"] / 2)
+        peak = file["response/nominal"].attrs["peak_amplitude"]
+    stem = f"campbell_{slug(name)}" if name != "nominal" else "campbell"
+    crossings = written(ran.folder / "figures" / f"{stem}_crossings.csv")
+    assert {row["engine order"] for row in crossings} == {1, 2}
+    for row in crossings:
+        speed = 60 * row["frequency (Hz)"] / row["engine order"]
+        assert row["rotor speed (rpm)"] == pytest.approx(speed)
+    circles = written(ran.folder / "figures" / f"{stem}_circles.csv")
+    own = [row for row in circles if row["nonlinear"] == 1]
+    assert max(row["amplitude (µm)"] for row in own) == pytest.approx(1e6 * peak, rel=1e-6)
+    for row in own:  # of engine order 1, as the load
+        assert row["rotor speed (rpm)"] == pytest.approx(60 * row["frequency (Hz)"])
+    for row in ran.rows("crossings"):
+        speed = 60 * row["frequency_hz"] / row["engine_order"]
+        assert row["speed_rpm"] == pytest.approx(speed)
 
 
 def test_the_curves_as_csv_are_the_responses(ran, results):
-    rows = written(ran[0] / "figures" / "response.csv")
+    rows = written(ran.folder / "figures" / "response.csv")
     for name, words in CASES.items():
         attributes, _, arrays = results[name]
-        own = [row for row in rows if row["case"] == name]
-        assert {row["curve"].partition(", H")[0] for row in own} == {words}
-        assert {row["converged"] for row in own} == {1}
-        frequency, amplitude = (
-            [row[k] for row in own] for k in ("frequency (Hz)", "amplitude (µm)")
-        )
-        np.testing.assert_allclose(frequency, arrays["frequency"])
-        assert max(amplitude) == pytest.approx(1e6 * attributes["peak_amplitude"], rel=1e-6)
-        assert frequency[int(np.argmax(amplitude))] == attributes["peak_frequency"]
+        highest = []
+        for direction in ("up", "down"):
+            title = f"{words}, sweeping {direction}, H = 1"
+            own = [row for row in rows if row["curve"] == title]
+            assert {(row["case"], row["converged"]) for row in own} == {(name, 1)}
+            frequency = [row["frequency (Hz)"] for row in own]
+            np.testing.assert_allclose(frequency, arrays[direction])
+            top = max(own, key=lambda row: row["amplitude (µm)"])
+            highest.append((top["amplitude (µm)"], top["frequency (Hz)"]))
+        assert max(highest)[0] == pytest.approx(1e6 * attributes["peak_amplitude"], rel=1e-6)
+        assert max(highest)[1] == pytest.approx(attributes["peak_frequency"])
 
 
 def test_the_terminal_s_table_is_of_each_case(ran, results):
-    (table,) = [each for each in ran[1] if each.key == "cases"]
-    rows = table.record()["rows"]
-    for row, (name, (case, _, _)) in zip(rows, results.items(), strict=True):
+    for row, (name, (case, answers, _)) in zip(ran.rows("cases"), results.items(), strict=True):
         assert row["case"] == name
-        assert row["mu"] == float(name.split("=")[1])
+        assert row["mu"] == case["mu"] == float(name[3:].partition(",")[0])
+        assert row["harmonics"] == 1
         assert row["peak_um"] == pytest.approx(1e6 * case["peak_amplitude"])
         assert row["frequency_hz"] == pytest.approx(case["peak_frequency"])
         assert row["of_free"] == pytest.approx(case["of_free"])
         assert row["of_stuck"] == pytest.approx(case["of_stuck"])
+        assert row["x"] == pytest.approx(case["position"])
+        assert row["work_uj"] == pytest.approx(1e6 * answers["friction_work"])
         assert row["slipping_percent"] == pytest.approx(100 * case["slipping"])
         assert row["opening_percent"] == pytest.approx(100 * case["opening"])
+        assert row["converged"] == "9/9"
+
+
+def test_each_case_is_swept_in_both_directions(ran):
+    """Without a jump both find the same."""
+    for found in ran.summaries:
+        assert [sweep.direction for sweep in found.sweeps] == ["up", "down"]
+        with h5py.File(ran.folder / "results.h5") as file:
+            case = file["response"][found.case]
+            assert case["jumps"].shape == case["lower/jumps"].shape == (0, 4)
+            two = {each.attrs["direction"]: each["amplitude"][()] for each in (case, case["lower"])}
+        assert set(two) == {"up", "down"}
+        np.testing.assert_allclose(two["down"], two["up"], rtol=1e-6)
+    assert not any("sweep" in line for line in ran.table("cases").notes)
+
+
+def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(ran, results, page):
+    warned = {name: list(case["warnings"]) for name, (case, _, _) in results.items()}
+    (name,) = [name for name, lines in warned.items() if lines]
+    (line,) = warned[name]
+    assert line.startswith("static friction of contacts that stick is not determined: it can")
+    assert ran.table("cases").notes == [f"warning: {name}: {line}."]
+    assert f"{CASES[name]}: {line}." in plain(page)
+
+
+def test_meshes_on_the_page_are_those_of_the_results(golden):
+    folder = golden("default").folder
+    head, rows = on_page(
+        (folder / "report.html").read_text("utf-8"), "Finite-element meshes of one"
+    )
+    assert head[:5] == ["part", "nodes", "dofs", "elements", "type"]
+    with h5py.File(folder / "results.h5") as file:
+        for row in rows:
+            part = file["mesh"][row[0]]
+            points, cells = part["points"][()], part["cells"][()]
+            assert row[1:4] == [len(points), 3 * len(points), len(cells)]
+            a, b, c, d = points[cells[:, :4]].transpose(1, 0, 2)
+            volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a).sum() / 6
+            mass = row[head.index("mass kg")]
+            assert mass == pytest.approx(8200 * volume, rel=0.01)  # elements are curved
+    assert [row[0] for row in rows] == ["vane", "casing"]

@@ -1,6 +1,7 @@
 """The data beside the pictures of a run: the numbers of its results, and captions."""
 
 import csv
+import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -9,28 +10,21 @@ import h5py
 import numpy as np
 import pytest
 
-from vanelock import fem, load_component, mesh, nonlinear, parse_study, rom, run_study
+from vanelock import cases, fem, load_component, mesh, nonlinear, parse_study, rom
 from vanelock.nonlinear import Response, static_response
-from vanelock.pipeline.progress import Event, Finished
-from vanelock.quantities.curves_and_fields import Around
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import Finished, silent
+from vanelock.pipeline.step import Stages
+from vanelock.quantities.curves_and_fields import Around, RunData, Shown
 from vanelock.render.scenes import offscreen
-from vanelock.report import Picture
 from vanelock.results.figures.contacts.contacts import columns as contact_columns
 from vanelock.results.figures.contacts.loops import Loop
 from vanelock.results.figures.contacts.preload import columns as preload_columns
+from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.time_steps import steps
 from vanelock.stages.parts.places import TANGENTS
-
-STUDY = """
-[mesh]
-size = "coarse"
-[response]
-frequencies = [262, 266, 270]
-harmonics = 2
-[outputs]
-shapes = false
-animations = false
-report = false
-"""
+from vanelock.stages.plan import plan
+from vanelock.stages.response.monitor import Monitor
 
 
 def read(path):
@@ -59,24 +53,25 @@ def test_preload_columns_are_the_state_at_rest(ring):
     assert np.isnan(found["friction utilisation |t| / (mu n) (-)"][1])
 
 
-def test_data_beside_the_pictures_are_the_results(tmp_path):
-    heard: list[Event] = []
-    run_study(parse_study(STUDY), tmp_path, heard.append)
-    with h5py.File(tmp_path / "results.h5") as file:
+def test_data_beside_the_pictures_are_the_results(golden):
+    known = golden("default")
+    figures = known.folder / "figures"
+    with h5py.File(known.folder / "results.h5") as file:
         response, free, stuck = (
             Response.load(file[f"response/{name}"]) for name in ("nominal", "free", "stuck")
         )
-    table = read(tmp_path / "figures" / "response.csv")
+        rest = file["response/nominal/preload/force"][0, 0].real
+    table = read(figures / "response.csv")
     # The monitored component is the one that moves most where the interlock is free.
     component = int(free.amplitude[:, 0].max(axis=0).argmax())
-    for name, found in (("linear, free", free), ("linear, stuck", stuck), ("H = 2", response)):
+    for name, found in (("linear, free", free), ("linear, stuck", stuck), ("H = 3", response)):
         own = [i for i, curve in enumerate(table["curve"]) if name in curve]
         frequency, amplitude = (
             numbers([table[head][i] for i in own]) for head in ("frequency (Hz)", "amplitude (µm)")
         )
         np.testing.assert_allclose(amplitude, 1e6 * found.amplitude[:, 0, component], rtol=1e-15)
         np.testing.assert_array_equal(frequency, found.frequency)
-    table = read(tmp_path / "figures" / "loop_nominal.csv")
+    table = read(figures / "loop_nominal.csv")
     peak = int(response.amplitude[:, 0, component].argmax())
     own = response.dissipation[peak] * (np.arange(66) >= 56)  # the interlock's
     u, f = nonlinear.contact_loop(response, peak, int(own.argmax()))
@@ -84,16 +79,38 @@ def test_data_beside_the_pictures_are_the_results(tmp_path):
         numbers(table["displacement, along the slant (µm)"]), 1e6 * u[:, 2], rtol=1e-14
     )
     np.testing.assert_array_equal(numbers(table["friction force, along the slant (N)"]), f[:, 2])
-    finished = heard[-1]
+    table = read(figures / "preload.csv")
+    np.testing.assert_allclose(numbers(table["normal force n (N)"]), rest[:, 0], rtol=1e-12)
+    finished = known.events[-1]
     assert isinstance(finished, Finished)
-    names = {str(tmp_path / "figures" / name) for name in ("response.csv", "preload.csv")}
+    names = {str(figures / name) for name in ("response.csv", "preload.csv")}
     assert names <= set(finished.summary["pictures"])
-    written = {path: path.stat().st_mtime_ns for path in (tmp_path / "figures").iterdir()}
-    run_study(parse_study(STUDY), tmp_path)
-    assert {path: path.stat().st_mtime_ns for path in written} == written
-    run_study(parse_study(STUDY + "loops = false"), tmp_path)
-    left = {path.name for path in (tmp_path / "figures").iterdir()}
-    assert left == {"response.png", "response.csv", "preload.png", "preload.csv"}
+
+
+def test_contacts_beside_their_picture_are_the_results(golden):
+    known = golden("default")
+    with h5py.File(known.folder / "results.h5") as file:
+        response = Response.load(file["response/nominal"])
+    masters = load_component(known.folder / "results.h5", "vane").masters
+    peak = known.summaries[0].peak
+    table = read(known.folder / "figures" / "contacts_nominal.csv")
+    sides = {"below the peak": -1, "at the peak": 0, "above the peak": 1}
+    assert set(table["at"]) == set(sides)
+    words = np.array(["sticks", "slips", "opens", "slips and opens"])
+    for at, side in sides.items():
+        own = [i for i, where in enumerate(table["at"]) if where == at]
+        mine = {head: [column[i] for i in own] for head, column in table.items()}
+        (hertz,) = {float(cell) for cell in mine["frequency (Hz)"]}
+        point = int(np.abs(response.frequency - hertz).argmin())
+        assert hertz == pytest.approx(response.frequency[point])
+        assert np.sign(point - peak.point) == side
+        energy = numbers(mine["energy per cycle (µJ)"])
+        np.testing.assert_allclose(energy, 1e6 * response.dissipation[point], rtol=1e-14)
+        assert mine["state"] == words[response.state[point]].tolist()
+        place = masters.position(np.array(mine["node of the vane (from 0)"], int))
+        np.testing.assert_allclose(numbers(mine["x (mm)"]), 1e3 * place[:, 0])
+        np.testing.assert_allclose(numbers(mine["z (mm)"]), 1e3 * place[:, 2])
+        assert mine["joint"] == ["hook"] * 56 + ["interlock"] * 10
 
 
 def test_a_loop_knows_its_bounds(ring):
@@ -134,36 +151,40 @@ def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
     assert np.asarray(columns["energy per cycle (µJ)"]).tolist() == [1e6, 0, 0, 1e6]
 
 
-def test_a_period_for_paraview_is_the_response_evaluated(tmp_path, monkeypatch):
+def test_a_period_for_paraview_is_the_response_evaluated(golden, tmp_path):
     """Instants read back by VTK against harmonics recovered here from results and cache."""
-    monkeypatch.setattr("vanelock.results.figures.pictures.all_modes", lambda *_: [])
-    bare = Picture(tmp_path / "mesh.png", "", "")
-    monkeypatch.setattr("vanelock.results.figures.pictures.mesh", lambda *_: bare)
-    text = STUDY.replace("[262, 266, 270]", "[266]").replace("shapes = false", "steps = 5")
-    run_study(parse_study(text + "loops = false"), tmp_path)
-    study = parse_study(text)
-    with h5py.File(tmp_path / "results.h5") as file:
+    known = golden("default")
+    study = parse_study(known.text + "[outputs]\nsteps = 3\n")
+    shutil.copytree(known.folder / "cache", tmp_path / "cache")
+    planned = plan(cases(study), lambda *_: None)
+    shown = Shown(Monitor("vane output 1, circumferential", 0, 0))
+    peak = shown.peak["nominal"] = known.summaries[0].peak
+    stages = Stages(Cache(tmp_path / "cache", print), silent)
+    (listed,) = steps(
+        RunData(study, planned, stages, shown, OutputFiles(tmp_path, silent)), planned[0]
+    )
+    with h5py.File(known.folder / "results.h5") as file:
         response = Response.load(file["response/nominal"])
         parts = [mesh.Part.load(file[f"mesh/{part}"]) for part in ("vane", "casing")]
-    components = [load_component(tmp_path / "results.h5", part) for part in ("vane", "casing")]
+    components = [load_component(known.folder / "results.h5", part) for part in ("vane", "casing")]
     elastic = fem.Material(**study.material.vane.model_dump(include={"E", "nu", "rho"}))
     recoveries = [
         rom.recovery(component, fem.assemble(part, elastic))
         for component, part in zip(components, parts, strict=True)
     ]
-    angle = 2 * np.pi * 3 / 5
+    angle = 2 * np.pi * 2 / 3
     moved: list[Any] = [0.0, 0.0]
     stress: Any = 0.0
-    for h in range(3):
+    for h in range(4):
         k = int(response.harmonic_diameters[h])
-        pieces = rom.split(*components, np.asarray(response.x[h][0], complex))
+        pieces = rom.split(*components, np.asarray(response.x[h][peak.point], complex))
         turned = np.exp(1j * h * angle)
         for i, (recovery, q) in enumerate(zip(recoveries, pieces, strict=True)):
             moved[i] = moved[i] + (recovery.displacement(q, k) * turned).real
         stress = stress + (recoveries[0].stress(pieces[0], k) * turned).real
-    reader = offscreen.pyvista().get_reader(tmp_path / "shapes" / "response_nominal.pvd")
-    np.testing.assert_allclose(reader.time_values, np.arange(5) / 5 / 266)
-    reader.set_active_time_value(reader.time_values[3])
+    reader = offscreen.pyvista().get_reader(listed)
+    np.testing.assert_allclose(reader.time_values, np.arange(3) / 3 / peak.frequency)
+    reader.set_active_time_value(reader.time_values[2])
     blocks = reader.read()
     for block, u in zip(blocks, moved, strict=True):
         size = np.abs(u).max()
@@ -171,11 +192,3 @@ def test_a_period_for_paraview_is_the_response_evaluated(tmp_path, monkeypatch):
     found = blocks[0].point_data["von_mises (Pa)"]
     expected = fem.von_mises(stress)
     np.testing.assert_allclose(found, expected, atol=1e-6 * expected.max())
-    assert (tmp_path / "figures" / "contacts_nominal.png").is_file()
-    table = read(tmp_path / "figures" / "contacts_nominal.csv")
-    assert set(table["frequency (Hz)"]) == {"266.0"}
-    energy = numbers(table["energy per cycle (µJ)"])
-    np.testing.assert_allclose(energy, 1e6 * response.dissipation[0], rtol=1e-14)
-    place = components[0].masters.position(np.array(table["node of the vane (from 0)"], int))
-    np.testing.assert_allclose(numbers(table["z (mm)"]), 1e3 * place[:, 2])
-    assert table["joint"] == ["hook"] * 56 + ["interlock"] * 10

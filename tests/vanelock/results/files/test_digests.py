@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -142,16 +143,19 @@ def test_what_was_written_is_read(written, tmp_path, complete, door):
 
 
 @pytest.mark.parametrize("door", DOORS)
-def test_every_data_set_counts(written, tmp_path, door):
+def test_every_data_set_counts(written, door):
     path = written()
-    kept = shutil.copytree(path.parent, tmp_path / "kept")
     names = datasets(path)
     assert len(names) > 60
     assert {"response/mu=0.3/amplitude", "response/mu=0.1/preload/x/0"} < {*names}
-    for name in names if door is in_python else names[::12]:
-        shutil.copytree(kept, path.parent, dirs_exist_ok=True)
+    for name in names if door is in_python else names[::24]:
+        with h5py.File(path) as file:
+            holder = Path(file[name].file.filename)
+        before = holder.read_bytes()
         alter(path, name)
         refused(door, path, "is not what was written", file="/results/")
+        holder.write_bytes(before)
+    door(path)
 
 
 @pytest.mark.parametrize("door", DOORS)
