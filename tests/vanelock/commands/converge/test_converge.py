@@ -1,4 +1,4 @@
-"""Error against cost, measured: the coarse scene at few frequencies; what settings there are."""
+"""Error against cost, measured: a small study at few frequencies; what settings there are."""
 
 import json
 from dataclasses import replace
@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.vanelock.commands.conftest import SMALL
 from vanelock import converge_study, parse_study
 from vanelock.commands.converge.converge import vertex
 from vanelock.commands.converge.settings import chosen, settings_of
@@ -14,16 +15,14 @@ from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Finished, Notice
 
-STUDY = """
-name = "coarse"
-[mesh]
-size = "coarse"
+STUDY = f"""
+name = "small"
+{SMALL}
+joints.interlock.mu = 0.15
 [response]
 harmonics = 1
-range = [245, 262]
-points = 9
-[joints.interlock]
-mu = 0.15
+range = [248, 257]
+points = 5
 [sweep]
 "joints.interlock.mu" = [0.1, 0.2]
 """
@@ -145,7 +144,7 @@ def test_what_a_measurement_leaves(measured):
     assert (folder / "converge.md").read_text() == markdown(found)
     assert (folder / "figures" / "converge.png").stat().st_size > 20_000
     (shown,) = [e for e in heard if isinstance(e, Table)]
-    assert shown == table(found, "coarse")
+    assert shown == table(found, "small")
     assert isinstance(heard[-1], Finished)
 
 

@@ -1,4 +1,4 @@
-"""`vanelock optimise` on the coarsest mesh: against a map of peaks, and what it leaves behind."""
+"""`vanelock optimise` of a small study: against a map of peaks, and what it leaves behind."""
 
 import json
 from dataclasses import replace
@@ -6,75 +6,64 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.vanelock.commands.conftest import SMALL
 from vanelock import load_study, optimise_study, parse_study
+from vanelock.commands.fit.fit import rejoined
 from vanelock.commands.optimise.tables import notes
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, peak_response
+from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, Trial
+from vanelock.pipeline.step import Stages
 
-MU = "joints.interlock.mu"
-STUDY = """
+MU, FORCE = "joints.interlock.mu", "excitation.force"
+NEAR = (240.0, 290.0)
+STUDY = f"""
 name = "rig"
-[mesh]
-size = "coarse"
-[excitation]
-force = 3.0
-[joints.interlock]
-mu = 0.4  # a guess
-wear_coefficient = 1e-13
+{SMALL}
+{FORCE} = 3.0
+{MU} = 0.4  # a guess
+joints.interlock.wear_coefficient = 1e-13
 [response]
 harmonics = 1
-range = [240, 290]
+range = {list(NEAR)}
 [optimise]
-parameters = ["joints.interlock.mu"]
-starts = 4
-front = 4
+parameters = ["{MU}"]
+starts = 2
 """
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    where = tmp_path_factory.mktemp("rig")
-    (where / "study.toml").write_text(STUDY)
-    return where
-
-
-def test_the_optimum_is_that_of_a_map(folder):
+def test_the_optimum_is_that_of_a_map(small_model, tmp_path):
     """A grid of friction, each its highest peak: none is lower, and the lowest is next to it."""
-    from vanelock.commands.fit.fit import rejoined
-    from vanelock.pipeline.cache import Cache
-    from vanelock.pipeline.step import Stages
-
+    text = STUDY + "front = 3\n"
+    folder = tmp_path / "run"
     heard: list[Event] = []
-    found = optimise_study(
-        load_study(folder / "study.toml"), folder / "run", heard.append, STUDY, folder
-    )
+    found = optimise_study(parse_study(text), folder, heard.append, text, tmp_path)
     assert found.settled
     assert not any(found.held)
     assert found.after < 0.9 * found.before
     tried = [each for each in heard if isinstance(each, Trial)]
-    tried = [each for each in tried if each.name == "largest peak"][:-4]  # the front's starts
-    assert len(tried) == found.trials + 4  # starts, with one harmonic
+    tried = [each for each in tried if each.name == "largest peak"][:-2]  # the front's starts
+    assert len(tried) == found.trials + 2  # starts, with one harmonic
     assert found.trials < 20
     assert tried[-1].least == pytest.approx(1e6 * found.after)
     table, front = [each for each in heard if isinstance(each, Table)]
     assert table.rows[0][0] == "interlock.mu"
     assert len(front.rows) == len(found.front)
-    stages = Stages(Cache(folder / "run" / "cache", print), lambda event: None)
-    model = rejoined(parse_study(STUDY), stages)
-    system = model.system({})[0]
+    model = small_model
+    system = model.system({FORCE: 3.0})[0]
     output = system.output_names[model.monitor.node], model.monitor.component
     interlock = np.array(system.contacts.joint) == "interlock"
-    grid = found.value[0] * 1.1 ** np.arange(-6, 7)
-    least = peak_response(system, "mu", grid, (240.0, 290.0), Options(1), output, joint=interlock)
+    grid = found.value[0] * 1.1 ** np.arange(-3, 4)
+    least = peak_response(system, "mu", grid, NEAR, Options(1), output, joint=interlock)
     assert least.converged.all()
-    assert int(np.argmin(least.amplitude)) == 6
-    assert found.after == pytest.approx(least.amplitude[6], rel=1e-6)
+    assert int(np.argmin(least.amplitude)) == 3
+    assert found.after == pytest.approx(least.amplitude[3], rel=1e-6)
     assert found.after < (1 + 1e-3) * least.amplitude.min()
     values = np.array([each.value[0] for each in found.front])
-    every = np.sort(np.unique([*values, *np.geomspace(0.04, 4, 30)]))
-    along = peak_response(system, "mu", every, (240.0, 290.0), Options(1), output, joint=interlock)
+    every = np.sort(np.unique([*values, *np.geomspace(0.04, 4, 12)]))
+    along = peak_response(system, "mu", every, NEAR, Options(1), output, joint=interlock)
     work = along.response.dissipation[:, interlock].sum(axis=1)
     wear = 1e-13 * work / along.parameter * along.frequency
     assert len(values) > 1
@@ -84,10 +73,10 @@ def test_the_optimum_is_that_of_a_map(folder):
         assert point.wear == pytest.approx(wear[at], rel=1e-3)
         less = (along.amplitude < 0.999 * point.peak) & (wear < 0.99 * point.wear)
         assert not less[along.converged].any()
-    again = load_study(folder / "run" / "optimised.toml", outside=True)
+    again = load_study(folder / "optimised.toml", outside=True)
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
-    assert "# a guess" in (folder / "run" / "optimised.toml").read_text()
-    written = json.loads((folder / "run" / "optimise.json").read_text())
+    assert "# a guess" in (folder / "optimised.toml").read_text()
+    written = json.loads((folder / "optimise.json").read_text())
     assert written["largest_peak"] == found.after
     assert [each["largest_peak"] for each in written["front"]] == [p.peak for p in found.front]
     said = notes(replace(found, held=(True,), settled=False))
@@ -95,85 +84,71 @@ def test_the_optimum_is_that_of_a_map(folder):
     assert any("NOT SETTLED" in text for text in said)
 
 
-def test_what_cannot_be_varied_is_one_line(folder):
+def test_what_cannot_be_varied_is_one_line(tmp_path):
+    folder = tmp_path / "none"
     with pytest.raises(InputError, match=r"^optimise: the study has no \[optimise\] table"):
-        optimise_study(parse_study(""), folder / "none")
+        optimise_study(parse_study(""), folder)
     with pytest.raises(InputError, match='"damping.ratio" cannot be optimised; what can: joints'):
         parse_study('[optimise]\nparameters = ["damping.ratio"]')
     with pytest.raises(InputError, match="front: no joint wears: give one of joints.hook"):
         parse_study("[optimise]\nfront = 3")
     with pytest.raises(InputError, match="is not among optimise.parameters"):
         parse_study('[optimise]\nbounds = { "joints.hook.mu" = [0.1, 0.2] }')
-
-
-def test_a_swept_key_cannot_be_varied(folder):
     study = parse_study("[optimise]\n[sweep]\njoints.interlock.mu = [0.1, 0.2]")
     with pytest.raises(InputError, match="joints.interlock.mu is swept, too"):
-        optimise_study(study, folder / "swept")
+        optimise_study(study, folder)
 
 
-def test_each_case_of_a_sweep_has_an_optimum(folder):
+def test_each_case_of_a_sweep_has_an_optimum(tmp_path):
     """Of two loads; the smallest is written."""
-    text = STUDY.replace("front = 4\n", "") + "[sweep]\nexcitation.force = [6.0, 3.0]\n"
+    text = STUDY.replace("starts = 2", "starts = 0") + "[sweep]\nexcitation.force = [6.0, 3.0]\n"
     heard: list[Event] = []
-    found = optimise_study(parse_study(text), folder / "run", heard.append, text, folder)
+    found = optimise_study(parse_study(text), tmp_path, heard.append, text)
     first, *_, both = [each for each in heard if isinstance(each, Table)]
     assert "force=6" in first.title
     assert [row[0] for row in both.rows] == ["force=6N", "force=3N"]
-    written = json.loads((folder / "run" / "optimise.json").read_text())
+    written = json.loads((tmp_path / "optimise.json").read_text())
     sizes = [each["largest_peak"] for each in written["cases"]]
     assert found.after == written["largest_peak"] == min(sizes) == sizes[1]
     assert sizes[0] == pytest.approx(2 * sizes[1], rel=0.2)  # friction follows the load
-    again = load_study(folder / "run" / "optimised.toml", outside=True)
+    again = load_study(tmp_path / "optimised.toml", outside=True)
     assert again.excitation.force == 3.0
     assert not again.sweep
     assert again.joints.interlock.mu == pytest.approx(found.value[0], rel=1e-5)
 
 
-def test_the_mesh_correction_is_that_of_the_optimum_s_joints(folder):
+def test_the_mesh_correction_is_that_of_the_optimum_s_joints(small_model, tmp_path):
     """What a mesh adds to the stiffness depends on that of contacts."""
-    from vanelock.commands.fit.fit import rejoined
-    from vanelock.pipeline.cache import Cache
-    from vanelock.pipeline.step import Stages
-
-    text = STUDY.replace("front = 4\n", "").replace("starts = 4", "starts = 0")
-    text = text.replace('["joints.interlock.mu"]', '["joints.interlock.kt"]')
-    text = text.replace("[240, 290]", "[240, 310]")
-    found = optimise_study(parse_study(text), folder / "run", text=text, beside=folder)
+    kt = "joints.interlock.kt"
+    text = STUDY.replace("starts = 2", "starts = 0").replace(f'["{MU}"]', f'["{kt}"]')
+    text = text.replace("290.0]", "310.0]")
+    found = optimise_study(parse_study(text), tmp_path, text=text)
     assert found.settled
-    stages = Stages(Cache(folder / "run" / "cache", print), lambda event: None)
-    study = load_study(folder / "run" / "optimised.toml", outside=True)
-    sizes = {}
-    for name, model in (
-        ("held", rejoined(parse_study(text), stages)),
-        ("own", rejoined(study, stages)),
-    ):
-        hertz = found.frequencies[0] + np.linspace(-1, 1, 201)
-        values = {"joints.interlock.kt": float(found.value[0])}
-        response = model.solved(values, hertz).response
-        sizes[name] = model.monitor.amplitude(response).max()
-    assert found.after == pytest.approx(sizes["own"], rel=1e-4)
-    assert abs(sizes["held"] / sizes["own"] - 1) > 3e-4
+    stages = Stages(Cache(tmp_path / "cache", print), lambda event: None)
+    own = rejoined(load_study(tmp_path / "optimised.toml", outside=True), stages)
+    sizes = []
+    for model, reach, count in ((own, 0.2, 41), (small_model, 1.0, 101)):
+        hertz = found.frequencies[0] + np.linspace(-reach, reach, count)
+        values = {FORCE: 3.0, MU: 0.4, kt: float(found.value[0])}
+        sizes.append(model.monitor.amplitude(model.solved(values, hertz).response).max())
+    assert found.after == pytest.approx(sizes[0], rel=1e-4)
+    assert abs(sizes[1] / sizes[0] - 1) > 3e-4
 
 
-def test_the_least_upper_bound_is_that_of_a_map(folder):
+def test_the_least_upper_bound_is_that_of_a_map(small_model, tmp_path):
     """Bounds at less and at more friction are higher: there are two peaks, which cross."""
-    from vanelock.commands.fit.fit import rejoined
-    from vanelock.pipeline.cache import Cache
-    from vanelock.pipeline.step import Stages
-
-    text = STUDY.replace("front = 4\n", 'of = "upper bound"\n')
+    text = STUDY.replace("starts = 2", 'starts = 0\nof = "upper bound"')
+    near = 246.0, 282.0
+    text = text.replace(str([*NEAR]), str([*near])).replace(f"{MU} = 0.4", f"{MU} = 0.2")
     study = parse_study(text + "[bounds]\nstarts = 0\nshare = 0.2\n")
-    found = optimise_study(study, folder / "run", text="", listener=lambda event: None)
+    found = optimise_study(study, tmp_path)
     assert found.settled
     assert found.of == "upper bound"
     assert found.after < 0.98 * found.before
-    stages = Stages(Cache(folder / "run" / "cache", print), lambda event: None)
-    model = rejoined(study, stages)
+    assert study.bounds is not None
     for factor in (0.8, 1.0, 1.25):
-        values = {MU: factor * float(found.value[0])}
-        assert study.bounds is not None
-        bound = model.bounds(values, (240.0, 290.0), study.bounds).amplitude[2]
+        values = {FORCE: 3.0, MU: factor * float(found.value[0])}
+        bound = small_model.bounds(values, near, study.bounds).amplitude[2]
         if factor == 1.0:
             assert bound == pytest.approx(found.after, rel=1e-6)
         else:
