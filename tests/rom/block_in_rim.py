@@ -129,7 +129,7 @@ def patched(lattice: Callable[..., Part]) -> tuple[Part, Part]:
     """Parts of a polygonal ring whose contacts are means over patches, meshed unlike each other."""
     a = np.pi / N
     right = np.array([np.cos(a), np.sin(a), 0.0])
-    height = ENDS[0], np.mean(ENDS), ENDS[1]
+    height = (ENDS[0], sum(ENDS) / 2, ENDS[1])
     y = 0.5 * WIDTH * np.array([-0.6, -0.2, 0.2, 0.6])
     hooks = {
         name: [_strip(np.array([0.0, 1, 0]), ends, axial, 0.5) for ends in pairwise(y)]

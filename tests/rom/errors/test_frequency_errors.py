@@ -41,7 +41,8 @@ def truth(small_ring, k, joints=(HOOK, LOCK)):
 def test_frequency_errors_against_the_sector(small_ring, reduced, k, stuck):
     exact = truth(small_ring, k, (HOOK, LOCK) if stuck else (HOOK,))[:10]
     for modes in (4, 16, 40):
-        assert_errors(*reduced(modes=modes), exact, k, modes, stuck)
+        system, vane, casing = reduced(modes=modes)
+        assert_errors(system, vane, casing, exact, k, modes, stuck)
 
 
 def assert_errors(system, vane, casing, exact, k, modes, stuck):

@@ -45,8 +45,7 @@ def again(golden, tmp_path_factory):
     folder = tmp_path_factory.mktemp("again") / "run"
     shutil.copytree(golden("sweep").folder, folder)
     text = golden("sweep").text.partition("[sweep]")[0]
-    frequencies = re.search(r"frequencies = .*", text)[0]
-    text = text.replace(frequencies, "frequencies = [256]").replace('"both"', '"up"')
+    text = re.sub(r"frequencies = .*", "frequencies = [256]", text).replace('"both"', '"up"')
     text += "[joints.interlock]\nmu = 0.2\n[outputs]\n"
     return folder, text + "shapes = false\nreport = false\n"
 
