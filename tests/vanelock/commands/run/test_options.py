@@ -38,7 +38,7 @@ def computed(heard):
 
 def test_engine_orders_are_responses_of_their_own(tmp_path):
     frequencies = "frequencies = [253, 256]\n"
-    orders = (1, -2, 16)
+    orders = (-2, 16)
     found, heard = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
     names = [f"engine_order={order}" for order in orders]
     assert [each.case for each in found] == names
@@ -50,7 +50,7 @@ def test_engine_orders_are_responses_of_their_own(tmp_path):
         kept = response(tmp_path, name)
         system = load_system(tmp_path / "results.h5", name)
         assert system.engine_order == order
-        assert set(system.diameters) == {0, 1, 2}  # of the casing, for all orders at once
+        assert set(system.diameters) == {0, 2}  # of the casing, for all orders at once
         assert kept.harmonic_diameters.tolist() == [0, order % 16]
         assert kept.converged.all()
         again = frequency_response(system, kept.frequency, Options(1))
@@ -58,8 +58,8 @@ def test_engine_orders_are_responses_of_their_own(tmp_path):
     _, again = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
     assert not computed(again)
     # A study of one order has the same response, but for the round-off of its own reduction.
-    together = response(tmp_path, "engine_order=-2")
-    run(f"{frequencies}[excitation]\nengine_order = -2", tmp_path)
+    together = response(tmp_path, "engine_order=16")
+    run(f"{frequencies}[excitation]\nengine_order = 16", tmp_path)
     alone = response(tmp_path, "nominal")
     np.testing.assert_allclose(together.amplitude, alone.amplitude, rtol=1e-5)
 
