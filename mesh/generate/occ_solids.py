@@ -17,9 +17,6 @@ Entity = tuple[int, int]  # dimension, tag
 
 # The kernel's intersections are good to 1e-7 m.
 TOLERANCE = 1e-6
-DECIMALS = 10
-"""Of the places and weights, m, that the kernel gets: processors differ in digits beyond, and where
-they do the mesher connects other nodes."""
 
 
 def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
@@ -28,7 +25,8 @@ def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
     c, s = np.cos(half_angle), np.sin(half_angle)
 
     def put(place: NDArray[np.float64]) -> int:
-        return put_point(gmsh, place[0] * c, -place[0] * s, place[1])
+        tag: int = occ.addPoint(place[0] * c, -place[0] * s, place[1])
+        return tag
 
     outline = edges(corners)
     starts = [put(edge.start) for edge in outline]
@@ -49,21 +47,15 @@ def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
 def arc(gmsh: Any, start: NDArray[np.float64], end: NDArray[np.float64]) -> Entity:
     """Circular arc about z between two points of one radius and axial position."""
     occ = gmsh.model.occ
-    centre = put_point(gmsh, 0.0, 0.0, start[2])
-    tag = occ.addCircleArc(put_point(gmsh, *start), centre, put_point(gmsh, *end))
+    centre = occ.addPoint(0.0, 0.0, start[2])
+    tag = occ.addCircleArc(occ.addPoint(*start), centre, occ.addPoint(*end))
     occ.remove([(0, centre)])
     return 1, tag
 
 
 def point(gmsh: Any, position: NDArray[np.float64]) -> Entity:
     """A point to imprint on a face."""
-    return 0, put_point(gmsh, *position)
-
-
-def put_point(gmsh: Any, *place: float) -> int:
-    """Tag of a new point."""
-    tag: int = gmsh.model.occ.addPoint(*np.round(place, DECIMALS))
-    return tag
+    return 0, gmsh.model.occ.addPoint(*position)
 
 
 def imprint(gmsh: Any, solid: Entity, *others: Sequence[Entity]) -> list[list[int]]:

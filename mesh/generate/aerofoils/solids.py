@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.mesh.generate.occ_solids import DECIMALS, Entity, put_point
+from vanelock.mesh.generate.occ_solids import Entity
 from vanelock.mesh.geometry import aerofoil, root_fillet
 from vanelock.mesh.geometry.dimensions import VaneDimensions
+
+DECIMALS = 10
+"""Of the places, m, and weights that the kernel gets of an aerofoil: processors differ in digits
+beyond, and where they do the mesher connects other nodes."""
 
 
 def aerofoil_solids(gmsh: Any, vane: VaneDimensions, sectors: int) -> list[Entity]:
@@ -57,7 +61,7 @@ def _section(gmsh: Any, vane: VaneDimensions, along: float) -> int:
     kernel = gmsh.model.occ
 
     def point(place: NDArray[np.float64]) -> int:
-        return put_point(gmsh, along, place[0], vane.hook.mid_plane + place[1])
+        return _put(gmsh, along, place[0], vane.hook.mid_plane + place[1])
 
     sides = [[point(p) for p in s] for s in aerofoil.outline(vane, aerofoil.STATIONS, along)]
     leading, trailing = (point(place) for place in aerofoil.edges(vane, along).control)
@@ -121,4 +125,9 @@ def _curve(gmsh: Any, vane: VaneDimensions, face: root_fillet.RationalFace, row:
 
 
 def _point(gmsh: Any, vane: VaneDimensions, place: NDArray[np.float64]) -> int:
-    return put_point(gmsh, place[0], place[1], vane.hook.mid_plane + place[2])
+    return _put(gmsh, place[0], place[1], vane.hook.mid_plane + place[2])
+
+
+def _put(gmsh: Any, *place: float) -> int:
+    tag: int = gmsh.model.occ.addPoint(*np.round(place, DECIMALS))
+    return tag
