@@ -14,7 +14,7 @@ from tests.golden.runs import GoldenRun
 Numbers = dict[str, list[float]]
 """By table or file and column; NaN where there is nothing."""
 
-OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "memory"}
+OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "cost", "memory"}
 """Tables and columns that say how fast a machine was."""
 FEW = 40
 """Of longer columns of a file a test keeps the least, the largest and how many there are."""
