@@ -1,14 +1,13 @@
 """The page in a real browser: quiet, complete, and every control does what it says."""
 
-import io
 from base64 import b64decode
 from dataclasses import replace
 
-import matplotlib.image
 import numpy as np
 import pytest
 from playwright.sync_api import expect
 
+from tests.vanelock.report.pixels import colours, read, seen
 from vanelock import report
 from vanelock.render.scenes import annulus
 from vanelock.report import bodies, views
@@ -20,20 +19,6 @@ def page(visit, sample):
     opened = visit(sample.path)
     yield opened
     opened.context.close()
-
-
-def read(picture):
-    """(height, width, 3) bytes of a PNG file's content."""
-    return np.round(255 * matplotlib.image.imread(io.BytesIO(picture))[..., :3]).astype(np.uint8)
-
-
-def seen(page):
-    """The canvas as it stands on the page."""
-    return read(page.locator("figure.view canvas").screenshot())
-
-
-def colours(picture):
-    return len(np.unique(picture.reshape(-1, 3), axis=0))
 
 
 def drawn_after(page, action=lambda: None):

@@ -157,7 +157,7 @@ def test_a_frictionless_system_needs_a_range():
 def test_what_only_contacts_hold_together_has_the_closed_form():
     contact = Contact(tangential=(0, 1), mu=0.5, kt=0.5, preload=0.4)
     pair = System.from_matrices(np.eye(2), np.zeros((2, 2)), [contact])
-    found = damped_mode(pair, 1, options=Options(1))
+    found = damped_mode(pair, 1, (0.1, 3.0), Options(1))
     assert found.complete
     kt, slip, U = 0.5, 0.2, np.sqrt(2) * found.amplitude  # of one mass from the other
     turn = np.arccos(1 - 2 * slip / (kt * np.maximum(U, slip / kt)))
