@@ -4,6 +4,11 @@
 
 # The files that take longest come first (conftest.py), or one of them would run alone at the end.
 PYTEST := .venv/bin/python -m pytest -n 2 --dist loadfile --no-loadscope-reorder --durations=20
+VERIFIED := tests/verification
+SMOKE := "tests/golden/test_golden.py::test_a_run_finds_what_it_found[default]" \
+  $(VERIFIED)/mesh/test_designs.py::test_sets_have_the_counts_asked_for_and_share_no_node \
+  $(VERIFIED)/fem/test_patch.py $(VERIFIED)/rom/test_free_structures.py \
+  "$(VERIFIED)/nonlinear/laws/test_nlvib.py::test_its_points_are_solutions_here"
 MADE := .venv/made
 
 # Children of tests and of both test processes read what one of them has compiled.
