@@ -169,6 +169,30 @@ VANE_MASTERS = (
 CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "output")
 
 
+def scene_of(models, vane, casing, joints) -> SimpleNamespace:
+    """Models and components, their system under 30 N, and the truth of the unreduced sector."""
+    system = rom.join(vane, casing, joints, rom.Excitation(1, force=30.0), damping_ratio=0.003)
+
+    @lru_cache
+    def truth(k, interlock):
+        """Six frequencies, Hz, and vectors of the unreduced sector."""
+        closed = joints if interlock == "closed" else joints[:1]
+        omega2, vectors = fem.eigenpairs(*rom.unreduced(*models, closed, k), 6)
+        return np.sqrt(omega2) / (2 * np.pi), vectors
+
+    return SimpleNamespace(
+        truth=truth,
+        vane_model=models[0],
+        casing_model=models[1],
+        vane=vane,
+        casing=casing,
+        system=system,
+        joints=joints,
+        joined_dofs=joined_dofs(vane, casing),
+        interlock=np.array([name == "interlock" for name in system.contacts.joint]),
+    )
+
+
 @pytest.fixture(scope="session")
 def scene(coarse):
     """Models, components and system of the scene: coarse, or medium at full count."""
@@ -181,26 +205,7 @@ def scene(coarse):
     casing = rom.reduce(
         casing_model, CASING_MASTERS, nodal_diameters=[0, 1, 2, 3, 8], band=vane.band
     )
-    system = rom.join(vane, casing, JOINTS, rom.Excitation(1, force=30.0), damping_ratio=0.003)
-
-    @lru_cache
-    def truth(k, interlock):
-        """Six frequencies, Hz, and vectors of the unreduced sector."""
-        joints = JOINTS if interlock == "closed" else JOINTS[:1]
-        omega2, vectors = fem.eigenpairs(*rom.unreduced(vane_model, casing_model, joints, k), 6)
-        return np.sqrt(omega2) / (2 * np.pi), vectors
-
-    return SimpleNamespace(
-        truth=truth,
-        vane_model=vane_model,
-        casing_model=casing_model,
-        vane=vane,
-        casing=casing,
-        system=system,
-        joints=JOINTS,
-        joined_dofs=joined_dofs(vane, casing),
-        interlock=np.array([name == "interlock" for name in system.contacts.joint]),
-    )
+    return scene_of((vane_model, casing_model), vane, casing, JOINTS)
 
 
 _ABAQUS = {

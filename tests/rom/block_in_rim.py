@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import scipy.sparse as sp
 
+from tests.conftest import scene_of
 from vanelock import fem, rom
 from vanelock.common.cyclic import turn
 from vanelock.fem import Model
 from vanelock.mesh import Part
 from vanelock.mesh.contact.patch_means import averages, plane
 from vanelock.mesh.contact.patches import Patch
-from vanelock.rom.joining.vane_and_casing import joined_dofs
 
 N = 8
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
@@ -90,26 +90,7 @@ def ring_scene(both: tuple[Model, Model]) -> SimpleNamespace:
     """What the fixture `scene` has, of the small parts."""
     vane = rom.reduce(both[0], BLOCK)
     casing = rom.reduce(both[1], RIM, nodal_diameters=[0, 1, 2, 4], band=vane.band)
-    joints = (HOOK, LOCK)
-    system = rom.join(vane, casing, joints, rom.Excitation(1, force=30.0), damping_ratio=0.003)
-
-    def truth(k, interlock):
-        """Six frequencies, Hz, and vectors of the unreduced sector."""
-        given = joints if interlock == "closed" else joints[:1]
-        omega2, vectors = fem.eigenpairs(*rom.unreduced(*both, given, k), 6)
-        return np.sqrt(omega2) / (2 * np.pi), vectors
-
-    return SimpleNamespace(
-        truth=truth,
-        vane_model=both[0],
-        casing_model=both[1],
-        vane=vane,
-        casing=casing,
-        system=system,
-        joints=joints,
-        joined_dofs=joined_dofs(vane, casing),
-        interlock=np.array([name == "interlock" for name in system.contacts.joint]),
-    )
+    return scene_of(both, vane, casing, (HOOK, LOCK))
 
 
 WIDTH, ENDS = np.tan(np.pi / N), (0.02, 0.18)

@@ -3,11 +3,9 @@
 Joints are as stiff as those of the scene as a whole.
 """
 
-from functools import lru_cache
 from types import SimpleNamespace
 
-import numpy as np
-
+from tests.conftest import CASING_MASTERS, VANE_MASTERS, scene_of
 from vanelock import fem, mesh, rom
 
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
@@ -18,39 +16,21 @@ JOINTS = (
     rom.Joint("hook", kn=1.17e8, kt=1.17e8, mu=0.3, interference=20e-6),
     rom.Joint("interlock", kn=1.67e6, kt=1.67e6, mu=0.15, interference=2e-6),
 )
-CASING = ("hook_front", "hook_rear", "key", "force", "output")
-VANE = ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "output")
 
 
 def small_scene() -> SimpleNamespace:
     """Models, components and system, as those of the scene."""
     vane_model = fem.assemble(mesh.vane_segment(DIMENSIONS, size=SIZE), STEEL)
     casing_model = fem.assemble(mesh.casing_sector(hook=HOOK, size=SIZE), STEEL)
-    vane = rom.reduce(vane_model, VANE)
-    casing = rom.reduce(casing_model, CASING, nodal_diameters=[0, 1, 2, 3, 8], band=vane.band)
-    system = rom.join(vane, casing, JOINTS, rom.Excitation(1, force=30.0), damping_ratio=0.003)
-
-    @lru_cache
-    def truth(k: int, interlock: str) -> tuple[np.ndarray, np.ndarray]:
-        """Six frequencies, Hz, and vectors of the unreduced sector."""
-        joints = JOINTS if interlock == "closed" else JOINTS[:1]
-        omega2, vectors = fem.eigenpairs(*rom.unreduced(vane_model, casing_model, joints, k), 6)
-        return np.sqrt(omega2) / (2 * np.pi), vectors
-
-    return SimpleNamespace(
-        truth=truth,
-        vane_model=vane_model,
-        casing_model=casing_model,
-        vane=vane,
-        casing=casing,
-        system=system,
-        joints=JOINTS,
-        interlock=np.array([name == "interlock" for name in system.contacts.joint]),
+    vane = rom.reduce(vane_model, VANE_MASTERS)
+    casing = rom.reduce(
+        casing_model, CASING_MASTERS, nodal_diameters=[0, 1, 2, 3, 8], band=vane.band
     )
+    return scene_of((vane_model, casing_model), vane, casing, JOINTS)
 
 
 def with_all_diameters(scene: SimpleNamespace) -> rom.System:
     """The system of a scene with all nodal diameters of its ring."""
-    casing = rom.reduce(scene.casing_model, CASING, modes=10, nodal_diameters=range(9))
+    casing = rom.reduce(scene.casing_model, CASING_MASTERS, modes=10, nodal_diameters=range(9))
     excitation = rom.Excitation(1, force=30.0)
     return rom.join(scene.vane, casing, scene.joints, excitation, 0.003, diameters="all")
