@@ -1,10 +1,11 @@
-"""A study with 22 contacts and the largest elements, and its model for searches."""
+"""The smallest study's model for searches, and commands called in process."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from tests.small_study import SMALL
 from vanelock import parse_study
 from vanelock.__main__ import main
 from vanelock.commands.fit.fit import rejoined
@@ -12,17 +13,6 @@ from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 
-SMALL = """
-vane.root_fillet = 0
-vane.interlock_nodes = 3
-vane.hook.band_nodes = 5
-mesh.size = "40 mm"
-joints.hook.kn = 5e7
-joints.hook.kt = 5e7
-joints.interlock.kn = 1.67e6
-joints.interlock.kt = 1.67e6
-"""
-"""Keys of a study, before its tables; joints are as stiff as by default as a whole."""
 GAUGE = "outputs.gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]\n"
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-from tests.vanelock.commands.conftest import SMALL
+from tests.small_study import SMALL
 from tests.vanelock.scenes.conftest import chain
 from vanelock import open_results
 from vanelock.common.files.hdf5 import written

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.vanelock.commands.conftest import SMALL
+from tests.small_study import SMALL
 from vanelock import converge_study, parse_study
 from vanelock.commands.converge.converge import vertex
 from vanelock.commands.converge.settings import chosen, settings_of

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.vanelock.commands.conftest import SMALL
+from tests.small_study import SMALL
 from vanelock import load_study, optimise_study, parse_study
 from vanelock.commands.fit.fit import rejoined
 from vanelock.commands.optimise.tables import notes

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.vanelock.commands.conftest import SMALL
+from tests.small_study import SMALL
 from vanelock import load_system, open_results, parse_study, run_study
 from vanelock.common.tables import Table
 from vanelock.nonlinear import STUCK, Options, Response, frequency_response
