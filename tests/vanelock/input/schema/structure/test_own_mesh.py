@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.small_study import SMALL
 from vanelock import load_study, parse_study, run_study
 from vanelock.commands.mesh import mesh_study
 from vanelock.common.errors import InputError
@@ -147,11 +148,17 @@ def test_sweeps(tmp_path, monkeypatch):
         cases(parse_study(VANE + '[sweep]\n"vane.mesh" = ["a", "b"]\n'))
 
 
+SHAPE = "\n".join(line for line in SMALL.splitlines() if line.startswith(("vane", "mesh"))) + "\n"
+"""Keys of the smallest parts."""
+
+
 @pytest.fixture(scope="module")
-def files(tmp_path_factory, coarse, write_mesh):
+def files(tmp_path_factory, write_mesh):
     """The program's own meshes as files; tables name their sets, output nodes by number."""
     place = tmp_path_factory.mktemp("files")
-    for part, ending in zip(coarse, (".inp", ".bdf"), strict=True):
+    stages = Stages(Cache(place / "cache", print), silent)
+    small = (stages.get(mesh_step(parse_study(SHAPE), name)) for name in PARTS)
+    for part, ending in zip(small, (".inp", ".bdf"), strict=True):
         path = place / f"{part.name}{ending}"
         called = write_mesh(path, part)
         found = read_mesh(path, "mm")
@@ -177,7 +184,7 @@ def written(folder, text, own=("vane", "casing")):
     return load_study(path)
 
 
-SMALL = '[mesh]\nsize = "coarse"\n'
+SIZE = '[mesh]\nsize = "40 mm"\n'
 
 
 def keys(study):
@@ -188,16 +195,16 @@ def keys(study):
 
 def test_cache_follows_the_contents(folder):
     """A new friction coefficient or place recomputes no mesh; a node moved by a nanometre does."""
-    study = written(folder, SMALL)
+    study = written(folder, SIZE)
     before = keys(study)
-    harder = keys(written(folder, SMALL + "[joints.hook]\nmu = 0.5\n"))
+    harder = keys(written(folder, SIZE + "[joints.hook]\nmu = 0.5\n"))
     assert harder[:4] == before[:4]
     assert harder[4] != before[4]
     elsewhere = folder / "moved"
     elsewhere.mkdir()
     for name in ("vane.inp", "casing.bdf", "vane.toml", "casing.toml"):
         (elsewhere / name).write_bytes((folder / name).read_bytes())
-    assert keys(written(elsewhere, SMALL)) == before
+    assert keys(written(elsewhere, SIZE)) == before
     text = (folder / "vane.inp").read_text()
     (folder / "vane.inp").write_text(text.replace("*HEADING", "*HEADING\nchanged", 1))
     after = keys(study)
@@ -210,14 +217,14 @@ def test_cache_follows_the_contents(folder):
     assert all(a != b for a, b in zip(larger, before, strict=True))
     table = (folder / "casing.toml").read_text()
     (folder / "casing.toml").write_text(table.replace("[casing.sets]\n", "[casing.sets]\n#\n"))
-    assert keys(written(folder, SMALL)) == before
+    assert keys(written(folder, SIZE)) == before
     (folder / "casing.toml").write_text(table.partition("fixed = ")[0])
-    assert keys(written(folder, SMALL))[0] != before[0]
+    assert keys(written(folder, SIZE))[0] != before[0]
 
 
 def test_mesh_is_read_once(folder):
     """From the second run on both parts come matched out of the cache, the files unread."""
-    study = written(folder, SMALL)
+    study = written(folder, SIZE)
     steps = [mesh_step(study, part) for part in PARTS]
     found = []
     for _ in range(2):
@@ -227,22 +234,22 @@ def test_mesh_is_read_once(folder):
         assert ("read vane" in names) == (len(found) == 1)
     assert (found[0][0].points == found[1][0].points).all()
     assert found[1][1].frames.keys() == {"hook_front", "hook_rear"}
-    without = written(folder, SMALL + "[joints.interlock]\nenabled = false\n")
+    without = written(folder, SIZE + "[joints.interlock]\nenabled = false\n")
     assert rom_step(without, "vane", ()).key != rom_step(study, "vane", ()).key
 
 
 RESPONSE = """
-[mesh]
-size = "coarse"
 [rom]
 vane_modes = 6
 casing_modes = 6
 [joints.hook]
-kt = 1e7
+kn = 5e7
+kt = 3e7
 patch = "node"
 [joints.interlock]
 mu = 0.1
-kt = 6e5
+kn = 1.67e6
+kt = 1e6
 patch = "node"
 [excitation]
 force = 80
@@ -261,7 +268,7 @@ report = false
 def own_run(files, tmp_path_factory):
     """A run with both parts from files: its folder, study and summary."""
     folder = shutil.copytree(files, tmp_path_factory.mktemp("own") / "study")
-    study = written(folder, RESPONSE)
+    study = written(folder, SIZE + RESPONSE)
     (summary,) = run_study(study, folder / "run")
     return folder / "run", study, summary
 
@@ -273,7 +280,7 @@ def test_same_response_from_files(own_run, tmp_path):
     assert summary.slipping > 0
     with h5py.File(folder / "results.h5") as file:
         found = Response.load(file["response/nominal"])
-    (planned,) = plan(cases(parse_study(RESPONSE)), lambda *_: None)
+    (planned,) = plan(cases(parse_study(SHAPE + RESPONSE)), lambda *_: None)
     expected = Stages(Cache(tmp_path, print), silent).get(planned.response)
     assert expected.converged.all()
     np.testing.assert_array_equal(found.frequency, expected.frequency)
@@ -304,7 +311,7 @@ def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
 
 def test_areas_are_asked_for_before_the_reductions(folder):
     """Rows of nodes have no area: refused at once, with the key and the set."""
-    text = SMALL + "[joints.interlock]\nkn_area = 1e11\nkt_area = 1e11\n"
+    text = SIZE + "[joints.interlock]\nkn_area = 1e11\nkt_area = 1e11\n"
     study = written(folder, text)
     stages: list[Event] = []
     for action in (run_study, mesh_study):
