@@ -27,7 +27,7 @@ def drawn(number):
     scene = peaks.draw(number)
     if not FULL:
         hook = scene.values["vane"]["hook"]
-        scene.values["vane"].update(aerofoils=2, interlock_nodes=3, hook={**hook, "band_nodes": 3})
+        scene.values["vane"].update(aerofoils=1, interlock_nodes=3, hook={**hook, "band_nodes": 3})
         scene.values["mesh"]["size"] = 0.04
     return scene
 
@@ -40,7 +40,7 @@ def over_resolved(scene, folder):
         options = Options(
             harmonics, coupling=study.response.coupling, friction=study.response.friction
         )
-        hertz = given.range if top is None else top * np.linspace(0.996, 1.004, 81)
+        hertz = given.range if top is None else top * np.linspace(0.998, 1.002, 21)
         swept = frequency_response(given.system, hertz, options, find_jumps=False)
         size = given.monitor.amplitude(swept)
         top = float(swept.frequency[size.argmax()])
