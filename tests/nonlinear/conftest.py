@@ -129,26 +129,26 @@ def sliding_system(
     )
 
 
-@pytest.fixture(name="march")
+@pytest.fixture(scope="session", name="march")
 def march_fixture() -> Callable[[Contacts, Array, int], Floats]:
     return march
 
 
-@pytest.fixture(name="coefficients")
+@pytest.fixture(scope="session", name="coefficients")
 def coefficients_fixture() -> Callable[[Floats, int], Array]:
     return coefficients
 
 
-@pytest.fixture(name="random_system")
+@pytest.fixture(scope="session", name="random_system")
 def random_system_fixture() -> Callable[..., System]:
     return random_system
 
 
-@pytest.fixture(name="first_frequency")
+@pytest.fixture(scope="session", name="first_frequency")
 def first_frequency_fixture() -> Callable[[System], float]:
     return first_frequency
 
 
-@pytest.fixture(name="sliding_system")
+@pytest.fixture(scope="session", name="sliding_system")
 def sliding_system_fixture() -> Callable[..., System]:
     return sliding_system

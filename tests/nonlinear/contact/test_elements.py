@@ -14,7 +14,7 @@ from vanelock.nonlinear.contact.law import contact_law
 
 Floats = NDArray[np.float64]
 DAMPING, FORCE = 0.02, 0.1
-HERTZ = np.linspace(0.5, 2.5, 9) / (2 * np.pi)
+HERTZ = np.linspace(0.5, 2.5, 5) / (2 * np.pi)
 
 
 def coupled(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
@@ -58,14 +58,14 @@ def test_quadratic_damper_has_its_first_harmonic() -> None:
 @pytest.mark.parametrize("stiffness", [None, 1e4])
 def test_stop_is_a_contact_with_a_gap(stiffness: float | None) -> None:
     stop = Element(force="stop", places=[0], parameters=[2.0, 0.1], stiffness=stiffness)
-    found = mass_on(5, stop)
-    other = mass_on(5, contacts=[Contact(normal=0, kn=2.0, gap=0.1)])
+    found = mass_on(3, stop)
+    other = mass_on(3, contacts=[Contact(normal=0, kn=2.0, gap=0.1)])
     np.testing.assert_allclose(found.output, other.output, atol=1e-8 * other.amplitude.max())
 
 
 def test_slider_is_a_contact_with_a_constant_load() -> None:
-    found = mass_on(5, Element(force="jenkins", places=[0], parameters=[2.0, 0.1]))
-    other = mass_on(5, contacts=[Contact(tangential=0, kt=2.0, mu=0.5, preload=0.2)])
+    found = mass_on(3, Element(force="jenkins", places=[0], parameters=[2.0, 0.1]))
+    other = mass_on(3, contacts=[Contact(tangential=0, kt=2.0, mu=0.5, preload=0.2)])
     np.testing.assert_allclose(found.output, other.output, atol=1e-8 * other.amplitude.max())
     np.testing.assert_allclose(found.dissipation, other.dissipation, rtol=1e-7, atol=1e-12)
 
@@ -163,8 +163,8 @@ def test_adaptive_response_takes_elements() -> None:
         force={0: FORCE},
     )
     shares = nonlinear.Shares(1e-4, 1e-3)
-    found = nonlinear.adaptive_response(lambda _: made, HERTZ[2:4], shares)
-    fixed = frequency_response(made, HERTZ[2:4], Options(25))
+    found = nonlinear.adaptive_response(lambda _: made, HERTZ[1:3], shares)
+    fixed = frequency_response(made, HERTZ[1:3], Options(25))
     close = np.abs(found.amplitude[:, 0, 0] / fixed.amplitude[:, 0, 0] - 1)
     assert found.converged.all()
     assert close.max() < 3e-4

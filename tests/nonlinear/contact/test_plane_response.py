@@ -63,9 +63,9 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
         system,
         diameters={k: replace(d, C=0.05 * d.M + 0.01 * d.K) for k, d in system.diameters.items()},
     )
-    hertz = first_frequency(system) * np.array([0.8, 1.4])
+    hertz = first_frequency(system) * np.array([1.4])
     load, gaps = np.abs(system.force[1].vector).max(), []
-    for samples in (128, 1024):
+    for samples in (128, 512):
         response = frequency_response(
             system, hertz, Options(3, friction="isotropic", samples=samples), find_jumps=False
         )
@@ -75,7 +75,7 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
         worst = 0.0
         for p, frequency in enumerate(response.frequency):
             omega, q = 2 * np.pi * frequency, response.contact[p]
-            pull = coefficients(marched_in_the_plane(system.contacts, q, 8000, 3), 3)
+            pull = coefficients(marched_in_the_plane(system.contacts, q, 8000, 2), 3)
             for h in range(4):
                 k = system.nodal_diameter(h)
                 d, x = system.at(k), response.x[h][p]

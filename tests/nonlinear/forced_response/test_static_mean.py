@@ -111,17 +111,17 @@ def rows(system: System, k: int) -> Array:
 
 
 def marched_under_constant_load(contacts: Contacts, q: Array, count: int) -> Floats:
-    """Forces (count, c, 3): friction clipped at μ kn v^(0), linear normal springs, or open."""
+    """Forces (count, ..., c, 3): friction clipped at μ kn v^(0), linear normal springs, or open."""
     wave = np.exp(2j * np.pi * np.outer(np.arange(count), np.arange(len(q))) / count)
-    u = np.einsum("th,hcd->tcd", wave, q).real
-    limit = (contacts.mu * contacts.kn * np.maximum(q[0, :, 0].real, 0.0))[:, None]
+    u = np.einsum("th,h...->t...", wave, q).real
+    limit = (contacts.mu * contacts.kn * np.maximum(q[0, ..., 0].real, 0.0))[..., None]
     forces: Floats = contacts.stiffness * u
-    t = np.clip(forces[0, :, 1:], -limit, limit)
+    t = np.clip(forces[0, ..., 1:], -limit, limit)
     for i in range(1, 2 * count):
         s = i % count
-        t = np.clip(t + contacts.kt * (u[s] - u[s - 1])[:, 1:], -limit, limit)
-        forces[s, :, 1:] = t
-    forces[:, q[0, :, 0].real <= 0] = 0.0
+        t = np.clip(t + contacts.kt * (u[s] - u[s - 1])[..., 1:], -limit, limit)
+        forces[s, ..., 1:] = t
+    forces[:, q[0, ..., 0].real <= 0] = 0.0
     return forces
 
 
@@ -147,10 +147,13 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
     assert {SLIP, SLIP_OPEN} & set(response.state.ravel())
     free = coupling == "uncoupled"
     load = np.abs(system.force[1].vector).max()
-    for p, frequency in enumerate(response.frequency):
-        omega, q = 2 * np.pi * frequency, response.contact[p]
-        history = (march if free else marched_under_constant_load)(system.contacts, q, 20000)
-        pull = coefficients(history, 3)
+    moved = np.moveaxis(response.contact, 0, 1)
+    history = (march if free else marched_under_constant_load)(system.contacts, moved, 20000)
+    pulls = np.moveaxis(coefficients(history, 3), 1, 0)
+    for frequency, q, pull, p in zip(
+        response.frequency, response.contact, pulls, (0, 1), strict=True
+    ):
+        omega = 2 * np.pi * frequency
         for h in range(1, 4):
             k = system.nodal_diameter(h)
             matrices, B, x = system.at(k), rows(system, k), response.x[h][p]

@@ -72,7 +72,7 @@ def single(mu: float, force: float, ratio: float = 0.03) -> System:
 
 @pytest.mark.parametrize(("mu", "ratio"), [(0.3, 1.0), (0.6, 0.9), (0.3, 0.45)])
 def test_oscillator_that_slides_on_the_ground(mu: float, ratio: float) -> None:
-    omega, force, steps = 1.15 * ratio, 0.7, 4000
+    omega, force, steps = 1.15 * ratio, 0.7, 2000
     system = single(mu, force)
     M, K, C = [1.0], np.eye(1), np.array([[0.06]])
     row = np.array([[0.0], [1.0]])
@@ -126,7 +126,7 @@ def pair(v0: float, amplitude: float) -> System:
 )
 def test_pair_with_variable_normal_load_and_lift_off(v0: float, state: int, omega: float) -> None:
     system = pair(v0, 1.0)
-    matrices, steps = system.at(0), 4000
+    matrices, steps = system.at(0), 2000
     reference = integrate(
         [1.0, 1.5],
         matrices.K.real,

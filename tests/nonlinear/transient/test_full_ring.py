@@ -106,13 +106,13 @@ def whole(seed: int, one: System) -> System:
 
 @pytest.mark.parametrize(
     ("harmonics", "order", "v0"),
-    [(1, 1, 4.0), (5, 1, 0.5), (3, -1, 0.5), (3, 2, 0.5), (1, 5, 1.0), (3, 5, 1.0)],
+    [(1, 1, 4.0), (4, 1, 0.5), (3, -1, 0.5), (3, 2, 0.5), (1, 5, 1.0), (3, 5, 1.0)],
 )
 def test_sector_balance_is_the_rings(order: int, v0: float, harmonics: int) -> None:
     one = sector(3, order, v0)
     one = replace(one, force={h: f for h, f in one.force.items() if h <= harmonics})
     ring = whole(3, one)
-    hertz = np.linspace(0.12, 0.3, 3)
+    hertz = np.array([0.12, 0.21])
     mine, all_ = (
         frequency_response(one, hertz, Options(harmonics), find_jumps=False),
         frequency_response(ring, hertz, Options(harmonics), find_jumps=False),

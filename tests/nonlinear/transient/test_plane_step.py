@@ -21,7 +21,7 @@ from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
     rng, rates, kinds = np.random.default_rng(5), np.empty((2, RATES)), set()
-    for _ in range(400):
+    for _ in range(150):
         before, known, held = rng.normal(size=(3, 2))
         r_before, r = rng.uniform(-0.5, 2, 2)
         away = before - held
@@ -34,7 +34,7 @@ def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
         slider_in_plane(known, own, held, before, r_before, r, place, out, rates)
         # The map of the plane does not move places apart, so that repeating it leads there, too.
         again = held
-        for _ in range(3000):
+        for _ in range(1500):
             kind, _ = pursue(held, before, known + own @ again, r_before, r, out, rates)
             again = out.copy()
         kinds.add(kind)

@@ -48,7 +48,7 @@ def test_blocks_of_a_period_march_as_one_step_after_the_other(
 
 
 def test_error_of_marching_falls_with_the_square_of_the_samples() -> None:
-    made, q = drawn(count=40, harmonics=3, mean=0.5, seed=2)
+    made, q = drawn(count=16, harmonics=3, mean=0.5, seed=2)
     assert np.mean(histories(q, 64)[:, :, 0].min(axis=0) < 0) > 0.5
     best = march_contacts(made, q, 2**18)
     errors = []
@@ -143,7 +143,7 @@ def test_solved_points_pass(
     assert np.all(share == 0) if case == "stuck" else np.all(share > 0.1)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", ["backward", "opening", "stuck"])
 def test_solved_points_of_isotropic_friction_pass(
     case: str,
     random_system: Callable[..., System],
@@ -181,7 +181,7 @@ def test_marched_circle_has_its_closed_form() -> None:
 
 
 def test_error_of_marching_in_the_plane_falls_with_the_square_of_the_samples() -> None:
-    made, q = drawn(count=40, harmonics=3, mean=0.5, seed=2)
+    made, q = drawn(count=16, harmonics=3, mean=0.5, seed=2)
     made = replace(made, kt=np.repeat(made.kt[:, :1], 2, axis=1))
     best = march_contacts(made, q, 2**16, "isotropic")
     errors = []
@@ -196,7 +196,7 @@ def test_error_of_marching_in_the_plane_falls_with_the_square_of_the_samples() -
     assert np.all(fine < middle / 6)
 
 
-@pytest.fixture(name="solved")
+@pytest.fixture(name="solved", scope="module")
 def solved_fixture(
     random_system: Callable[..., System], first_frequency: Callable[[System], float]
 ) -> tuple[System, Any]:
@@ -268,9 +268,9 @@ def test_points_are_those_asked_for(
     system = random_system(6)
     hertz = first_frequency(system) * np.array([0.9, 1.0, 1.1])
     response = frequency_response(system, hertz, Options(1))
-    found = audit_response(system, response, points=[2, 0])
+    found = audit_response(system, response, points=[2, 0], samples=256)
     np.testing.assert_array_equal(found.frequency, response.frequency[[2, 0]])
-    every = audit_response(system, response)
+    every = audit_response(system, response, samples=256)
     np.testing.assert_array_equal(found.excitation_power, every.excitation_power[[2, 0]])
 
 
