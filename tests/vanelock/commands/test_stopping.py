@@ -51,6 +51,10 @@ amplitude = 1
 [outputs]
 loops = false
 report = false
+[response]
+harmonics = 1
+range = [78, 82]
+points = 5
 [sweep]
 "contacts.pad.mu" = [0.15, 0.3]
 """

@@ -5,6 +5,8 @@ import pytest
 
 from vanelock import report
 
+pytestmark = pytest.mark.system
+
 HERTZ = np.linspace(240.0, 260.0, 41)
 PLOT = "[...document.querySelectorAll('.plot .area')][{}]._fullLayout"
 

@@ -9,6 +9,8 @@ from tests.vanelock.report.conftest import bent_block, wave
 from vanelock import report
 from vanelock.common.tables import Column, Table
 
+pytestmark = pytest.mark.system
+
 NAMES = [
     "</script><script>window.pwned=1</script>",
     '"><img src=x onerror="window.pwned=2">',

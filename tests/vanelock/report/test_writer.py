@@ -41,6 +41,7 @@ def test_page_without_curves_is_small(tmp_path):
     assert [file.name for file in path.parent.iterdir()] == ["report.html"]
 
 
+@pytest.mark.system
 def test_example_of_the_documentation_writes_its_page(tmp_path, monkeypatch):
     text = (Path(__file__).parents[3] / "docs" / "report_page.md").read_text("utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

@@ -21,7 +21,7 @@ name = "small"
 joints.interlock.mu = 0.15
 [response]
 harmonics = 1
-range = [248, 257]
+range = [251, 256]
 points = 5
 [sweep]
 "joints.interlock.mu" = [0.1, 0.2]

@@ -118,6 +118,7 @@ def value(queue, toy):
     return entry.product.value[0]
 
 
+@pytest.mark.system
 def test_all_are_made_and_counted_and_come_back_bit_by_bit(toy, queue_of):
     toys = [toy.Toy(i) for i in range(8)]
     queue, said = queue_of(*toys)
@@ -147,6 +148,7 @@ def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
     assert np.isnan(queue._left(queue._began + 50))
 
 
+@pytest.mark.system
 def test_what_fails_once_is_made_the_second_time(toy, queue_of, tmp_path):
     folder = str(tmp_path)
     toys = [toy.Toy(1, "raises once", folder), toy.Toy(2, "dies once", folder), toy.Toy(3)]
@@ -181,6 +183,7 @@ def test_what_fails_always_is_reported_and_the_others_are_made(toy, queue_of):
     assert (last.done, last.failed) == (8, 4)
 
 
+@pytest.mark.system
 def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, queue_of):
     first, second = toy.Toy(1), toy.Toy(2)
     queue, _ = queue_of(first, second, base=False)
