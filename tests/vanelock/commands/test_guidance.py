@@ -76,6 +76,7 @@ def test_other_shells_are_refused() -> None:
     assert "'bash', 'zsh', 'fish'" in done.output
 
 
+@pytest.mark.system
 def test_bash_completes_what_is_typed(tmp_path: Path) -> None:
     """By bash itself, with the script that the program prints."""
     for name in ("mine.toml", "other.toml", "notes.txt"):

@@ -21,7 +21,7 @@ def test_percentiles_of_a_linear_scene_are_those_of_its_load(
     tmp_path: Path, scene_file: Write
 ) -> None:
     text = arm(tmp_path) + "modes = 2\n" + SMOOTH + QUIET
-    text += "[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
+    text += "[response]\nharmonics = 1\nfrequencies = [80]\n"
     alone = run_scene(load_scene(scene_file(text)), tmp_path / "alone")[0].peak
     assert alone is not None
     scatter = (

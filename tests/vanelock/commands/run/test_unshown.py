@@ -15,7 +15,8 @@ SCENE = (
     '[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\nnormal = [0, 0, 1]\nkn = 4e4\n'
     'kt = 7e4\nmu = 0.2\ninterference = "400 um"\n'
     '[[loads]]\ncomponent = "arm"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n'
-    "[outputs]\nloops = false\nreport = false\n[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
+    "[outputs]\nloops = false\nreport = false\n"
+    "[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
     '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
 )
 NAMES = ["mu=0.05", "mu=0.1", "mu=0.2"]
