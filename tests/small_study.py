@@ -1,4 +1,4 @@
-"""The smallest study that has all of it: 22 contacts, the largest elements, a ring of the usual size."""
+"""The smallest study that has all of it: 22 contacts and the largest elements."""
 
 SMALL = """
 vane.root_fillet = 0

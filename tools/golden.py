@@ -36,7 +36,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         place = Path(folder)
         if given.write:
-            for name in NAMES:
+            for name in names:
                 numbers = short(shown(golden_run(name, place)))
                 lines = [f"{json.dumps(key)}: {json.dumps(each)}" for key, each in numbers.items()]
                 text = ",\n".join(lines)

@@ -1,6 +1,6 @@
-"""Six runs of the smallest study and of scenes, which tests of tables, pages, pictures and files read.
+"""Six runs, of the smallest study and of scenes, which tests of tables, pages and files read.
 
-    default       the study of the defaults, with all pictures
+    default       a case with all pictures
     sweep         four cases, both directions of the sweep
     lap_joint     a scene of two blocks, with scatter
     shrouded_ring a scene of a sector, its bounds and stability
@@ -38,14 +38,14 @@ harmonics = 1
 direction = "both"
 [sweep]
 "joints.interlock.mu" = [0.15, 0.3]
-"excitation.force" = [10, 30]
+"excitation.force" = [10, 20]
 [outputs]
 shapes = false
 """,
     "accuracy": """
 name = "accuracy"
-accuracy = 0.03
-excitation.force = 15
+accuracy = 0.06
+excitation.force = 8
 [outputs]
 shapes = false
 gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]
