@@ -119,7 +119,7 @@ def test_arguments_at_random_give_a_component_or_one_clear_line(ring_sector):
         "band": [0, float("nan")],
     }
     kept, refusals = 0, []
-    for _ in range(260):
+    for _ in range(130):
         chosen = {}
         for name in good:
             pool = bad[name] if rng.random() < 0.03 else good[name]
@@ -139,7 +139,7 @@ def test_arguments_at_random_give_a_component_or_one_clear_line(ring_sector):
             assert np.linalg.eigvalsh(scale[:, None] * reduced.M * scale)[0] > 1e-12
             scale = 1 / np.sqrt(np.diagonal(reduced.K).real)
             assert np.linalg.eigvalsh(scale[:, None] * reduced.K * scale)[0] > -1e-12
-    assert min(kept, len(refusals)) > 40
+    assert min(kept, len(refusals)) > 20
     assert not any("\n" in text for text in refusals)
 
 

@@ -170,8 +170,8 @@ def test_fillets_that_do_not_fit_are_refused(
 def test_largest_fillets_that_fit_are_meshed() -> None:
     """At the limits of either part alone, where sides of half a millimetre are left."""
     for part in (
-        casing_sector(CasingDimensions(fillet=0.00375), size=0.02),
-        vane_segment(VaneDimensions(fillet=0.00525, **ONE), size=0.02),
+        casing_sector(CasingDimensions(fillet=0.00375), size=0.03),
+        vane_segment(VaneDimensions(fillet=0.00525, **ONE), size=0.03),
     ):
         assert quality(part).smallest_jacobian > 0
 

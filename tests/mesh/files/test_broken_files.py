@@ -146,7 +146,7 @@ def test_damaged_files_end_in_one_line(tmp_path, ring, write_mesh, ending):
     data = whole.read_bytes()
     random = np.random.default_rng(0)
     messages = []
-    for trial in range(24):
+    for trial in range(12):
         cut = bytearray(data[: random.integers(1, len(data))] if trial % 2 else data)
         for _ in range(3 if trial % 3 else 0):
             cut[random.integers(len(cut))] = random.integers(256)
@@ -159,7 +159,7 @@ def test_damaged_files_end_in_one_line(tmp_path, ring, write_mesh, ending):
         else:
             assert np.isfinite(found.points).all()
     assert all("\n" not in text and str(path) in text for text in messages)
-    assert len(messages) >= 10
+    assert len(messages) >= 5
 
 
 def test_a_small_file_that_stands_for_a_huge_mesh(tmp_path):

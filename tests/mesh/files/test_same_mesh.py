@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from vanelock import fem, rom
 from vanelock.mesh import VaneDimensions, casing_sector, pair, read_mesh, vane_segment
@@ -12,8 +13,8 @@ from vanelock.mesh.matching.own_part import own_part
     ("vane", "casing"),
     [(".bdf", ".inp"), (".gmsh.msh", ".cdb"), (".inp", ".msh")],
 )
-def test_same_frequencies_from_files(tmp_path, small, reference, write_mesh, vane, casing):
-    """Meshes through files: sets, frames, and six frequencies at ND 1."""
+def test_same_frequencies_from_files(tmp_path, small, write_mesh, vane, casing):
+    """Meshes through files: elements, sets, frames, and, once, six frequencies at ND 1."""
     read = []
     for part, ending in zip(small, (vane, casing), strict=True):
         path = tmp_path / f"{part.name}{ending}"
@@ -21,6 +22,10 @@ def test_same_frequencies_from_files(tmp_path, small, reference, write_mesh, van
         read.append(own_part(read_mesh(path, "mm"), part.name, called))
     both = pair(*read, small[0].sectors)
     for made, found in zip(small, (both.vane, both.casing), strict=True):
+        apart, same = cKDTree(made.points).query(found.points)
+        assert apart.max() < 1e-13
+        own, other = (np.sort(cells, axis=1) for cells in (made.cells, same[found.cells]))
+        np.testing.assert_array_equal(*(each[np.lexsort(each.T)] for each in (own, other)))
         for name, nodes in made.node_sets.items():
             own, other = made.points[nodes], found.points[found.node_sets[name]]
             place = np.linalg.norm(own[:, None] - other, axis=2)
@@ -29,7 +34,8 @@ def test_same_frequencies_from_files(tmp_path, small, reference, write_mesh, van
             if name in made.frames:
                 ordered = found.frames[name][place.argmin(axis=1)]
                 assert np.abs(ordered - made.frames[name]).max() < 1e-9
-    assert np.abs(frequencies(both.vane, both.casing) / reference - 1).max() < 1e-10
+    if vane == ".bdf":
+        assert np.abs(frequencies(both.vane, both.casing) / frequencies(*small) - 1).max() < 1e-10
 
 
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
@@ -50,9 +56,3 @@ def frequencies(vane, casing):
 def small():
     """Vane of one aerofoil and casing."""
     return vane_segment(VaneDimensions(aerofoils=1), size=0.03), casing_sector(size=0.03)
-
-
-@pytest.fixture(scope="module")
-def reference(small):
-    """Those of the program's own meshes."""
-    return frequencies(*small)

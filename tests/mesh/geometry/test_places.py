@@ -20,7 +20,7 @@ def test_named_nodes_stay_where_they_are_when_the_mesh_changes() -> None:
         (vane_segment, one, (*bands, "interlock_left", "output")),
         (casing_sector, CasingDimensions(), (*bands, "force", "output")),
     ):
-        coarse, fine = build(dimensions, size=0.03), build(dimensions, size=0.01)
+        coarse, fine = build(dimensions, size=0.03), build(dimensions, size=0.015)
         assert len(fine.points) > 1.5 * len(coarse.points)
         for name in names:
             assert np.array_equal(

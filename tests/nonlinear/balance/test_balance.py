@@ -125,10 +125,10 @@ def test_residual_in_full_coordinates_falls_with_the_marching_step(
         np.abs(
             coefficients(march(system.contacts, response.contact[0], count), 3) - response.force[0]
         ).max()
-        for count in (2000, 16000, 64000)
+        for count in (2000, 64000)
     ]
-    assert errors[2] < 1e-4 * np.abs(response.force[0]).max()
-    assert errors[2] < 0.1 * errors[0]
+    assert errors[1] < 1e-4 * np.abs(response.force[0]).max()
+    assert errors[1] < 0.1 * errors[0]
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])

@@ -179,7 +179,7 @@ def test_modes_that_count_statically_cost_what_is_estimated(
     random_system: Make, first_frequency: Lowest
 ) -> None:
     system = ring(random_system, seed=7, size=60, preload=10.0)
-    hertz = first_frequency(system) * np.linspace(1.2, 2, 4)
+    hertz = first_frequency(system) * np.array([1.2, 2.0])
     full = frequency_response(system, hertz, Options(3))
     cut = frequency_response(system, hertz, Options(3, static_beyond=16.0))
     largest = np.abs(full.contact[:, 1:]).max(axis=(1, 2, 3))

@@ -1,13 +1,13 @@
 """Hysteresis of a sweep against the closed form of an oscillator that hits a stop."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 from vanelock.common.errors import InputError
@@ -27,7 +27,7 @@ from vanelock.rom.system.system import Contacts, Diameter, Force
 Floats = NDArray[np.float64]
 
 DAMPING, FORCE = 0.02, 0.15
-LOW, HIGH = 0.85, 1.6
+LOW, HIGH = 0.9, 1.25
 
 
 def gap_oscillator() -> System:
@@ -75,6 +75,7 @@ def frequencies_of(X: float) -> Floats:
     return np.sqrt(np.where(squares > 0, squares, np.nan))
 
 
+@cache
 def closed_folds() -> tuple[tuple[float, float], tuple[float, float]]:
     """(ω, X) of the upper fold, near the tip of the peak, and of the lower one."""
     X = np.linspace(1.0, 8.0, 4001)
@@ -95,18 +96,18 @@ def closed_folds() -> tuple[tuple[float, float], tuple[float, float]]:
     return (-top.fun, top.x), (bottom.fun, bottom.x)
 
 
-def amplitude_after(omega: float, position: float, velocity: float, periods: int) -> float:
-    """Half the peak-to-peak after some periods, by Runge and Kutta's integration."""
-    steps = 200
+def amplitudes_after(omega: Floats, state: Floats, periods: int, steps: int = 100) -> Floats:
+    """Half the peak-to-peak after some periods, by Runge and Kutta's integration.
+
+    `state` holds positions and velocities (2, motions), one motion for each of `omega`.
+    """
     dt = TURN / omega / steps
 
-    def rate(t: float, y: Floats) -> Floats:
-        x, v = y
-        push = FORCE * np.cos(omega * t) - x - DAMPING * v - max(x - 1, 0.0)
-        return np.array([v, push])
+    def rate(t: Floats, y: Floats) -> Floats:
+        push = FORCE * np.cos(omega * t) - y[0] - DAMPING * y[1] - np.maximum(y[0] - 1, 0.0)
+        return np.array([y[1], push])
 
-    y = np.array([position, velocity])
-    history = []
+    y, history = state, []
     for i in range(periods * steps):
         t = i * dt
         a = rate(t, y)
@@ -114,12 +115,19 @@ def amplitude_after(omega: float, position: float, velocity: float, periods: int
         c = rate(t + dt / 2, y + dt / 2 * b)
         y = y + dt / 6 * (a + 2 * b + 2 * c + rate(t + dt, y + dt * c))
         history.append(y[0])
-    return float(np.ptp(history[-steps:]) / 2)
+    return np.asarray(np.ptp(history[-steps:], axis=0) / 2)
 
 
-@pytest.mark.parametrize("system", [gap_oscillator(), damped_by_a_ratio()], ids=["C", "ratio"])
-def test_branch_is_the_closed_form_with_both_folds(system: System) -> None:
-    found = hysteresis(system, (LOW / TURN, HIGH / TURN), Options(1))
+@pytest.fixture(scope="module")
+def both_ways() -> Hysteresis:
+    return hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 61) / TURN, Options(1))
+
+
+@pytest.mark.parametrize("damping", ["C", "ratio"])
+def test_branch_is_the_closed_form_with_both_folds(both_ways: Hysteresis, damping: str) -> None:
+    found = both_ways
+    if damping == "ratio":
+        found = hysteresis(damped_by_a_ratio(), (LOW / TURN, 1.15 / TURN), Options(1))
     assert found.complete
     assert found.connected
     assert found.branch.converged.all()
@@ -144,7 +152,7 @@ def test_branch_is_the_closed_form_with_both_folds(system: System) -> None:
     assert found.branch.state[first, 0] == SLIP_OPEN
 
 
-@pytest.mark.parametrize("short", [1e-6, 1e-4, 1e-2])
+@pytest.mark.parametrize("short", [1e-6, 1e-2])
 def test_a_fold_beyond_the_range_is_not_of_the_path(short: float) -> None:
     (top, high), _ = closed_folds()
     end = top * (1 - short)
@@ -171,10 +179,9 @@ def test_points_that_miss_the_tolerance_are_reported(monkeypatch: pytest.MonkeyP
     assert not found.complete
 
 
-def test_sweeps_differ_between_the_folds_alone() -> None:
+def test_sweeps_differ_between_the_folds_alone(both_ways: Hysteresis) -> None:
     (top, _), (bottom, _) = closed_folds()
-    hertz = np.linspace(LOW, HIGH, 61) / TURN
-    found = hysteresis(gap_oscillator(), hertz, Options(1))
+    hertz, found = np.linspace(LOW, HIGH, 61) / TURN, both_ways
     np.testing.assert_allclose(found.up.frequency, hertz, rtol=1e-14)
     np.testing.assert_allclose(found.down.frequency, hertz, rtol=1e-14)
     omega = TURN * hertz
@@ -184,22 +191,20 @@ def test_sweeps_differ_between_the_folds_alone() -> None:
     assert higher.min() > 1.5
 
 
-def test_a_state_between_the_folds_is_left_and_the_others_are_kept() -> None:
-    omega = 1.11
-    found = hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 5) / TURN, Options(1))
+def test_a_state_between_the_folds_is_left_and_the_others_are_kept(both_ways: Hysteresis) -> None:
+    found = both_ways
     first, last = found.fold
     at = TURN * found.branch.frequency
-    kept = []
-    for piece in (slice(0, first), slice(first + 1, last), slice(last + 1, None)):
-        nearest = piece.indices(len(at))[0] + int(np.argmin(np.abs(at[piece] - omega)))
-        q = found.branch.output[nearest, :, 0, 0]
-        speed = (1j * at[nearest] * q[1]).real
-        reached = amplitude_after(at[nearest], q.sum().real, speed, 150)
-        assert found.unstable[nearest] == (found.passed[nearest] == 1)
-        kept.append(reached / abs(q[1]))
-    assert abs(kept[0] - 1) < 0.1  # one harmonic is not all of it
-    assert abs(kept[2] - 1) < 0.01
-    assert abs(kept[1] - 1) > 0.3
+    pieces = (slice(0, first), slice(first + 1, last), slice(last + 1, None))
+    nearest = [p.indices(len(at))[0] + int(np.argmin(np.abs(at[p] - 1.11))) for p in pieces]
+    assert found.unstable[nearest].tolist() == [False, True, False]
+    assert found.passed[nearest].tolist() == [0, 1, 2]
+    q = found.branch.output[nearest, :, 0, 0]
+    state = np.array([q.sum(axis=1).real, (1j * at[nearest] * q[:, 1]).real])
+    kept = np.abs(amplitudes_after(at[nearest], state, 150) / np.abs(q[:, 1]) - 1)
+    assert kept[0] < 0.1  # one harmonic is not all of it
+    assert kept[2] < 0.01
+    assert kept[1] > 0.3
 
 
 def test_a_curve_without_folds_is_the_same_both_ways(tmp_path: Path) -> None:
@@ -245,34 +250,9 @@ def two_masses() -> System:
     )
 
 
-def period_later(system: System, omega: float, state: Floats) -> Floats:
-    """Positions and velocities of the two masses a period later, from contact to contact."""
-    K, C = system.diameters[0].K, system.diameters[0].C
-    assert C is not None
-
-    def rate(t: float, y: Floats, closed: bool) -> Floats:
-        pushed = np.array([-100.0 * (y[0] - 1) if closed else 0.0, 0.1 * np.cos(omega * t)])
-        return np.concatenate([y[2:], pushed - K @ y[:2] - C @ y[2:]])
-
-    def touch(t: float, y: Floats, closed: bool) -> float:
-        return float(y[0] - 1)
-
-    t, y, closed, end = 0.0, state, bool(state[0] > 1), TURN / omega
-    event: Any = touch
-    event.terminal = True
-    while t < end:
-        event.direction = -1 if closed else 1
-        piece = solve_ivp(
-            rate, (t, end), y, args=(closed,), events=event, rtol=1e-9, atol=1e-12, method="DOP853"
-        )
-        t, y = piece.t[-1], piece.y[:, -1]
-        closed = closed != (piece.status == 1)
-    return y
-
-
 @pytest.fixture(scope="module")
 def both_masses() -> Hysteresis:
-    return hysteresis(two_masses(), [0.5 / TURN, 0.8 / TURN], Options(5))
+    return hysteresis(two_masses(), [0.6 / TURN, 0.77 / TURN], Options(3))
 
 
 def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
@@ -288,26 +268,28 @@ def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
     # Where one solution exists a sweep by frequency finds the same; above, it may jump off early.
     alone = TURN * found.branch.frequency < 0.65
     picked = np.flatnonzero(alone & (found.passed == 0))[::8]
-    swept = frequency_response(two_masses(), found.branch.frequency[picked], Options(5))
+    swept = frequency_response(two_masses(), found.branch.frequency[picked], Options(3))
     np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
 
 
-def test_points_of_the_path_are_where_integration_in_time_is_after_a_period(
-    both_masses: Hysteresis,
-) -> None:
-    found, system = both_masses, two_masses()
-    omega = TURN * found.branch.frequency
-    left = []
-    for i in range(0, len(omega), 20):
-        q = found.branch.output[i, :, (0, 1), (0, 0)]
-        speed = (1j * np.arange(q.shape[1]) * omega[i] * q).real.sum(axis=1)
-        position = q.real.sum(axis=1)
-        later = period_later(system, omega[i], np.concatenate([position, speed]))[:2]
-        left.append(np.abs(later - position).max())
-    touching = found.branch.state[::20, 0] == SLIP_OPEN
-    assert 4 < touching.sum() < len(left) - 4
-    assert np.max(left, where=~touching, initial=0.0) < 1e-8
-    assert np.max(left, where=touching, initial=0.0) < 0.1  # five harmonics are not all of it
+def test_points_of_the_path_balance_with_sampled_forces(both_masses: Hysteresis) -> None:
+    branch, one = both_masses.branch, two_masses().diameters[0]
+    assert one.C is not None
+    h, count = np.arange(4), 1 << 14
+    q = branch.output[::4, :, (0, 1), (0, 0)]
+    turn = np.exp(1j * np.outer(TURN * np.arange(count) / count, h))
+    pushed = 100.0 * np.maximum(np.einsum("th,ph->pt", turn, q[:, :, 0]).real - 1, 0.0)
+    pull = np.fft.rfft(pushed, axis=1)[:, :4] / count
+    pull[:, 1:] *= 2
+    s = np.multiply.outer(TURN * branch.frequency[::4], h)[:, :, None]
+    gap = q @ one.K - s**2 * q + 1j * s * (q @ one.C)
+    gap[:, :, 0] += pull
+    gap[:, 1, 1] -= 0.1
+    touching = branch.state[::4, 0] == SLIP_OPEN
+    assert 10 < touching.sum() < len(q) - 10
+    np.testing.assert_array_equal(pushed.any(axis=1), touching)
+    assert np.abs(gap[~touching]).max() < 1e-9
+    assert np.abs(gap[touching]).max() < 1e-5  # of sampling
 
 
 def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -323,7 +305,7 @@ def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPat
     assert found.ended.endswith("it goes on, but 20 points are the most")
 
 
-@pytest.mark.parametrize("more", [0.0, 1e-12, -1e-4])
+@pytest.mark.parametrize("more", [0.0, -1e-4])
 def test_a_path_goes_on_where_another_branch_crosses_it(more: float) -> None:
     """It does not turn back there, though the sign of det P may change.
 

@@ -277,7 +277,7 @@ def test_peaks_are_those_of_dense_sweeps(
     assert found.distance[smooth].max() < 1e-8
     assert found.states[0, STUCK] == 6
     assert found.states[-1, STUCK] < 3
-    for i in np.flatnonzero(smooth)[[0, 4, 8, -1]]:
+    for i in np.flatnonzero(smooth)[[0, 5, -1]]:
         moved = replace(system, force={1: Force(values[i] * system.force[1].vector)})
 
         def size(frequency: Floats, moved: System = moved) -> Floats:
@@ -291,7 +291,7 @@ def test_peaks_are_those_of_dense_sweeps(
         best = minimize_scalar(
             lambda frequency: -float(size(np.array([frequency]))[0]),
             bracket=(found.frequency[i] - aside, found.frequency[i] + 0.5 * aside),
-            method="golden",
+            method="brent",
             options={"xtol": 1e-7},
         )
         np.testing.assert_allclose(found.frequency[i], best.x, rtol=1e-6)

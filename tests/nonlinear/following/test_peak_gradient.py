@@ -27,7 +27,7 @@ def slipping(
     kinds = worst_of(seed)
     _, force, hertz = kinds.get(kind) or next(iter(kinds.values()))
     system = replace(loaded(spring_ring(seed), force), **changes)
-    return system, (0.8 * hertz, 1.15 * hertz)
+    return system, (0.85 * hertz, 1.12 * hertz)
 
 
 def drawn(system: System, seed: int) -> dict[int, np.ndarray]:
@@ -63,7 +63,7 @@ def difference(
     return float(up.amplitude[0] - down.amplitude[0]) / (2 * STEP)
 
 
-@pytest.mark.parametrize(("seed", "harmonics"), [(0, 1), (1, 3), (2, 1), (3, 3)])
+@pytest.mark.parametrize(("seed", "harmonics"), [(0, 1), (3, 3)])
 def test_stiffness_moves_a_peak_as_differences_say(seed: int, harmonics: int) -> None:
     system, near = slipping(seed)
     options = Options(harmonics)
@@ -77,8 +77,7 @@ def test_stiffness_moves_a_peak_as_differences_say(seed: int, harmonics: int) ->
     assert found.at_peak.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
 
 
-@pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
-@pytest.mark.parametrize("diameter", [0, None])
+@pytest.mark.parametrize(("coupling", "diameter"), [("uncoupled", 0), ("constant-load", None)])
 def test_the_state_at_rest_counts_where_it_is_solved_first(
     coupling: str, diameter: int | None
 ) -> None:

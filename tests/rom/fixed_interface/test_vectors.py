@@ -40,7 +40,7 @@ def structure(rng, K, M, kind):
     return tie, Kx, Mx
 
 
-@pytest.mark.parametrize("accuracy", [0.1, 1e-3, 1e-5])
+@pytest.mark.parametrize("accuracy", [0.1, 1e-5])
 @pytest.mark.parametrize("kind", ["springs", "masses", "ties", "part", "all"])
 def test_every_frequency_of_every_structure_is_within_the_accuracy(bar, exact, kind, accuracy):
     worst = 0.0

@@ -23,8 +23,7 @@ SLANTED = {"interlock_slant": -30.0, "lean": 4.0}
 @pytest.mark.parametrize(
     ("changes", "sectors"),
     [
-        ({"root_fillet": 0.0025, "aerofoils": 1, "twist": 6.0, "lean": -3.0}, 16),
-        ({"root_fillet": 0.002, "twist": -8.0, "lean": 3.0, **THIN}, 60),
+        ({"root_fillet": 0.002, "twist": -8.0, "lean": -3.0, **THIN}, 60),
         ({"root_fillet": 0.004, "aerofoils": 1, "stagger": -30.0, **SLANTED}, 16),
         ({"root_fillet": 0.001, "aerofoils": 1, "camber": 0.2, "twist": 15.0}, 24),
     ],
@@ -52,7 +51,7 @@ def test_fillets_add_what_their_volume_says() -> None:
 
 
 def test_a_node_stands_in_every_row_of_a_mitre() -> None:
-    vane = VaneDimensions(aerofoils=2, root_fillet=0.003, lean=5.0, twist=6.0)
+    vane = VaneDimensions(aerofoils=1, root_fillet=0.003, lean=5.0, twist=6.0)
     part = vane_segment(vane, size="coarse")
     corners = part.points[np.unique(part.cells[:, :4])] - [0, 0, vane.hook.mid_plane]
     rows = divisions(vane, 0.03).rows

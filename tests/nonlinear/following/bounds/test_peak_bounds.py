@@ -13,6 +13,7 @@ from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     Options,
+    PeakBounds,
     audit_response,
     frequency_response,
     linear_response,
@@ -64,6 +65,12 @@ def held_pad(force: float) -> System:
     )
 
 
+@cache
+def slid_bounds(friction: str = "orthogonal") -> PeakBounds:
+    """Bounds of one held pad that slides."""
+    return peak_bounds(held_pad(1.0), NEAR, Options(1, friction=friction), starts=0)
+
+
 def peak_by_load(force: float, load: float) -> float:
     return jenkins_peak(force, MU * load)[1]
 
@@ -86,11 +93,11 @@ def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force: float, friction: 
 
 def test_each_bound_is_a_wave_that_audit_and_time_confirm() -> None:
     system = held_pad(1.0)
-    found = peak_bounds(system, NEAR, Options(3))
+    found = peak_bounds(system, NEAR, Options(3), starts=0)
     for i in range(3):
         moved, response = found.system_at(system, i), found.response.at([i])
         assert audit_response(moved, response).residual[0] < 1e-6
-        marched = time_response(moved, found.frequency[i], 3, steps=2000, start=(response, 0))
+        marched = time_response(moved, found.frequency[i], 3, steps=1000, start=(response, 0))
         assert marched.departure.max() < 2e-2
 
 
@@ -163,9 +170,9 @@ def test_the_gradient_is_that_of_differences(harmonics: int, friction: str) -> N
 def test_no_random_place_lies_outside(friction: str) -> None:
     system, random = oblique(friction), np.random.default_rng(2)
     options = Options(1, friction=friction)
-    found = peak_bounds(system, NEAR, options, starts=2)
+    found = peak_bounds(system, NEAR, options, starts=1)
     low, _, high = found.amplitude
-    for _ in range(8):
+    for _ in range(4):
         slider = 4 * random.normal(size=(3, 2)) * random.uniform()
         moved = replace(system, contacts=replace(system.contacts, slider=slider))
         drawn = highest_of(moved, options)
@@ -177,7 +184,7 @@ def swept(seed: int) -> tuple[System, tuple[float, float]]:
     system = spring_ring(seed, 0.3)
     hertz = np.linspace(0.1, 0.45, 300)
     top = hertz[linear_response(system, hertz).amplitude[:, 0].max(axis=1).argmax()]
-    return system, (0.85 * top, 1.1 * top)
+    return system, (0.88 * top, 1.06 * top)
 
 
 def test_a_peak_at_a_kink_is_no_lower_than_its_neighbours() -> None:
@@ -191,7 +198,7 @@ def test_a_peak_at_a_kink_is_no_lower_than_its_neighbours() -> None:
 
 def test_the_largest_peak_is_the_largest_that_any_search_has_met() -> None:
     system, near = swept(131)
-    least, nominal, largest = peak_bounds(system, near, Options(1), starts=2).amplitude
+    least, nominal, largest = peak_bounds(system, near, Options(1), starts=1).amplitude
     assert least <= nominal <= largest
     assert least < 0.99 * largest
 
@@ -233,9 +240,9 @@ def test_an_end_is_stationary_where_its_gradient_alone_gives_all_changes(
         found = exact(search, place)
         return replace(found, peak=replace(found.peak, sharp=sharp, distance=distance))
 
-    assert peak_bounds(held_pad(1.0), NEAR, Options(1)).stationary[[0, 2]].any()
+    assert slid_bounds().stationary[[0, 2]].any()
     monkeypatch.setattr(Search, "exact", rough)
-    assert not peak_bounds(held_pad(1.0), NEAR, Options(1)).stationary.any()
+    assert not peak_bounds(held_pad(1.0), NEAR, Options(1), starts=0).stationary.any()
 
 
 def highest_of(system: System, options: Options) -> float:
