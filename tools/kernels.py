@@ -18,6 +18,7 @@ from vanelock.nonlinear import (
     stability,
     time_response,
 )
+from vanelock.nonlinear.balance.receptance_columns import combine
 
 HERTZ = [15.0, 16.0, 17.0]
 
@@ -54,7 +55,14 @@ def compile_elements() -> None:
     frequency_response(system(2, spring, damper), HERTZ, Options(3))
 
 
+def compile_tables() -> None:
+    """What systems of hundreds of contact coordinates need: receptances from tables."""
+    places = np.zeros(1, np.int64)
+    combine(np.zeros((1, 1, 3), complex), np.zeros(1), places, np.zeros((1, 3), complex))
+
+
 if __name__ == "__main__":
     compile_for(sys.argv[1])
     if sys.argv[1] == "orthogonal":
         compile_elements()
+        compile_tables()

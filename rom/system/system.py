@@ -86,6 +86,8 @@ class Contacts(Summarised):
         hold_arrays(self, {"kn": 1, "kt": 2, "mu": 1, "v0": 1, "slider": 2})
         if not self.slider.size:
             object.__setattr__(self, "slider", np.zeros((self.count, 2)))
+        for name in ("kt", "slider"):  # by rows, the one order that kernels are compiled for
+            object.__setattr__(self, name, np.ascontiguousarray(getattr(self, name)))
         for name in ("joint", "always_closed"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
 
