@@ -94,10 +94,16 @@ class Skin:
         radius = 1.3 * np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
         away = np.linalg.norm(middle - position, axis=1)
         least = np.linalg.norm(corners - position, axis=2).min()
-        candidates = allowed[away - radius <= least]
-        found = [self._closest(face, position) for face in candidates]
-        distance = [np.linalg.norm(point.position - position) for point in found]
-        return found[int(np.argmin(np.round(distance, 12)))]
+        bound = away - radius
+        candidates = np.flatnonzero(bound <= least)
+        found: list[tuple[float, int, SkinPoint]] = []
+        for i in candidates[np.argsort(bound[candidates])]:
+            if found and bound[i] > min(found)[0] + 1e-12:
+                break  # no further face is nearer
+            point = self._closest(allowed[i], position)
+            distance = float(np.linalg.norm(point.position - position))
+            found.append((round(distance, 12), int(i), point))
+        return min(found)[2]
 
     def _closest(self, face: np.int64, position: Array) -> SkinPoint:
         """Nearest point of one face: inside it, or else on one of its sides."""
