@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.small_study import SMALL
 from tests.vanelock.results.one_file import in_one_file
 from vanelock import compare_runs, nonlinear, parse_study, run_study
 from vanelock.common.errors import InputError
@@ -149,16 +150,13 @@ def test_files_are_written_again_only_when_they_show_something_else(golden, tmp_
     assert left == {"response.png", "response.csv", "preload.png", "preload.csv"}
 
 
-DOUBTFUL = """
-[mesh]
-size = "coarse"
+DOUBTFUL = f"""{SMALL}
 [response]
-frequencies = [262, 264]
+frequencies = [266, 268]
 harmonics = 1
 [outputs]
 shapes = false
 loops = false
-animations = false
 [sweep]
 "joints.hook.mu" = [0.3, 0.4]
 """
