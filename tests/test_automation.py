@@ -1,6 +1,7 @@
 """What other machines run, continuous integration and containers, names what there is."""
 
 import re
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -64,3 +65,9 @@ def test_the_container_has_the_libraries_that_the_set_up_looks_for(
     assert set(system_packages.REQUIRED_LIBRARIES.values()) <= named
     assert re.findall(r"^USER (\S+)", final, re.MULTILINE) == ["1000"]
     assert final.index("USER 1000") < final.index("ENTRYPOINT")
+
+
+def test_tests_that_are_named_as_slow_are_there() -> None:
+    for name in tomllib.loads((ROOT / "tools" / "slow.toml").read_text()):
+        file, _, function = name.partition("::")
+        assert f"\ndef {function}(" in (ROOT / file).read_text(), name

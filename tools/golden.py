@@ -21,10 +21,11 @@ TOLERANCE = 1e-10
 
 
 def main() -> None:
-    """Run both states and print what differs."""
-    sys.path.append(str(ROOT))
-    from tests.golden.numbers import differences, short, shown
-    from tests.golden.runs import NAMES, golden_run
+    """Write the numbers of the tests, or compare those of two states and print what differs."""
+    import vanelock  # noqa: F401  the state that is asked about; the runs are those of this one
+
+    sys.path.insert(0, str(ROOT))
+    from tests.golden.runs import NAMES
 
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("commit", nargs="?", default="HEAD")
@@ -34,30 +35,42 @@ def main() -> None:
     given = parser.parse_args()
     names = given.names or list(NAMES)
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
         if given.write:
-            for name in names:
-                numbers = short(shown(golden_run(name, place)))
-                lines = [f"{json.dumps(key)}: {json.dumps(each)}" for key, each in numbers.items()]
-                text = ",\n".join(lines)
-                (ROOT / "tests" / "golden" / f"{name}.json").write_text(f"{{\n{text}\n}}\n")
-            return
-        if given.found:
-            given.found.write_text(json.dumps(_found(names, place)))
-            return
-        tree = place / "before"
-        _git("worktree", "add", "--detach", str(tree), given.commit)
-        try:
-            before, now = (_of(each, names, place) for each in (tree, ROOT))
-        finally:
-            _git("worktree", "remove", "--force", str(tree))
-    lines = [
+            _write(names, Path(folder))
+        elif given.found:
+            given.found.write_text(json.dumps(_found(names, Path(folder))))
+        else:
+            lines = _compared(given.commit, names, Path(folder))
+            print("\n".join(lines) or f"{len(names)} runs agree to {TOLERANCE:g}")
+            sys.exit(bool(lines))
+
+
+def _write(names: list[str], place: Path) -> None:
+    """The numbers that tests compare with, a line a column."""
+    from tests.golden.numbers import short, shown
+    from tests.golden.runs import golden_run
+
+    for name in names:
+        numbers = short(shown(golden_run(name, place)))
+        text = ",\n".join(f"{json.dumps(key)}: {json.dumps(each)}" for key, each in numbers.items())
+        (ROOT / "tests" / "golden" / f"{name}.json").write_text(f"{{\n{text}\n}}\n")
+
+
+def _compared(commit: str, names: list[str], place: Path) -> list[str]:
+    """A line for each number that differs between a commit and this state."""
+    from tests.golden.numbers import differences
+
+    tree = place / "before"
+    _git("worktree", "add", "--detach", str(tree), commit)
+    try:
+        before, now = (_of(each, names, place) for each in (tree, ROOT))
+    finally:
+        _git("worktree", "remove", "--force", str(tree))
+    return [
         f"{name}, {line}"
         for name in names
         for line in sorted(differences(before[name], now[name], TOLERANCE))
     ]
-    print("\n".join(lines) or f"{len(names)} runs agree to {TOLERANCE:g}")
-    sys.exit(bool(lines))
 
 
 def _found(names: list[str], place: Path) -> dict[str, dict[str, list[float]]]:

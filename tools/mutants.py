@@ -219,25 +219,21 @@ def nearest(mutant: Mutant) -> list[tuple[int, str]]:
 
 def measured(tree: Path) -> dict[str, float]:
     """Seconds of the tests of each file that passes as the program is."""
-    place = KEPT / "times.json"
+    place, report = KEPT / "times.json", tree / "times.xml"
     if not place.exists():
-        times = tree / "times.xml"
-        pytest(
-            tree,
-            ["tests"],
-            None,
-            *LAYER,
-            *TOGETHER,
-            f"--junitxml={times}",
-            "-o",
-            "junit_family=xunit1",
-        )
-        found: dict[str, float] = defaultdict(float)
-        for case in ElementTree.parse(times).iter("testcase"):
-            found[case.attrib["file"]] += -1e9 if len(case) else float(case.attrib["time"])
-        place.write_text(json.dumps({test: each for test, each in found.items() if each >= 0}))
+        options = (f"--junitxml={report}", "-o", "junit_family=xunit1")
+        pytest(tree, ["tests"], None, *LAYER, *TOGETHER, *options)
+        place.write_text(json.dumps(passed(report)))
     known: dict[str, float] = json.loads(place.read_text())
     return known
+
+
+def passed(report: Path) -> dict[str, float]:
+    """Seconds of each file of a report of pytest of which nothing failed or was skipped."""
+    found: dict[str, float] = defaultdict(float)
+    for case in ElementTree.parse(report).iter("testcase"):
+        found[case.attrib["file"]] += -1e9 if len(case) else float(case.attrib["time"])
+    return {test: seconds for test, seconds in found.items() if seconds >= 0}
 
 
 def attempt(mutants: list[Mutant], seconds: float, workers: int) -> None:
