@@ -25,7 +25,7 @@ def test_same_frequencies_from_files(tmp_path, small, write_mesh, vane, casing):
         apart, same = cKDTree(made.points).query(found.points)
         assert apart.max() < 1e-13
         own, other = (np.sort(cells, axis=1) for cells in (made.cells, same[found.cells]))
-        np.testing.assert_array_equal(*(each[np.lexsort(each.T)] for each in (own, other)))
+        np.testing.assert_array_equal(own[np.lexsort(own.T)], other[np.lexsort(other.T)])
         for name, nodes in made.node_sets.items():
             own, other = made.points[nodes], found.points[found.node_sets[name]]
             place = np.linalg.norm(own[:, None] - other, axis=2)
