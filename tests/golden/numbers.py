@@ -15,7 +15,7 @@ Numbers = dict[str, list[float]]
 """By table or file and column; NaN where there is nothing."""
 
 OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "cost", "memory"}
-"""Tables and columns that say how fast a machine was."""
+"""Tables, columns and arrays that say how fast a machine was."""
 FEW = 40
 """Of longer columns of a file a test keeps the least, the largest and how many there are."""
 ROUND_OFF = 1e-9
@@ -76,7 +76,7 @@ def stored(folder: Path) -> Numbers:
             item = group[name]
             if isinstance(item, h5py.Group):
                 walk(item, f"{path}/{name}")
-            elif item.dtype.kind in "fciub":
+            elif item.dtype.kind in "fciub" and name not in OF_THE_MACHINE:
                 array = np.atleast_1d(item[()]).reshape(-1)
                 found[f"{path}/{name}"] = array.astype(complex).view(float).tolist()
 
