@@ -11,3 +11,5 @@ joints.interlock.kn = 1.67e6
 joints.interlock.kt = 1.67e6
 """
 """Keys of a study, before its tables; joints are as stiff as by default as a whole."""
+HOOK, INTERLOCK = 16, 6
+"""Its contacts, in this order."""

@@ -4,6 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.small_study import HOOK
+
 
 def test_the_tables_of_limits_are_the_linear_modes_and_responses(golden):
     ran = golden("default")
@@ -40,7 +42,7 @@ def test_the_table_of_the_preload_is_of_its_forces(golden):
     with h5py.File(ran.folder / "results.h5") as file:
         force = file["response/nominal/preload/force"][0, 0].real
     n, t = force[:, 0], np.abs(force[:, 1:]).max(axis=1)
-    own = {"hook": slice(0, 16), "interlock": slice(16, 22)}
+    own = {"hook": slice(HOOK), "interlock": slice(HOOK, None)}
     for row in ran.rows("preload"):
         mine = own[row["joint"]]
         assert (row["n_min"], row["n_max"]) == pytest.approx((n[mine].min(), n[mine].max()))

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
+from tests.small_study import HOOK, INTERLOCK
 from vanelock import load_system, open_results, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
@@ -101,7 +102,7 @@ def test_results_hold_the_whole_chain(first):
         response = Response.load(file["response/nominal"])
         listed = [250, 254, 256, 258, 259, 260, 264, 268, 272]
         np.testing.assert_allclose(response.frequency, listed, rtol=1e-12)
-        assert response.contact.shape == (9, 1 + response.harmonics, 22, 3)
+        assert response.contact.shape == (9, 1 + response.harmonics, HOOK + INTERLOCK, 3)
 
 
 def test_limits_are_those_of_the_stored_matrices(first):
@@ -127,8 +128,8 @@ def test_limits_are_those_of_the_stored_matrices(first):
 
 def test_preload_table_counts_the_contacts(first):
     hook, interlock = first.rows("preload")
-    assert (hook["closed"], hook["open"]) == (16, 0)
-    assert (interlock["closed"], interlock["open"]) == (6, 0)
+    assert (hook["closed"], hook["open"]) == (HOOK, 0)
+    assert (interlock["closed"], interlock["open"]) == (INTERLOCK, 0)
     with open_results(first.folder / "results.h5") as file:
         static = Response.load(file["response/nominal/preload"])
         joint = np.array(System.load(file["system"]).contacts.joint)
@@ -164,7 +165,7 @@ def test_summary_agrees_with_the_stored_response(first):
         )
     free, stuck = limits.free_frequency, limits.stuck_frequency
     assert found.position == pytest.approx((found.peak.frequency - free) / (stuck - free))
-    states = response.state[top][-6:]
+    states = response.state[top][-INTERLOCK:]
     assert found.slipping == np.mean((states == SLIP) | (states == SLIP_OPEN))
     assert found.opening == np.mean((states == OPEN) | (states == SLIP_OPEN))
     assert (found.converged, found.points) == (9, 9)

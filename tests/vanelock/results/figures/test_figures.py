@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
+from tests.small_study import HOOK, INTERLOCK
 from vanelock import cases, fem, load_component, mesh, nonlinear, parse_study, rom
 from vanelock.nonlinear import Response, static_response
 from vanelock.pipeline.cache import Cache
@@ -73,7 +74,7 @@ def test_data_beside_the_pictures_are_the_results(golden):
         np.testing.assert_array_equal(frequency, found.frequency)
     table = read(figures / "loop_nominal.csv")
     peak = int(response.amplitude[:, 0, component].argmax())
-    own = response.dissipation[peak] * (np.arange(22) >= 16)  # the interlock's
+    own = response.dissipation[peak] * (np.arange(HOOK + INTERLOCK) >= HOOK)  # the interlock's
     u, f = nonlinear.contact_loop(response, peak, int(own.argmax()))
     np.testing.assert_allclose(
         numbers(table["displacement, along the slant (µm)"]), 1e6 * u[:, 2], rtol=1e-14
@@ -110,7 +111,7 @@ def test_contacts_beside_their_picture_are_the_results(golden):
         place = masters.position(np.array(mine["node of the vane (from 0)"], int))
         np.testing.assert_allclose(numbers(mine["x (mm)"]), 1e3 * place[:, 0])
         np.testing.assert_allclose(numbers(mine["z (mm)"]), 1e3 * place[:, 2])
-        assert mine["joint"] == ["hook"] * 16 + ["interlock"] * 6
+        assert mine["joint"] == ["hook"] * HOOK + ["interlock"] * INTERLOCK
 
 
 def test_a_loop_knows_its_bounds(ring):
