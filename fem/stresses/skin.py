@@ -95,35 +95,48 @@ class Skin:
         away = np.linalg.norm(middle - position, axis=1)
         least = np.linalg.norm(corners - position, axis=2).min()
         bound = away - radius
-        candidates = np.flatnonzero(bound <= least)
-        found: list[tuple[float, int, SkinPoint]] = []
-        for i in candidates[np.argsort(bound[candidates])]:
-            if found and bound[i] > min(found)[0] + 1e-12:
-                break  # no further face is nearer
-            point = self._closest(allowed[i], position)
-            distance = float(np.linalg.norm(point.position - position))
-            found.append((round(distance, 12), int(i), point))
-        return min(found)[2]
+        near = bound <= least
+        inner, distance = self._closest(allowed[near], bound[near], position)
+        best = int(np.lexsort((allowed[near], np.round(distance, 12)))[0])
+        return self._point(allowed[near][best], inner[best])
 
-    def _closest(self, face: np.int64, position: Array) -> SkinPoint:
-        """Nearest point of one face: inside it, or else on one of its sides."""
-        cell_type, nodes = self.part.cell_type, self.part.cells[self.cells[face]]
+    def _closest(self, faces: Integers, bound: Array, position: Array) -> tuple[Array, Array]:
+        """Nearest point of each face, on the reference cell, and its distance.
+
+        It is inside the face, or else on one of its sides; infinite where the bound from below of
+        its distance is above another's.
+        """
+        cell_type = self.part.cell_type
+        points = self.part.points[self.part.cells[self.cells[faces]]]
+        known = _faces(cell_type)
+        origin = np.array([known[face][0] for face in self.faces[faces]])
+        sides = np.array([known[face][1] for face in self.faces[faces]])
+        ends = [origin, origin + sides[:, 0], origin + sides[:, 1]]
+        inner, local, away = _approach(cell_type, points, position, origin, sides, beyond=1.0)
+        inside = local.min(axis=1) >= 0
+        if len(self.corners[0]) == 3:
+            inside &= local.sum(axis=1) <= 1
+        else:
+            inside &= local.max(axis=1) <= 1
+            ends.insert(2, origin + sides.sum(axis=1))
+        away[~inside] = np.inf
+        left = np.flatnonzero(~inside & (bound <= away.min() + 1e-12))
+        if len(left):
+            for a, b in zip(ends, ends[1:] + ends[:1], strict=True):
+                side = (b - a)[left, None]
+                place, _, gap = _approach(
+                    cell_type, points[left], position, a[left], side, beyond=0.0
+                )
+                nearer = gap < away[left]
+                inner[left[nearer]], away[left[nearer]] = place[nearer], gap[nearer]
+        return inner, away
+
+    def _point(self, face: np.int64, place: Array) -> SkinPoint:
+        """The point of a face at a place of the reference cell."""
+        nodes = self.part.cells[self.cells[face]]
         points = self.part.points[nodes]
-        origin, sides, outward = _faces(cell_type)[self.faces[face]]
-        triangle = len(self.corners[face]) == 3
-        inner, local = _approach(cell_type, points, position, origin, sides, beyond=1.0)
-        inside = local.min() >= 0 and (local.sum() <= 1 if triangle else local.max() <= 1)
-        if not inside:
-            ends = [origin, origin + sides[0], origin + sides[1]]
-            if not triangle:
-                ends.insert(2, origin + sides.sum(axis=0))
-            tries = [
-                _approach(cell_type, points, position, a, (b - a)[None], beyond=0.0)[0]
-                for a, b in zip(ends, ends[1:] + ends[:1], strict=True)
-            ]
-            places = [shape_functions(cell_type, p[None])[0][0] @ points for p in tries]
-            inner = tries[int(np.argmin([np.linalg.norm(p - position) for p in places]))]
-        values, slopes = shape_functions(cell_type, inner[None])
+        outward = _faces(self.part.cell_type)[self.faces[face]][2]
+        values, slopes = shape_functions(self.part.cell_type, place[None])
         normal = np.linalg.solve((points.T @ slopes[0]).T, outward)
         corners = self.part.points[self.corners[face]]
         size = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max()
@@ -171,18 +184,21 @@ def _middle(origin: Array, sides: Array, triangle: bool) -> Array:
 
 def _approach(
     cell_type: str, points: Array, position: Array, origin: Array, sides: Array, beyond: float
-) -> tuple[Array, Array]:
-    """Gauss-Newton method for the nearest point of a face or an edge, origin + t·sides.
+) -> tuple[Array, Array, Array]:
+    """Gauss-Newton method for the nearest points of faces or edges, origin + t·sides.
 
-    Returns that point of the reference cell, and t, which stays within `beyond` of 0 to 1.
+    Returns those points of the reference cell (f, 3), t (f, s), which stays within `beyond` of 0 to
+    1, and the distance (f,); nodes are (f, a, 3), origins (f, 3), sides (f, s, 3).
     """
-    t = np.full(len(sides), 1 / (1 + len(sides)))
+    t = np.full(sides.shape[:2], 1 / (1 + sides.shape[1]))
     for _ in range(30):
-        values, slopes = shape_functions(cell_type, (origin + t @ sides)[None])
-        tangents = points.T @ slopes[0] @ sides.T
-        step = np.linalg.lstsq(tangents, position - values[0] @ points, rcond=None)[0]
+        place = origin + np.einsum("fs,fsi->fi", t, sides)
+        values, slopes = shape_functions(cell_type, place)
+        tangents = points.swapaxes(1, 2) @ slopes @ sides.swapaxes(1, 2)
+        gap = position - np.einsum("fa,fai->fi", values, points)
+        step = np.einsum("fsi,fi->fs", np.linalg.pinv(tangents), gap)
         new = np.clip(t + step, -beyond, 1 + beyond)
         t, moved = new, np.abs(new - t).max()
         if moved < 1e-13:
             break
-    return origin + t @ sides, t
+    return place, t, np.linalg.norm(gap, axis=1)
