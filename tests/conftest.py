@@ -12,7 +12,7 @@ import meshio
 import numpy as np
 import pytest
 
-from tests.golden.runs import GoldenRun, golden_run
+from tests.golden.runs import GoldenRun, golden_run, made_once
 from tests.mesh.files.archives import degenerated
 from vanelock import fem, mesh, rom
 from vanelock.mesh import Part
@@ -354,6 +354,9 @@ def write_mesh() -> Callable[..., dict[str, str]]:
 
 
 @pytest.fixture(scope="session")
-def coarse() -> tuple[Part, Part]:
+def coarse(shared: Path) -> tuple[Part, Part]:
     """The program's coarse vane and casing."""
-    return mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")
+    return made_once(
+        shared / "coarse.pickle",
+        lambda: (mesh.vane_segment(size="coarse"), mesh.casing_sector(size="coarse")),
+    )

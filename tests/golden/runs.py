@@ -13,13 +13,15 @@ By the program's public names alone, so that what earlier states of it found is 
 import fcntl
 import pickle
 import shutil
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from tests.small_study import SMALL
 from vanelock import load_scene, parse_study, run_study
 
+T = TypeVar("T")
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FREQUENCIES = "[250, 254, 256, 258, 259, 260, 264, 268, 272]"
 
@@ -133,17 +135,20 @@ class GoldenRun:
         return found
 
 
-def golden_run(name: str, place: Path) -> GoldenRun:
-    """The run of that name in a folder; made there by the first process that asks for it."""
-    place.mkdir(parents=True, exist_ok=True)
-    kept = place / f"{name}.pickle"
-    with open(place / f"{name}.lock", "w") as lock:
+def made_once(place: Path, make: Callable[[], T]) -> T:
+    """What `make` gives, made by the first process that asks for it and kept in that file."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with open(place.with_suffix(".lock"), "w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not kept.exists():
-            made = _made(name, place)
-            kept.write_bytes(pickle.dumps(made))
-    found: GoldenRun = pickle.loads(kept.read_bytes())
+        if not place.exists():
+            place.write_bytes(pickle.dumps(make()))
+    found: T = pickle.loads(place.read_bytes())
     return found
+
+
+def golden_run(name: str, place: Path) -> GoldenRun:
+    """The run of that name in a folder."""
+    return made_once(place / f"{name}.pickle", lambda: _made(name, place))
 
 
 def _made(name: str, place: Path) -> GoldenRun:

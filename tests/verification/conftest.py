@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
-from tests.verification.small_vane import small_scene, with_all_diameters
+from tests.conftest import scene_of
+from tests.golden.runs import made_once
+from tests.verification import small_vane
 from vanelock import rom
 from vanelock.fem import Material, assemble, cyclic_transform, eigenpairs
 from vanelock.mesh import Part
@@ -33,15 +35,16 @@ rows: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
 if not FULL:
 
     @pytest.fixture(scope="session")
-    def scene() -> SimpleNamespace:
+    def scene(shared: Path) -> SimpleNamespace:
         """The scene with few elements and contacts; at full count it is the common one."""
-        return small_scene()
+        made = made_once(shared / "small_vane.pickle", small_vane.small_parts)
+        return scene_of(*made, small_vane.JOINTS)
 
 
 @pytest.fixture(scope="session")
 def ring_of_vanes(scene: SimpleNamespace) -> rom.System:
     """The scene's system with all nodal diameters of its ring."""
-    return with_all_diameters(scene)
+    return small_vane.with_all_diameters(scene)
 
 
 @pytest.fixture(scope="session")

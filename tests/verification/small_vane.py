@@ -5,7 +5,7 @@ Joints are as stiff as those of the scene as a whole.
 
 from types import SimpleNamespace
 
-from tests.conftest import CASING_MASTERS, VANE_MASTERS, scene_of
+from tests.conftest import CASING_MASTERS, VANE_MASTERS
 from vanelock import fem, mesh, rom
 
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
@@ -18,15 +18,15 @@ JOINTS = (
 )
 
 
-def small_scene() -> SimpleNamespace:
-    """Models, components and system, as those of the scene."""
+def small_parts() -> tuple[tuple[fem.Model, fem.Model], rom.Component, rom.Component]:
+    """Models and components of the vane and the casing."""
     vane_model = fem.assemble(mesh.vane_segment(DIMENSIONS, size=SIZE), STEEL)
     casing_model = fem.assemble(mesh.casing_sector(hook=HOOK, size=SIZE), STEEL)
     vane = rom.reduce(vane_model, VANE_MASTERS)
     casing = rom.reduce(
         casing_model, CASING_MASTERS, nodal_diameters=[0, 1, 2, 3, 8], band=vane.band
     )
-    return scene_of((vane_model, casing_model), vane, casing, JOINTS)
+    return (vane_model, casing_model), vane, casing
 
 
 def with_all_diameters(scene: SimpleNamespace) -> rom.System:
