@@ -10,10 +10,12 @@ it, its dynamic stiffness is diagonal but for the damping C', which is of V's mo
 
     Tᴴ D T = 1 - (σ² + s²) Λ' + i s C'.
 
-Modes slower than three times s are coupled by C' as they are; the others, of which s C' is a small
-part, follow from them by repetition, whose remainder is measured.
+A balance of few modes is solved as it stands. Of many, those slower than three times s are coupled
+by C' as they are; the others, of which s C' is a small part, follow from them by repetition. What
+is left of the balance is measured.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +31,11 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
 
+TINY = np.finfo(float).tiny
 NEAR = 9.0
 """Of s², below which the square of a mode's frequency is near."""
+FEW = 100
+"""Modes up to which the balance is solved as it stands, which is quicker."""
 SMALL, MOST = 1e-13, 60
 """Relative change at which a repetition ends, and repetitions before all modes are coupled."""
 
@@ -66,10 +71,23 @@ class LimitModes:
         if self.damping.ndim == 1:
             y = force / (diagonal + 1j * s * self.damping[:, None])
             return self._back(y), np.zeros(len(s))
+        if len(diagonal) <= FEW:
+            y = np.zeros_like(force)
+            for i in range(len(s)):
+                with suppress(la.LinAlgError):  # else the balance stays open by all of the force
+                    y[:, i] = np.linalg.solve(self._whole(s[i], diagonal[:, i]), force[:, i])
+        else:
+            y = self._repeated(s, diagonal, force)
+        left = np.abs(force - diagonal * y - 1j * s * times(self.damping, y))
+        scale = np.abs(np.stack([diagonal * y, force])).max(axis=(0, 1), initial=TINY)
+        return self._back(y), left.max(axis=0, initial=0.0) / scale
+
+    def _repeated(self, s: Floats, diagonal: Floats, force: Array) -> Array:
+        """Amplitudes (n, f) of the limit's modes by repetition."""
         far = diagonal + 1j * s * self.damping.diagonal()[:, None]
         near = [self._near(each, diagonal[:, i]) for i, each in enumerate(s)]
 
-        def left(y: Array, i: slice | NDArray[np.intp] = slice(None)) -> Array:
+        def left(y: Array, i: NDArray[np.intp]) -> Array:
             coupled = 1j * s[i] * times(self.damping, y)
             return np.asarray(force[:, i] - diagonal[:, i] * y - coupled)
 
@@ -91,11 +109,14 @@ class LimitModes:
             if not len(going):
                 break
         for i in going:
-            full = 1j * s[i] * self.damping
-            full[np.diag_indices_from(full)] += diagonal[:, i]
-            y[:, i] = la.solve(full, force[:, i])
-        scale = np.abs(diagonal * y).max(axis=0, initial=np.finfo(float).tiny)
-        return self._back(y), np.abs(left(y)).max(axis=0, initial=0.0) / scale
+            y[:, i] = la.solve(self._whole(s[i], diagonal[:, i]), force[:, i])
+        return y
+
+    def _whole(self, s: float, diagonal: Floats) -> Array:
+        """The dynamic stiffness (n, n) at s, rad/s, whose part without damping is given."""
+        full = np.asarray(1j * s * self.damping)
+        full[np.diag_indices_from(full)] += diagonal
+        return full
 
     def _near(self, s: float, diagonal: Floats) -> tuple[NDArray[np.intp], Any]:
         """Modes that are near at s, rad/s, and factors of their coupled dynamic stiffness."""

@@ -59,10 +59,12 @@ def by_definition(system: System, closed: np.ndarray, s: float) -> np.ndarray:
 @pytest.mark.parametrize("given", [False, True])
 @pytest.mark.parametrize("ratio", [1e-3, 0.05, 0.9])
 @pytest.mark.parametrize("damping", ["open", "stuck"])
+@pytest.mark.parametrize("few", [0, 100])
 def test_limits_are_those_of_the_matrices(
-    damping: str, ratio: float, given: bool, free: bool
+    monkeypatch: pytest.MonkeyPatch, few: int, damping: str, ratio: float, given: bool, free: bool
 ) -> None:
     """Some contacts closed, whatever the damping is of; also where nothing holds the structure."""
+    monkeypatch.setattr("vanelock.nonlinear.balance.limit_modes.FEW", few)
     system = scene(damping, ratio, given, free)
     for closed in (np.zeros(C, bool), np.ones(C, bool), np.arange(C) < 2):
         response = linear_response(system, [2.0, 40.0, 120.0, 290.0], closed)
@@ -73,8 +75,9 @@ def test_limits_are_those_of_the_matrices(
             np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-8 * exact.max())
 
 
-def test_repetition_gives_way_to_all_modes_at_once() -> None:
+def test_repetition_gives_way_to_all_modes_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where damping couples far modes more than they are stiff."""
+    monkeypatch.setattr("vanelock.nonlinear.balance.limit_modes.FEW", 0)
     system = scene("open", 0.01, False, True)
     A = np.random.default_rng(1).standard_normal((N, N))
     given = replace(system.at(0), C=1e5 * A @ A.T)
