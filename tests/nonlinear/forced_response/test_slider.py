@@ -61,8 +61,8 @@ def test_zero_sliders_change_no_bit(random_system: Make) -> None:
     system = random_system(3, size=6, contacts=2)
     hertz, options = [0.2, 0.3], Options(3)
     given = with_slider(system, np.zeros((2, 2)))
-    found = frequency_response(given, hertz, options)
-    expected = frequency_response(system, hertz, options)
+    found = frequency_response(given, hertz, options, find_jumps=False)
+    expected = frequency_response(system, hertz, options, find_jumps=False)
     np.testing.assert_array_equal(found.output, expected.output)
 
 
@@ -70,8 +70,8 @@ def test_another_slider_is_another_wave_that_audit_and_time_confirm(random_syste
     system = random_system(3, amplitude=0.05, mu=0.6, damping_ratio=0.05)
     slider = 0.05 * np.random.default_rng(1).normal(size=(6, 2))
     moved, hertz, options = with_slider(system, slider), [0.3], Options(5)
-    plain = frequency_response(system, hertz, options)
-    found = frequency_response(moved, hertz, options)
+    plain = frequency_response(system, hertz, options, find_jumps=False)
+    found = frequency_response(moved, hertz, options, find_jumps=False)
     assert found.converged.all()
     assert np.abs(found.force - plain.force).max() > 1e-2 * np.abs(plain.force).max()
     assert audit_response(moved, found).residual.max() < 1e-6
