@@ -10,6 +10,7 @@ import pytest
 from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock import load_scene, nonlinear, run_scene
 
+pytestmark = pytest.mark.usefixtures("undrawn")
 SIZE = 1e-5
 """Of the ring of masses, so that it vibrates by micrometres."""
 

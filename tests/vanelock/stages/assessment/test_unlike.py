@@ -22,6 +22,7 @@ from vanelock.stages.assessment.stability import whole_step
 from vanelock.stages.assessment.unlike import UnlikeRing, UnlikeRings, drawn, modes_step
 from vanelock.stages.response.summary import Peak
 
+pytestmark = pytest.mark.usefixtures("undrawn")
 RIGID = 6
 """Modes of a body that nothing holds."""
 DEVIATIONS = {"contact": {"mu": 0.1, "kn": 0.05}}
