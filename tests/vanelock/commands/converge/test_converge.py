@@ -15,6 +15,8 @@ from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Finished, Notice
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 STUDY = f"""
 name = "small"
 {SMALL}
@@ -22,7 +24,7 @@ joints.interlock.mu = 0.15
 [response]
 harmonics = 1
 range = [251, 256]
-points = 5
+points = 3
 [sweep]
 "joints.interlock.mu" = [0.1, 0.2]
 """
