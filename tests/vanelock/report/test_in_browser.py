@@ -12,6 +12,8 @@ from vanelock import report
 from vanelock.render.scenes import annulus
 from vanelock.report import bodies, views
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture(scope="module")
 def page(visit, sample):
