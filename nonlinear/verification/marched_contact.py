@@ -8,18 +8,14 @@ events, and serves to check what the solver found. From one sample to the next
 where Δu counts from the instant of touching down, v being linear in between; an open contact has
 n = 0 and thus t = 0. The error falls with the square of the number of samples.
 
-One step is a map clip(t + m, a, b), and so is any chain of steps. Hence a period is cut into blocks
-that are marched side by side, first for their maps, then for the forces.
-
 Isotropic friction returns what exceeds μn to the circle along the mean of the old and the new force
 (the generalised midpoint rule, Simo & Taylor 1986): with p = t + kt Δu, the new force lies where
-the ray from -t through p meets it. These steps go one after the other.
+the ray from -t through p meets it. A round goes through all samples, and rounds follow until one
+begins where it ends.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +25,9 @@ from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
-Bools = NDArray[np.bool_]
 
-TOGETHER = 8  # contacts marched at once, to bound the memory
 ROUNDS, REPEATS = 200, 1e-13
-"""Of isotropic friction: most rounds, and of the largest force how closely one repeats the last."""
+"""Most rounds, and of the largest force how closely one repeats the last."""
 
 
 @dataclass(frozen=True)
@@ -74,15 +68,25 @@ def march_contacts(
         Friction at the first sample, N, cut to its bound. It matters where a contact sticks for
         good, anywhere within the bound; by default that of sliders at zero.
     """
-    parts, way = [], _friction if friction == "orthogonal" else _friction_in_plane
     at_zero = contacts.kt * displacement[:, :, 1:].sum(axis=0).real
     start = at_zero if begin is None else begin
-    for first in range(0, max(contacts.count, 1), TOGETHER):
-        part = slice(first, first + TOGETHER)
-        kn, kt, mu = contacts.kn[part], contacts.kt[part], contacts.mu[part]
-        parts.append(_march(kn, kt, mu, displacement[:, part], samples, start[part], way))
-    force = np.concatenate([part.force for part in parts], axis=1)
-    return Marched(force, np.concatenate([part.work for part in parts]))
+    force = np.zeros((len(displacement), contacts.count, 3), complex)
+    work = np.zeros(contacts.count)
+    isotropic, path = friction == "isotropic", np.empty((samples, 3))
+    for c in range(contacts.count):
+        u, t = np.ascontiguousarray(histories(displacement[:, c], samples)), start[c].astype(float)
+        bound = contacts.mu[c] * contacts.kn[c] * max(u[0, 0], 0.0)
+        if isotropic:
+            t *= min(1.0, bound / max(math.hypot(*t), np.finfo(float).tiny))
+        else:
+            t = t.clip(-bound, bound)
+        for _ in range(ROUNDS):
+            begun = t.copy()
+            work[c] = _round(u, contacts.kn[c], contacts.kt[c], contacts.mu[c], isotropic, t, path)
+            if np.abs(t - begun).max() <= REPEATS * np.abs(path[:, 1:]).max():
+                break
+        force[:, c] = coefficients(path, len(displacement) - 1)
+    return Marched(force, work)
 
 
 def histories(q: Array, samples: int) -> Floats:
@@ -99,103 +103,48 @@ def coefficients(history: Floats, harmonics: int) -> Array:
     return q
 
 
-Friction: TypeAlias = Callable[[Floats, Floats, Floats], tuple[Floats, Bools]]
-
-
-def _march(
-    kn: Floats,
-    kt: Floats,
-    mu: Floats,
-    q: Array,
-    samples: int,
-    start: Floats,
-    friction: Friction,
-) -> Marched:
-    """Some contacts, all at once."""
-    u = histories(q, samples)
-    v = u[:, :, 0]
-    n = kn * np.maximum(v, 0.0)
-    bound = np.repeat((mu * n)[:, :, None], 2, axis=2)
-    before = np.roll(v, 1, axis=0)
-    touching = (before < 0) & (v > 0)
-    share = np.where(touching, v / np.where(touching, v - before, 1.0), 1.0)
-    moved = kt * np.diff(u[:, :, 1:], axis=0, prepend=u[-1:, :, 1:]) * share[:, :, None]
-    t, slipped = friction(start, moved, bound)
-    held = np.roll(t, 1, axis=0)
-    slid = (moved - (t - held)) / kt
-    rounding = 16 * np.finfo(float).eps * np.abs(u[:, :, 1:]).max(axis=0)
-    slid = np.where(slipped & (np.abs(slid) > rounding), slid, 0.0)
-    work = (0.5 * (t + held) * slid).sum(axis=(0, 2))
-    force = np.concatenate([n[:, :, None], t], axis=2)
-    return Marched(coefficients(force, len(q) - 1), work)
-
-
 @kernel
-def _round(t: Floats, moved: Floats, bound: Floats, out: Floats, slipped: Bools) -> None:
-    """One round of isotropic friction from a force t (2,) at sample 0, replaced by the last."""
-    count = bound.size
+def _round(
+    u: Floats, kn: float, kt: Floats, mu: float, isotropic: bool, t: Floats, path: Floats
+) -> float:
+    """Friction work of one round from a force t (2,) at sample 0, which the last one replaces.
+
+    Displacements and forces are (s, 3). A step slips where it ends at the bound, that of lift-off
+    too; slips within rounding of the displacement are none.
+    """
+    work, count = 0.0, len(u)
+    rounding = 16 * 2.3e-16 * max(np.abs(u[:, 1]).max(), np.abs(u[:, 2]).max())
     for j in range(1, count + 1):
         i = j if j < count else 0
-        b, px, py = bound[i], t[0] + moved[i, 0], t[1] + moved[i, 1]
-        slips = math.hypot(px, py) > b
-        if slips:
-            # |s (p + t) - t| = b: the larger root is where the ray leaves the circle.
-            x, y = px + t[0], py + t[1]
-            square = max(x * x + y * y, 1e-300)
-            half = (x * t[0] + y * t[1]) / square
-            inside = half * half - (t[0] * t[0] + t[1] * t[1] - b * b) / square
-            s = half + math.sqrt(max(inside, 0.0))
-            px, py = s * x - t[0], s * y - t[1]
-            size = math.hypot(px, py)
-            shrink = b / size if size > 0.0 else 0.0
-            px, py = shrink * px, shrink * py
+        v, before = u[i, 0], u[i - 1, 0]
+        n = kn * max(v, 0.0)
+        bound = mu * n
+        share = v / (v - before) if before < 0.0 < v else 1.0
+        x = kt[0] * share * (u[i, 1] - u[i - 1, 1])
+        y = kt[1] * share * (u[i, 2] - u[i - 1, 2])
+        px, py = t[0] + x, t[1] + y
+        if not isotropic:
+            px, py = min(max(px, -bound), bound), min(max(py, -bound), bound)
+            slips_x, slips_y = abs(px) >= bound, abs(py) >= bound
+        else:
+            slips_x = slips_y = math.hypot(px, py) > bound
+            if slips_x:
+                # |s (p + t) - t| = bound: the larger root is where the ray leaves the circle.
+                ax, ay = px + t[0], py + t[1]
+                square = max(ax * ax + ay * ay, 1e-300)
+                half = (ax * t[0] + ay * t[1]) / square
+                inside = half * half - (t[0] * t[0] + t[1] * t[1] - bound * bound) / square
+                s = half + math.sqrt(max(inside, 0.0))
+                px, py = s * ax - t[0], s * ay - t[1]
+                size = math.hypot(px, py)
+                shrink = bound / size if size > 0.0 else 0.0
+                px, py = shrink * px, shrink * py
+        slid = (x - (px - t[0])) / kt[0]
+        if slips_x and abs(slid) > rounding:
+            work += 0.5 * (px + t[0]) * slid
+        slid = (y - (py - t[1])) / kt[1]
+        if slips_y and abs(slid) > rounding:
+            work += 0.5 * (py + t[1]) * slid
         t[0], t[1] = px, py
-        out[i, 0], out[i, 1] = px, py
-        slipped[i] = slips
-
-
-def _friction_in_plane(start: Floats, moved: Floats, bound: Floats) -> tuple[Floats, Bools]:
-    """Periodic friction forces (s, c, 2), and which steps slip: rounds until they repeat."""
-    out, slipped = np.empty_like(moved), np.empty(moved.shape, bool)
-    for c in range(moved.shape[1]):
-        m, b = np.ascontiguousarray(moved[:, c]), np.ascontiguousarray(bound[:, c, 0])
-        path, slips, t = np.empty_like(m), np.empty(len(m), bool), start[c].copy()
-        t *= min(1.0, b[0] / max(float(np.hypot(*t)), np.finfo(float).tiny))
-        for _ in range(ROUNDS):
-            begun = t.copy()
-            _round(t, m, b, path, slips)
-            if np.abs(t - begun).max() <= REPEATS * np.abs(path).max():
-                break
-        out[:, c], slipped[:, c] = path, slips[:, None]
-    return out, slipped
-
-
-def _friction(start: Floats, moved: Floats, bound: Floats) -> tuple[Floats, Bools]:
-    """Periodic friction forces (s, c, 2), and which steps slip: the second round from sample 0 on.
-
-    Those slip, too, that let go in the last step before lift-off.
-    """
-    start = np.clip(start, -bound[0], bound[0])
-    samples, shape = len(moved), start.shape
-    length = 1 << (samples.bit_length() // 2)
-
-    def in_blocks(history: Floats) -> Floats:  # (steps of a block, blocks, ...), from sample 1 on
-        ahead = np.roll(history, -1, axis=0).reshape(samples // length, length, *shape)
-        return np.ascontiguousarray(ahead.swapaxes(0, 1))
-
-    m, b = in_blocks(moved), in_blocks(bound)
-    total, low, high = m[0].copy(), -b[0], b[0].copy()
-    for i in range(1, length):
-        total += m[i]
-        low = np.minimum(np.maximum(low + m[i], -b[i]), b[i])
-        high = np.minimum(np.maximum(high + m[i], -b[i]), b[i])
-    begin, t = np.empty_like(total), start
-    for _ in range(2):
-        for j in range(len(begin)):
-            begin[j] = t
-            t = np.clip(t + total[j], low[j], high[j])
-    t, out = begin, np.empty_like(m)
-    for i in range(length):
-        t = out[i] = np.minimum(np.maximum(t + m[i], -b[i]), b[i])
-    t = np.roll(out.swapaxes(0, 1).reshape(samples, *shape), 1, axis=0)
-    return t, np.abs(t) >= bound
+        path[i, 0], path[i, 1], path[i, 2] = n, px, py
+    return work
