@@ -56,7 +56,7 @@ def oscillator(force, stiffness):
 
 def peak(force, stiffness):
     """Of the oscillator, solved over frequencies about its own."""
-    near = np.sqrt(stiffness) / (2 * np.pi) * np.linspace(0.999, 1.001, 41)
+    near = np.sqrt(stiffness) / (2 * np.pi) * np.linspace(0.999, 1.001, 21)
     found = linear_response(oscillator(force, stiffness), near, np.array([True]))
     return peak_of(found, found.amplitude[:, 0, 0])
 

@@ -23,12 +23,14 @@ from vanelock.render.drawings.vane_sheet import vane_sheet
 
 DESIGNS: dict[str, tuple[dict[str, Any], dict[str, Any], int]] = {
     "usual": ({}, {}, 16),
-    "few sectors": ({}, {}, 6),
     "many sectors": ({"aerofoils": 1}, {}, 60),
     "leaning and twisted": ({"lean": 9.5, "twist": -14.0, "interlock_slant": -20.0}, {}, 16),
-    "stagger the other way": ({"stagger": -42.5, "camber": 0.0, "aerofoils": 2}, {}, 18),
-    "filleted": ({"fillet": 0.0012}, {"fillet": 0.0012}, 16),
-    "bosses": ({}, {"bosses": 2, "boss_diameter": 0.022, "boss_height": 0.03}, 16),
+    "few sectors, filleted": ({"fillet": 0.0012}, {"fillet": 0.0012}, 6),
+    "stagger the other way, bosses": (
+        {"stagger": -42.5, "camber": 0.0, "aerofoils": 2},
+        {"bosses": 2, "boss_diameter": 0.022, "boss_height": 0.03},
+        18,
+    ),
     "thick": ({"thickness": 0.009, "edge_thickness": 0.006, "chord": 0.06}, {}, 12),
 }
 

@@ -56,7 +56,7 @@ def test_fillets_leave_only_the_roots():
 
 def test_fillets_of_hooks_and_roots_leave_none(study):
     """The roots are judged: their nodes belong to an aerofoil, and none lies beside a corner."""
-    dimensions = VaneDimensions(fillet=0.002, root_fillet=0.0025, lean=4.0, twist=6.0)
+    dimensions = VaneDimensions(fillet=0.002, root_fillet=0.0025, lean=4.0, twist=6.0, aerofoils=2)
     part = mesh.vane_segment(dimensions, size="coarse")
     assert len(reentrant_edges(part)) == 0
     found = locations_of(study.model_copy(update={"vane": dimensions}), part)
