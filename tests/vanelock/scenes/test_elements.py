@@ -12,9 +12,14 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear import ELEMENT
 from vanelock.rom import System
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 CHAIN = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0)
 LOAD = '[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [1, 0, 0]\namplitude = 1\n'
-RUN = "[response]\nmode = 1\nharmonics = 5\n[damping]\nratio = 0.01\n[outputs]\nloops = false\n"
+RUN = (
+    "[response]\nmode = 1\nharmonics = 5\npoints = 21\n[damping]\nratio = 0.01\n"
+    "[outputs]\nloops = false\n"
+)
 CONTACT = (
     '[contacts.stop]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\nkn = 4e4\n'
     "kt = 1.0\nmu = 0\ninterference = -1e-5\n"

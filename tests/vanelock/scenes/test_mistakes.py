@@ -12,13 +12,18 @@ from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event, Notice
 from vanelock.rom import linear_modes
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 SPRINGS = (3e5, 2e5, 1e5)
 LAP = (
     '[contacts.lap]\nbetween = ["one", "two"]\npairs = {pairs}\nnormal = [1, 0, 0]\nkn = 4e4\n'
     "kt = 7e4\nmu = 0.2\n"
 )
 LOAD = '[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [0, 1, 1]\namplitude = 1\n'
-QUIET = "[response]\nmode = 1\nfrequencies = [40, 60]\n[outputs]\nloops = false\nreport = false\n"
+QUIET = (
+    "[response]\nmode = 1\nharmonics = 1\nfrequencies = [40, 60]\n"
+    "[outputs]\nloops = false\nreport = false\n"
+)
 
 
 def two(folder: Path, ground: float = 1.0) -> str:
