@@ -19,6 +19,7 @@ from vanelock.nonlinear import (
     time_response,
 )
 from vanelock.nonlinear.balance.receptance_columns import combine
+from vanelock.nonlinear.transient.contact_step import follow
 
 HERTZ = [15.0, 16.0, 17.0]
 
@@ -56,7 +57,8 @@ def compile_elements() -> None:
 
 
 def compile_tables() -> None:
-    """What systems of hundreds of contact coordinates need: receptances from tables."""
+    """What large systems need: receptances from tables, contacts that stick for a long time."""
+    follow(np.zeros((1, 1, 3)), np.ones((1, 2)), False, np.zeros((1, 3)))
     places = np.zeros(1, np.int64)
     combine(np.zeros((1, 1, 3), complex), np.zeros(1), places, np.zeros((1, 3), complex))
 

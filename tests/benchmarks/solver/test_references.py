@@ -14,7 +14,10 @@ ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.mark.parametrize(("harmonics", "friction"), [(3, "orthogonal"), (1, "isotropic")])
-def test_marched_friction_converges_to_located_events(harmonics: int, friction: str) -> None:
+def test_marched_friction_converges_to_located_events(
+    monkeypatch: pytest.MonkeyPatch, harmonics: int, friction: str
+) -> None:
+    monkeypatch.setattr(jenkins, "_steps", jenkins._steps.py_func)  # compiling would take longer
     given = jenkins.problem(12, 2, severity=30.0)
     hertz = 0.97 * given.resonance()
     response = frequency_response(given.system(), [hertz], Options(harmonics, friction=friction))
@@ -26,14 +29,14 @@ def test_marched_friction_converges_to_located_events(harmonics: int, friction: 
     assert axes.min() > 0.3  # ellipses, so that the two laws differ
     q = response.contact[0, :, :, 1:].reshape(harmonics + 1, -1)
     errors = []
-    for samples in (256, 4096):
+    for samples in (128, 1024):
         reference, change = jenkins.reference(given, hertz, 1.01 * q, samples, friction)
         assert change < 1e-12
         errors.append(np.abs(reference - q).max() / np.abs(q).max())
-    # Events between samples cost an error of second order: 256 times less at 16 times as many.
+    # Events between samples cost an error of second order: 64 times less at 8 times as many.
     assert errors[0] < 1e-3
-    assert errors[1] < 2e-6
-    assert errors[1] < errors[0] / 40
+    assert errors[1] < 3e-5
+    assert errors[1] < errors[0] / 20
 
 
 def test_peer_says_what_it_needs() -> None:
