@@ -33,14 +33,14 @@ def drawn(number):
 
 
 def over_resolved(scene, folder):
-    """Peak by 11 harmonics, and how much it differs from that by 7."""
-    given = prepared(scene, Models(scene, folder.path).reduced(1e-5))
+    """Peak by 7 harmonics, and how much it differs from that by 3."""
+    given = prepared(scene, Models(scene, folder.path).reduced(1e-4))
     study, top, found = scene.study(), None, []
-    for harmonics in (3, 7, 11):
+    for harmonics in (3, 7):
         options = Options(
             harmonics, coupling=study.response.coupling, friction=study.response.friction
         )
-        hertz = given.range if top is None else top * np.linspace(0.998, 1.002, 21)
+        hertz = given.range if top is None else top * np.linspace(0.999, 1.001, 11)
         swept = frequency_response(given.system, hertz, options, find_jumps=False)
         size = given.monitor.amplitude(swept)
         top = float(swept.frequency[size.argmax()])
