@@ -19,6 +19,8 @@ from vanelock.common.process.signals import Stopped, held, raised
 from vanelock.pipeline import progress
 from vanelock.results.files.run_folder import claimed
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 VANELOCK = [sys.executable, "-m", "vanelock"]
 RUN = ("run", "a.toml", "--json", "--workers", "1")
 

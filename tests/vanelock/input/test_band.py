@@ -39,7 +39,7 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     system = stages.get(planned.linear.system)
     assert system.band is not None
     assert system.band > 3000
-    hertz = np.linspace(2990, 3000, 2)
+    hertz = np.array([3000.0])
     found = nonlinear.linear_response(system, hertz).output[:, 1]
     blade, shell = (stages.get(reference_step(study, part)) for part in ("vane", "casing"))
     models = blade, shell

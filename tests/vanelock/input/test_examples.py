@@ -16,6 +16,7 @@ def test_an_example_is_valid(path):
     assert study.name != type(study)().name
 
 
+@pytest.mark.system
 def test_the_paper_s_scale(tmp_path, monkeypatch):
     """Counts of the published model: 326 nodes a face, 56 + 10 contact pairs, 16 forces."""
     monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])

@@ -17,12 +17,16 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-def run_one(name: str, key: str, value: float | str, folder: Path) -> Summary:
-    """The example's case of one value."""
+def run_one(
+    name: str, key: str, value: float | str, folder: Path, points: int | None = None
+) -> Summary:
+    """The example's case of one value, of other points if they are given."""
     scene = load_scene(EXAMPLES / name / "scene.toml")
     assert value in scene.sweep[key]
     outputs = scene.outputs.model_copy(update={"loops": False, "report": False})
-    one = scene.model_copy(update={"sweep": {key: (value,)}, "outputs": outputs})
+    response = scene.response.model_copy(update={"points": points} if points else {})
+    changed = {"sweep": {key: (value,)}, "outputs": outputs, "response": response}
+    one = scene.model_copy(update=changed)
     results: tuple[Summary, ...] = run_scene(one, folder)
     return results[0]
 

@@ -18,6 +18,8 @@ from tests.vanelock.scenes.scenes import (
     run_one,
 )
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 HERE = EXAMPLES / "ground_damper"
 MU = "contacts.platform.mu"
 STIFFNESS = 2e6  # N/m, normal and tangential
@@ -60,7 +62,7 @@ def raw() -> Raw:
 @pytest.mark.parametrize("mu", [0.15, 0.4])
 def test_friction_peak_is_that_of_time_integration(mu: float, raw: Raw, tmp_path: Path) -> None:
     """Left and right of the best friction; harmonics above the seventh are left out of one."""
-    found = run_one("ground_damper", MU, mu, tmp_path)
+    found = run_one("ground_damper", MU, mu, tmp_path, points=13)
     assert found.peak is not None
     history = march(
         raw.K, raw.M, raw.B, raw.k, mu, 5e-6, 0.5 * raw.tip.astype(complex),

@@ -12,6 +12,8 @@ from vanelock import cases, load_scene, run_scene
 from vanelock.__main__ import main
 from vanelock.common.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 QUIET = "[outputs]\nloops = false\nreport = false\n"
 SMOOTH = PAD.replace("mu = 0.2", "mu = 0")
 """A pad that stays closed and has no friction: the response is linear in its load."""
@@ -62,7 +64,8 @@ def test_a_measured_curve_is_drawn_beside_a_scene(tmp_path: Path, scene_file: Wr
 def test_energy_and_wear_of_the_contacts_are_reported(tmp_path: Path, scene_file: Write) -> None:
     """Friction's work is what the loop encloses, and the balance closes: input = friction + C."""
     slipping = PAD.replace("mu = 0.2", "mu = 0.05")
-    text = arm(tmp_path) + "modes = 2\n" + slipping + "[outputs]\nanimations = false\n"
+    text = arm(tmp_path) + "modes = 2\n" + slipping
+    text += "[outputs]\nloops = false\n[response]\npoints = 21\n"
     (found,) = run_scene(load_scene(scene_file(text)), tmp_path / "run")
     with h5py.File(tmp_path / "run" / "results.h5") as file:
         answers = dict(file["response/nominal/answers"].attrs)

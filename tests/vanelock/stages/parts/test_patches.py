@@ -16,10 +16,11 @@ sectors = 64
 [vane]
 aerofoils = 1
 root_fillet = 0
+interlock_nodes = 3
 [vane.hook]
 band_nodes = 5
 [mesh]
-size = "coarse"
+size = "40 mm"
 correction = "none"
 [joints.interlock]
 enabled = false
