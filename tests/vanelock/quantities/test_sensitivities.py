@@ -13,6 +13,8 @@ from vanelock.nonlinear import Options, peak_response
 from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.rom import System
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 CASE = "response/mu=0.05"
 STEP = 1e-4
 

@@ -15,8 +15,6 @@ from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Finished, Notice
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 STUDY = f"""
 name = "small"
 {SMALL}

@@ -9,6 +9,8 @@ from vanelock.common.tables import Table
 from vanelock.nonlinear import STUCK, Options, Response, frequency_response
 from vanelock.pipeline.progress import Done, Event
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 HEAD = f"""{SMALL}
 joints.interlock.mu = 0.1
 mesh.correction = "none"

@@ -11,6 +11,8 @@ from vanelock import load_scene, run_scene
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 SCENE = (
     '[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\nnormal = [0, 0, 1]\nkn = 4e4\n'
     'kt = 7e4\nmu = 0.2\ninterference = "400 um"\n'

@@ -19,6 +19,8 @@ from vanelock.pipeline.progress import Done, Event, Notice
 from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.rom import System
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def run(folder, text):
     heard: list[Event] = []

@@ -18,6 +18,8 @@ from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, frequency_response
 from vanelock.pipeline.progress import Event
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 MU = "contacts.pad.mu"
 CASES = ("mu=0.05", "mu=0.2")
 
@@ -32,6 +34,7 @@ def scene(folder: Path) -> Path:
         'normal = [0, 0, 1]\nkn = 4e4\nkt = 7e4\nmu = 0.2\ninterference = "400 um"\n'
         '[[loads]]\ncomponent = "arm"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n'
         f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nloops = false\n'
+        "[response]\npoints = 21\n"
     )
     return path
 
@@ -213,6 +216,7 @@ def test_a_case_that_failed_says_why(tmp_path: Path) -> None:
         found.response("mode=9")
 
 
+@pytest.mark.system
 def test_importing_it_loads_neither_mesher_nor_renderer() -> None:
     code = (
         "import sys, vanelock\nvanelock.Run, vanelock.load\n"

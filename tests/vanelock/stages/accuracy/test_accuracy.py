@@ -21,6 +21,8 @@ from vanelock.stages.accuracy.errors import Errors, Source, error_table
 from vanelock.stages.accuracy.errors import _warnings as errors_of
 from vanelock.stages.accuracy.left_out import _listed, utilisation
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 STUDY = f"{SMALL}excitation.force = 8\n"
 BARE = "[outputs]\nshapes = false\nloops = false\nreport = false\n"
 ACCURACY = 0.06  # less looks for resonances at nodal diameters further ahead, here at all

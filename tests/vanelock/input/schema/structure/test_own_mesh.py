@@ -28,6 +28,8 @@ from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import Monitor
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 VANE = '[vane]\nmesh = "vane.inp"\nunit = "mm"\n'
 CASING = '[casing]\nmesh = "casing.bdf"\nunit = "mm"\n'
 
