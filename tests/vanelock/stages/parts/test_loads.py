@@ -18,6 +18,8 @@ from vanelock.stages.parts.loads import growth
 from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.plan import plan
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 HEAT = """
 [material.vane]
 expansion = 1.3e-5
