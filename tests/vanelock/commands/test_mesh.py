@@ -32,10 +32,17 @@ FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "ms
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A folder with a study and its meshes, and what the command printed."""
+    """A folder with a study and its meshes, pictures blank, and what the command printed."""
     folder = tmp_path_factory.mktemp("made")
     (folder / "a.toml").write_text(STUDY)
+
+    def blank(path, *_):
+        path.touch()
+        return path
+
     with pytest.MonkeyPatch.context() as patched:
+        for name in ("vane_drawing", "casing_drawing", "mesh_picture"):
+            patched.setattr(f"vanelock.render.{name}", blank)
         patched.chdir(folder)
         done = CliRunner().invoke(app, ["mesh", "a.toml"])
     assert done.exit_code == 0, done.stderr

@@ -173,6 +173,7 @@ def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
     assert dict(mpl.rcParams) == before
 
 
+@pytest.mark.system
 def test_curves_need_neither_pyplot_nor_vtk(tmp_path):
     program = (
         "import sys; from vanelock.render import Curve, response_curves;"

@@ -70,6 +70,7 @@ def test_failed_cases_are_counted(tmp_path, failed, expected):
     assert rows(tmp_path)["failed"] == expected
 
 
+@pytest.mark.system
 def test_a_check_loads_neither_what_draws_nor_what_solves_nor_what_fits(tmp_path):
     study = tmp_path / "study.toml"
     study.write_text('name = "x"\n')

@@ -22,6 +22,8 @@ from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
 
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 def run(text, folder):
     heard: list[Event] = []

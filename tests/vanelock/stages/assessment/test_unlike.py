@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.forced_response.ring.test_ring_response import damped
-from tests.vanelock.stages.conftest import planned_of
+from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import load_scene, nonlinear, parse_study, run_scene
 from vanelock.common.errors import InputError
 from vanelock.input.schema.assessment.unlike import UnlikeKeys
@@ -101,7 +101,7 @@ def test_modes_of_a_vane_alone_are_all_its_stiffness(
     stages: Stages, ring_text: Callable[..., str]
 ) -> None:
     """Σ g k gᵀ of all of them is what (1 + δ)² times the modulus adds, over (1 + δ)² - 1."""
-    text, deviation = ring_text() + '[mesh]\ncorrection = "none"\n', 0.03
+    text, deviation = ring_text("tetra10", COARSER) + '[mesh]\ncorrection = "none"\n', 0.03
     modulus = parse_study(text).material.vane.E
     stiffer = f"[material.vane]\nE = {modulus * (1 + deviation) ** 2!r}\n"
     asked = "[unlike]\nfrequency = 0.1\n"

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.vanelock.stages.conftest import planned_of
+from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import fem, parse_study, rom
 from vanelock.commands.fit.fit import rejoined
 from vanelock.nonlinear import Response
@@ -38,7 +38,7 @@ def kept(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def model(kept, ring_text):
-    return rejoined(parse_study(ring_text() + TEXT), kept)
+    return rejoined(parse_study(ring_text("tetra10", COARSER) + TEXT), kept)
 
 
 def test_limits_are_lower_by_what_the_mesh_adds_and_hold_it(golden):
@@ -67,7 +67,7 @@ def test_the_diagram_is_of_the_same_structure(golden):
 
 def test_a_fit_joins_the_structure_of_the_run(kept, model, ring_text):
     own, *_ = model.system({})
-    expected = kept.get(planned_of(ring_text() + TEXT).system)
+    expected = kept.get(planned_of(ring_text("tetra10", COARSER) + TEXT).system)
     for k, one in expected.diameters.items():
         scale = np.abs(one.K).max()
         np.testing.assert_allclose(own.at(k).K, one.K, atol=1e-12 * scale)
@@ -84,7 +84,7 @@ def test_parts_of_another_modulus_have_as_much_more_to_be_taken_off(model):
 @pytest.fixture(scope="module")
 def apart(kept, ring_text):
     """The step of what meshes add at nodal diameter 2, and the products that it takes."""
-    study = parse_study(ring_text() + TEXT)
+    study = parse_study(ring_text("tetra10", COARSER) + TEXT)
     vane = rom_step(study, "vane", ())
     (excess,) = excess_steps(study, vane, [casing_step(study, 2)])
     whole = kept.get(recovery_step(study, "vane", vane))
@@ -113,7 +113,7 @@ def test_elements_whose_estimate_is_too_large_stay_as_they_are(apart):
 
 
 def test_at_rest_the_answers_to_interference_lose_what_the_mesh_adds(kept, ring_text):
-    text = ring_text() + TEXT
+    text = ring_text("tetra10", COARSER) + TEXT
     plain, corrected = (
         kept.get(planned_of(each).system) for each in (text + '[mesh]\ncorrection = "none"\n', text)
     )
