@@ -29,6 +29,7 @@ FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 E, NU, SIDE = 210e9, 0.3, 0.02
 OVERLAP = (0.068, 0.082)
 COARSE = 0.025 if FULL else 0.05
+MODES = 6 if FULL else 3
 DESIGN = VaneDimensions() if FULL else VaneDimensions(aerofoils=1, root_fillet=0.0)
 HOOKS, INTERLOCK = ("hook_front", "hook_rear"), ("interlock_left", "interlock_right")
 HOOK = rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6)
@@ -305,7 +306,7 @@ def of_coarse(joints, averaged):
 def computed(parts, joints, averaged):
     steel = fem.Material(E=170e9, nu=0.3, rho=8200.0)
     models = [fem.assemble(part, steel) for part in parts]
-    squared, _ = fem.eigenpairs(*rom.unreduced(*models, joints, 1, averaged), 6)
+    squared, _ = fem.eigenpairs(*rom.unreduced(*models, joints, 1, averaged), MODES)
     return np.sqrt(squared) / (2 * np.pi)
 
 
@@ -319,8 +320,8 @@ def test_vane_as_the_elements_at_its_contacts_are_bisected(interlock, record_pro
     parts = sized(COARSE)
     meshes = [parts]
     for _ in range((3 if interlock == "free" else 2) if FULL else 1):
-        parts = [  # the vane alone in a quick run
-            bisected(p, [name for name in sets if name in p.frames])
+        parts = [  # the vane's front hook alone in a quick run
+            bisected(p, [name for name in sets[: None if FULL else 1] if name in p.frames])
             if FULL or p.name == "vane"
             else p
             for p in parts
@@ -337,13 +338,13 @@ def test_vane_as_the_elements_at_its_contacts_are_bisected(interlock, record_pro
 
 
 def recorded(meshes, joints, sets, record_property):
-    """Frequencies (levels, 6) with contacts on patches and on nodes, of a refinement's meshes."""
+    """Frequencies (levels, MODES) with contacts on patches and on nodes, of some meshes."""
     area = np.array([frequencies(parts, joints, sets) for parts in meshes])
     node = np.array([frequencies(parts, joints, ()) for parts in meshes])
     dofs = [3 * sum(len(part.points) for part in parts) for parts in meshes]
     record_property("dofs", numbers(dofs, "d"))
     for which, values in (("area", area), ("node", node)):
-        for mode in range(6):
+        for mode in range(MODES):
             record_property(f"{which} f{mode + 1}, Hz", numbers(values[:, mode], ".2f"))
     drift = 100 * np.diff(area[:, 1]) / area[1:, 1]
     record_property("area f2: drift, %", numbers(drift, ".2f"))
@@ -384,6 +385,8 @@ def test_nominal_vane(record_property):
         node, area = (frequencies(parts, joints, averaged) for averaged in ((), sets))
         record_property(f"f2 {interlock}, node and area, Hz", numbers((node[1], area[1]), ".2f"))
         change = np.abs(area / node - 1)
-        record_property(f"largest change of f1 to f6, {interlock}, %", f"{100 * change.max():.2f}")
+        record_property(
+            f"largest change of f1 to f{MODES}, {interlock}, %", f"{100 * change.max():.2f}"
+        )
         assert change.max() < 0.02
         assert change[1] < 0.01

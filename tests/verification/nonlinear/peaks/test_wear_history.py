@@ -25,7 +25,9 @@ FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 RINGS, GROUPS = (20, 10) if FULL else (2, 2)
 SHARP = 17
 """The ring whose peak ceases to be sharp on the way, where the reference here loses it."""
-STEPS = (0.2, 0.1, 0.05, 0.025, 0.0125)
+STEPS = (0.2, 0.1, 0.05, 0.025, 0.0125)[: 5 if FULL else 4]
+SHARE = 0.4 if FULL else 0.15
+"""Of the first interference, what would be worn at the first rate."""
 ARCHARD = 1e-3
 """k / A, 1/N, of masses and springs of order 1."""
 
@@ -137,7 +139,7 @@ def compared(system, dwell, options, depth, rate, output=None):
     that is compared.
     """
     begin = wear_history(system, replace(dwell, cycles=1e-9), depth, 1.0, options, output)
-    cycles = 0.4 * system.contacts.v0[0] / begin.rate.max()
+    cycles = SHARE * system.contacts.v0[0] / begin.rate.max()
     whole = wear_history(system, replace(dwell, cycles=cycles), depth, 1.0, options, output)
     asked = cycles
     if whole.jump.any():  # where a peak is lost rates jump: until shortly before
