@@ -23,7 +23,6 @@ from vanelock.stages.assessment.bounds import BoundedPeak
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.matrices.steps import system_step
 from vanelock.stages.response.responses import static_bounds_step
-from vanelock.stages.response.summary import Summary
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -57,7 +56,7 @@ def pad_scene(folder: Path, more: str = "") -> Path:
     return written(folder, PAD + more)
 
 
-Bounded: TypeAlias = tuple[Path, Summary, list[Any]]
+Bounded: TypeAlias = tuple[Path, Any, list[Any]]
 
 
 @pytest.fixture(scope="module")
