@@ -303,7 +303,7 @@ def in_time(at_peak):
         system, response, peak, tested = at_peak(mu, interference, load)
         frequency, sectors = float(response.frequency[peak]), system.sectors
         wave = refined(system, response, peak, WAVE)
-        steps, periods = (256, 60) if FULL else (128, 16)
+        steps, periods = (256, 60) if FULL else (128, 12)
         found = parting(system, wave, periods, steps, INERTIA, FAR)
         # By its nodal diameter and frequency: others may grow beside it.
         turn = 2j * np.pi * int(tested.diameter[0, 0])
