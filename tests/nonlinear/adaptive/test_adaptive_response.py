@@ -61,13 +61,13 @@ def test_peak_and_curve_are_as_exact_as_asked(
     assert systems.harmonics[-1] == estimates.tried <= found.harmonics + ahead
     assert estimates.harmonics.max() == found.harmonics
     peak = peak_errors(found)
-    near = peak.frequency * np.linspace(0.99, 1.01, 81)
+    near = peak.frequency * np.linspace(0.995, 1.005, 41)
     best = frequency_response(system, near, Options(19), find_jumps=False).amplitude[:, 0, 0]
     assert abs(peak.amplitude / best.max() - 1) < accuracy
     assert abs(peak.frequency / near[best.argmax()] - 1) < accuracy
     assert peak.total < 1.2 * accuracy
     # Between its points the curve is as good.
-    grid = np.linspace(0.141, 0.219, 57)
+    grid = np.linspace(0.141, 0.219, 40)
     dense = frequency_response(system, grid, Options(19), find_jumps=False).amplitude[:, 0, 0]
     curve = Interpolant(found.frequency, estimates.amplitude, estimates.slope)
     assert np.abs(curve.at(grid) - dense).max() < 2 * accuracy * best.max()
@@ -194,7 +194,7 @@ def test_curve_takes_the_larger_of_two_solutions() -> None:
     # Hardening: upwards the upper branch is kept to its end. Mirrored, it is found from above.
     system = gap_oscillator()
     low, high = 0.9 / (2 * np.pi), 1.5 / (2 * np.pi)
-    up = frequency_response(system, (low, high), Options(3))
+    up = frequency_response(system, (low, high), Options(3), find_jumps=False)
     found = adaptive_response(
         lambda _: system, (low, high), Shares(1e-2, 1e-2), Options(3), monitor=(0, 0)
     )
@@ -204,8 +204,10 @@ def test_curve_takes_the_larger_of_two_solutions() -> None:
         system,
         contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0)),
     )
-    down = frequency_response(softened, (0.7 * low, high), Options(3, direction="down"))
-    upwards = frequency_response(softened, (0.7 * low, high), Options(3))
+    down, upwards = (
+        frequency_response(softened, (0.7 * low, high), Options(3, direction=way), find_jumps=False)
+        for way in ("down", "up")
+    )
     assert down.amplitude.max() > 1.05 * upwards.amplitude.max()  # the sweep upwards misses it
     found = adaptive_response(
         lambda _: softened, (0.7 * low, high), Shares(1e-2, 1e-2), Options(3), monitor=(0, 0)
@@ -219,8 +221,10 @@ def test_listed_frequencies_take_the_larger_of_two_solutions() -> None:
     closed = Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, 1.0))
     system = replace(system, contacts=closed)
     hertz = np.linspace(0.63, 1.5, 59)[::-1] / (2 * np.pi)
-    up = frequency_response(system, hertz, Options(1))
-    down = frequency_response(system, hertz, Options(1, direction="down"))
+    up, down = (
+        frequency_response(system, hertz, Options(1, direction=way), find_jumps=False)
+        for way in ("up", "down")
+    )
     larger = np.maximum(up.amplitude, down.amplitude)[:, 0, 0]
     assert np.sum(larger > 1.05 * up.amplitude[:, 0, 0]) > 2  # the sweep upwards misses these
     found = adaptive_response(

@@ -26,7 +26,7 @@ def folding() -> System:
 
 def test_what_a_sweep_loses_is_found_from_the_other_side(monkeypatch: Any) -> None:
     options, heard = Options(3, direction="down"), []
-    whole = frequency_response(folding(), HERTZ, options)
+    whole = frequency_response(folding(), HERTZ, options, find_jumps=False)
     asked: list[float] = []
 
     def once(balance: Any, *more: Any) -> Any:
@@ -40,7 +40,7 @@ def test_what_a_sweep_loses_is_found_from_the_other_side(monkeypatch: Any) -> No
         if np.isnan(amplitude):
             heard.append(hertz)
 
-    found = frequency_response(folding(), HERTZ, options, progress)
+    found = frequency_response(folding(), HERTZ, options, progress, find_jumps=False)
     assert len(asked) > 2  # the first one, and what lies below the fold
     assert found.converged.all()
     np.testing.assert_allclose(found.amplitude, whole.amplitude, rtol=1e-9)
