@@ -365,6 +365,7 @@ def test_vane_as_its_whole_mesh_is_refined(record_property):
     assert np.all(node[:, 1] < area[:, 1])
     drift = np.abs(np.diff(area[:, 1]) / area[1:, 1])
     assert np.all(np.diff(drift) < 0)
+    assert drift.max() < 0.03
 
 
 def test_nominal_vane(record_property):
