@@ -232,7 +232,8 @@ def passed(report: Path) -> dict[str, float]:
     """Seconds of each file of a report of pytest of which nothing failed or was skipped."""
     found: dict[str, float] = defaultdict(float)
     for case in ElementTree.parse(report).iter("testcase"):
-        found[case.attrib["file"]] += -1e9 if len(case) else float(case.attrib["time"])
+        missed = any(part.tag in ("failure", "error", "skipped") for part in case)
+        found[case.attrib["file"]] += -1e9 if missed else float(case.attrib["time"])
     return {test: seconds for test, seconds in found.items() if seconds >= 0}
 
 
