@@ -15,6 +15,7 @@ def blocks(page: Path) -> list[tuple[int, str]]:
     return [(text[: each.start(1)].count("\n"), each[1]) for each in found]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_what_a_page_claims(page: Path) -> None:
     names: dict[str, object] = {}

@@ -79,7 +79,7 @@ def peak_by_load(force: float, load: float) -> float:
 def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force: float, friction: str) -> None:
     system = held_pad(force)
     loads = static_bounds(system, "pad").rest_load[0]
-    found = peak_bounds(system, NEAR, Options(1, friction=friction))
+    found = peak_bounds(system, NEAR, Options(1, friction=friction), starts=1)
     assert found.converged.all()
     assert found.joints == ("pad", "clamp")
     for amplitude, load in zip(found.amplitude, found.rest_load[:, 0], strict=True):
@@ -172,7 +172,7 @@ def test_no_random_place_lies_outside(friction: str) -> None:
     options = Options(1, friction=friction)
     found = peak_bounds(system, NEAR, options, starts=1)
     low, _, high = found.amplitude
-    for _ in range(4):
+    for _ in range(3):
         slider = 4 * random.normal(size=(3, 2)) * random.uniform()
         moved = replace(system, contacts=replace(system.contacts, slider=slider))
         drawn = highest_of(moved, options)
