@@ -12,6 +12,7 @@ build/mutants and not done again. Needs the extra "mutants".
 """
 
 import argparse
+import cProfile
 import csv
 import json
 import os
@@ -28,6 +29,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from queue import SimpleQueue
+from threading import Lock
 from typing import Any, NamedTuple
 
 from cosmic_ray.ast import ast_nodes, get_ast
@@ -66,6 +68,7 @@ LAYER, TOGETHER = ("-m", "not system"), ("-n", "2", "--dist", "loadfile")
 SAMPLE = ROOT / "tools" / "mutants.csv"
 GOLDEN = ("lap_joint", "shrouded_ring", "default", "accuracy", "sweep", "everything")
 """Golden runs, the quickest first."""
+MAKING = Lock()
 
 
 class Mutant(NamedTuple):
@@ -124,11 +127,9 @@ def note_files(name: str, place: Path) -> None:
     sys.path.insert(0, str(ROOT))
     from tests.golden.runs import golden_run
 
-    codes = set()
-    sys.setprofile(lambda frame, event, _: codes.add(frame.f_code) if event == "call" else None)
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, cProfile.Profile() as profile:
         golden_run(name, Path(folder))
-    sys.setprofile(None)
+    codes = [entry.code for entry in profile.getstats() if not isinstance(entry.code, str)]
     files = {Path(code.co_filename).resolve() for code in codes}
     known = sorted(str(file.relative_to(ROOT)) for file in files if file.is_relative_to(ROOT))
     place.write_text(json.dumps(known))
@@ -138,8 +139,9 @@ def golden_of(file: str) -> str | None:
     """The quickest golden run that runs code of a file."""
     for name in GOLDEN:
         place = KEPT / f"{name}.json"
-        if not place.exists():
-            subprocess.run([sys.executable, __file__, "--run", name, str(place)], check=True)
+        with MAKING:
+            if not place.exists():
+                subprocess.run([sys.executable, __file__, "--run", name, str(place)], check=True)
         if file in json.loads(place.read_text()):
             return name
     return None

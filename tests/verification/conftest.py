@@ -42,9 +42,10 @@ if not FULL:
 
 
 @pytest.fixture(scope="session")
-def ring_of_vanes(scene: SimpleNamespace) -> rom.System:
+def ring_of_vanes(scene: SimpleNamespace, shared: Path) -> rom.System:
     """The scene's system with all nodal diameters of its ring."""
-    return small_vane.with_all_diameters(scene)
+    place = shared / "ring_of_vanes.pickle"
+    return made_once(place, lambda: small_vane.with_all_diameters(scene))
 
 
 @pytest.fixture(scope="session")
