@@ -37,6 +37,27 @@ def test_ansys_full_file() -> None:
     assert np.array_equal(whole.toarray()[np.ix_(rows, rows)], found.K.toarray())
 
 
+def test_all_six_directions_of_a_node_are_read_from_a_full_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What stands for Ansys's library is a file with the arrays that it gives."""
+    label = np.column_stack([np.full(6, 4), np.arange(6)])
+
+    def read(source: str, target: Path, size: int) -> None:
+        each = {"Krow": np.arange(6), "Kcol": np.arange(6), "Kdata": np.arange(1.0, 7.0)}
+        np.savez(target, label=label, held=label[1:2], equations=0, **each)
+
+    monkeypatch.setattr("vanelock.fem.matrix_files.readers.ansys_full._in_a_process", read)
+    (tmp_path / "k.full").write_bytes(b"0")
+    found = load_matrices(tmp_path / "k.full")
+    assert found.node.tolist() == [4] * 5
+    assert found.direction.tolist() == [0, 2, 3, 4, 5]
+    assert found.K.diagonal().tolist() == [1, 3, 4, 5, 6]
+    label[5, 1] = 6
+    with pytest.raises(InputError, match="displacements and rotations of nodes are read"):
+        load_matrices(tmp_path / "k.full")
+
+
 def test_units_leave_frequencies_alone(model: Model, tmp_path: Path) -> None:
     """A bar in mm, t and N has in SI the frequencies that it has there."""
     np.savez(tmp_path / "km.npz", K=model.K, M=model.M, C=2 * model.M)

@@ -24,8 +24,10 @@ ONE_COLUMN = (
 )
 
 TEXTS = {
-    "10^12 entries": ("k.mtx", BANNER + "9 9 1000000000000\n1 1 1\n", "entries are announced"),
-    "10^12 rows": ("k.mtx", BANNER + "1000000000000 1000000000000 1\n1 1 1\n", "rows"),
+    "10^12 entries": ("k.mtx", BANNER + "9 9 1000000000000\n1 1 1\n", "1,000,000,000,000 ent"),
+    "10^12 rows": (
+        "k.mtx", BANNER + "2000000000000 2000000000000 1\n1 1 1\n", "2,000,000,000,000 rows"
+    ),
     "10^12 in an array": (
         "k.mtx", "%%MatrixMarket matrix array real general\n1000000 1000000\n1\n", "announced"
     ),

@@ -39,6 +39,8 @@ def test_sweeps_are_those_of_the_dense_factor(columns, is_complex, complex_sides
     panels = panels_of(sp.csc_array(L), columns, filled)
     assert len(panels.panels) == 1 or filled < 1000
     assert sum(p.columns.stop - p.columns.start for p in panels.panels) == columns
+    ends = {p.columns.stop for p in panels.panels}
+    assert ends <= {columns, *np.cumsum(WIDTHS).tolist()}  # columns of one structure stay together
     B = rng.standard_normal((n, 6)) + 1j * complex_sides * rng.standard_normal((n, 6))
     B = B if complex_sides else B.real
     top, rest = L[:columns, :columns], L[columns:, :columns]

@@ -103,6 +103,20 @@ def test_node_without_stiffness_is_named(lattice, backend):
     )
 
 
+@pytest.mark.parametrize(("count", "others"), [(4, "1 other node"), (5, "2 other nodes")])
+def test_nodes_beyond_the_third_are_counted(lattice, count, others):
+    part = lattice((2, 1, 1), lambda p: p * [0.3, 0.1, 0.1])
+    model = assemble(part, STEEL, fixed="x0")
+    gone = model.dofs[part.node_sets["x1"][:count], 0]
+    K = model.K.tolil()
+    K[gone, :] = 0
+    K[:, gone] = 0
+    said = words(dataclasses.replace(model, K=K.tocsc()))
+    assert f"{count} motions of some nodes without stiffness" in said
+    assert said.count(" in x") == 3
+    assert said.endswith(f" and {others}; join or hold these nodes")
+
+
 @every_backend
 @pytest.mark.parametrize(("diameter", "free"), [(0, 2), (1, 2), (2, 0)])
 def test_ring_is_free_in_waves_of_diameter_zero_and_one(lattice, backend, diameter, free):

@@ -7,6 +7,7 @@ import pytest
 from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions, quality, vane_segment
 from vanelock.mesh.checks.dimensions import check_vane
+from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.mesh.refinement.dof_estimate import check_size
 
 
@@ -60,6 +61,24 @@ def test_what_does_not_fit_is_refused_by_name(changes: dict[str, Any], where: st
     if "at most" in message:
         largest = float(message.split("at most ")[1].split()[0])
         check_vane(vane.model_copy(update={"root_fillet": largest}), 16)
+
+
+@pytest.mark.parametrize(
+    ("changes", "sectors", "radius"),
+    [
+        ({}, 16, 0.003),
+        ({"chord": 0.008, "thickness": 0.0006, "edge_thickness": 0.0003}, 160, 0.00191),
+        ({"inner_shroud_front": 0.078}, 16, 0.0),  # nor does half of it
+    ],
+)
+def test_a_radius_is_chosen_that_fits(changes: dict[str, Any], sectors: int, radius: float) -> None:
+    vane = VaneDimensions(aerofoils=2, **changes)
+    found = filleted(vane, sectors)
+    assert found.root_fillet == pytest.approx(radius)
+    check_vane(found, sectors)
+    if 0 < radius < 0.003:
+        with pytest.raises(InputError, match="root_fillet"):
+            check_vane(vane.model_copy(update={"root_fillet": radius + 1e-4}), sectors)
 
 
 def test_the_largest_that_fits_is_meshed() -> None:

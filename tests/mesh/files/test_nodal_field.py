@@ -53,6 +53,7 @@ def test_between_points_the_error_falls_with_their_distance(tmp_path):
         ("x,y,z,pressure\n0,0,0,nan\n", "line 2: numbers must be finite"),
         ("x,y,z,pressure\n", "needs a line of names and one of numbers at least"),
         ("x,y,z,pressure\n5,0,0,1\n", "the node at 0, 0, 0 mm lies 5e.03 mm from the nearest"),
+        ("x,y,z,pressure\n0,0,0,1\n0.089,0,0,1\n", "the node at 100, 0, 0 mm lies 11 mm from"),
     ],
 )
 def test_what_cannot_be_read_is_refused(tmp_path, text, message):
