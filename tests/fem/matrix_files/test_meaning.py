@@ -44,8 +44,9 @@ def test_all_six_directions_of_a_node_are_read_from_a_full_file(
     label = np.column_stack([np.full(6, 4), np.arange(6)])
 
     def read(source: str, target: Path, size: int) -> None:
-        each = {"Krow": np.arange(6), "Kcol": np.arange(6), "Kdata": np.arange(1.0, 7.0)}
-        np.savez(target, label=label, held=label[1:2], equations=0, **each)
+        place, value = np.arange(6), np.arange(1.0, 7.0)
+        held = label[1:2]
+        np.savez(target, label=label, held=held, equations=0, Krow=place, Kcol=place, Kdata=value)
 
     monkeypatch.setattr("vanelock.fem.matrix_files.readers.ansys_full._in_a_process", read)
     (tmp_path / "k.full").write_bytes(b"0")
