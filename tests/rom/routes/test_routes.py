@@ -7,6 +7,7 @@ import scipy.linalg as sl
 from vanelock import rom
 from vanelock.fem import factorise, schur_complement
 from vanelock.rom.routes import craig_bampton, problem
+from vanelock.rom.routes.condensed import definite_factor
 
 N = 8
 DIAMETERS = (0, 1, N // 2, N - 1)
@@ -221,3 +222,14 @@ def test_a_part_in_one_piece_by_another_solver(bar, exact, monkeypatch):
     for G, H in zip(usual.neglected, other.neglected, strict=True):
         # The sign of each vector is free; the masters' block is not.
         np.testing.assert_allclose(G[:18, :18], H[:18, :18], atol=1e-9 * np.abs(G).max())
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e9])
+def test_what_only_round_off_holds_has_no_factor(unit):
+    scale = unit * np.outer([1, 1e3], [1, 1e3])
+    for left, held in ((1e-14, False), (-1.0, False), (1e-9, True), (1.0, True)):
+        A = scale * np.array([[1, 1], [1, 1 + left]])
+        factor = definite_factor(A)
+        assert (factor is not None) == held
+        if factor is not None:
+            np.testing.assert_allclose(factor @ factor.T, A, rtol=1e-12)

@@ -22,6 +22,7 @@ from vanelock.nonlinear import (
     static_response,
 )
 from vanelock.rom.system.consistency import check
+from vanelock.rom.system.element import spring_along
 
 ROWS = [[[1], [0], [0]]]
 ALONE = {"K": [[4, 1j], [-1j, 3]], "M": np.eye(2), "own": [[[1, 0], [0, 1], [0, 0]]]}
@@ -142,3 +143,12 @@ def test_joints_in_damping_are_kept_checked_and_stuck_in_older_files(tmp_path: P
     assert System.load(tmp_path / "system.h5").damping_joints == "stuck"
     with pytest.raises(InputError, match="damping/joints = 'free': allowed are 'open' and 'stuck'"):
         check(replace(given, damping_joints="free"))
+
+
+def test_the_spring_along_a_displacement_is_its_stiffness_or_else_its_inertia() -> None:
+    """Of a coordinate alone K, whatever its factor does to the displacement."""
+    K, M = np.diag([2.0, 0.0]), np.diag([3.0, 5.0])
+    assert spring_along(np.array([1.0, 0.0]), K, M) == 2.0
+    assert spring_along(np.array([2.0, 0.0]), K, M) == 0.5  # of x = u / 2
+    assert spring_along(np.array([0.0, 1j]), K, M) == 5.0
+    assert spring_along(np.zeros(2), K, M) == 0.0
