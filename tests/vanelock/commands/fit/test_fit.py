@@ -8,7 +8,7 @@ import pytest
 
 from tests.small_study import SMALL
 from vanelock import fit_study, load_study, parse_study
-from vanelock.commands.fit.fit import rejoined, remarks
+from vanelock.commands.fit.fit import _usable, rejoined, remarks
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter, varied_parameters
 from vanelock.common.errors import InputError
@@ -236,3 +236,19 @@ def test_jumps_and_neglected_harmonics_are_said(small_model):
     assert "those above 1 change" in harmonics
     rough = replace(exact, sigma=np.full(len(size), size.max()))
     assert not [text for text in remarks(small_model, [rough], made) if text.startswith("HARM")]
+
+
+def test_curves_of_the_study_s_engine_order_have_all_a_sigma_or_none():
+    at = np.array([250.0, 255.0])
+    curves = [Measured(name, at, at) for name in "ab"]
+    known = replace(curves[0], name="known", sigma=at)
+    other = Measured("other", at, at, engine_order=7)
+    heard: list[Event] = []
+    assert _usable(parse_study(""), [*curves, other], heard.append) == curves
+    assert [event.text for event in heard if isinstance(event, Notice)] == [
+        "other: engine order 7 is not the study's"
+    ]
+    with pytest.raises(InputError, match="^fit: b has no sigma while others have"):
+        _usable(parse_study(""), [known, curves[1]], heard.append)
+    with pytest.raises(InputError, match="no measured curve is of engine order 1$"):
+        _usable(parse_study(""), [other], heard.append)

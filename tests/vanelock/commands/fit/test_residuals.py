@@ -53,10 +53,12 @@ def test_largest_is_the_t_of_a_prediction_from_the_others(noise):
 def test_signs_are_counted_within_curves():
     """Five changes in the first curve and none in the second; between them there is no pair."""
     left = np.array([1, -1, 1, -1, 1, -1, 1, 1, 1, 1.0])
-    found, *_ = noise_tests(left, np.ones((10, 1)), (6, 4), True, NAMES)
+    found, beside, *_ = noise_tests(left, np.ones((10, 1)), (6, 4), True, NAMES)
     assert (found.name, found.statistic) == ("signs", 5)
     assert found.p == pytest.approx(sum(binom.pmf(k, 8, 0.5) for k in range(6)))
     assert "from 6 Hz to 9 Hz" in found.text
+    # Five steps of 2 among eight pairs: a scatter of √(20 / 8 / 2) beside sizes of 1.
+    assert beside.text.startswith(f"residuals are {1 / np.sqrt(1.25):.2g} times as large")
     # Curves without any point left are none.
     again, *_ = noise_tests(left, np.ones((10, 1)), (0, 6, 0, 4, 0), True, NAMES)
     assert again == found
