@@ -6,8 +6,8 @@
 The sample was drawn once (seed 7): 15 changes of each of mesh, fem and rom, 30 of nonlinear, 45 of
 the rest. Changes are drawn evenly from all places where cosmic-ray knows one, at most a quarter of
 them of one kind; of one seed always the same. Tests run from the nearest file on - those of the
-file, of its folder, those that name its module, those of the folders around it - until one fails or
-the time allowed is spent; then a golden run that runs code of the file. What is found is kept in
+file, of its folder, those that name its module or package, those of the folders around it - until
+one fails or the time allowed is spent; then a golden run that runs code of the file. What is found is kept in
 build/mutants and not done again. Needs the extra "mutants".
 """
 
@@ -207,14 +207,18 @@ def nearest(mutant: Mutant) -> list[tuple[int, str]]:
     """Test files of the file's part of the program and their ranks, the nearest first."""
     file = Path(mutant.file)
     module = ".".join(file.with_suffix("").parts).removesuffix(".__init__")
+    module = module.removeprefix("vanelock.")
+    package = module.rpartition(".")[0]
     folder = Path("tests", file.parent)
     around = [folder, *folder.parents][:-2]
     ranked = []
     for path in (ROOT / "tests").rglob("test_*.py"):
         test, text = path.relative_to(ROOT), path.read_text()
         rank = next((i for i, one in enumerate(around) if one in test.parents), 9)
-        if test.stem == f"test_{file.stem}" or module.removeprefix("vanelock.") in text:
+        if test.stem == f"test_{file.stem}" or module in text:
             rank = min(rank, 0 if folder in test.parents else 1)
+        elif "." in package and package in text:
+            rank = min(rank, 2)
         ranked.append((rank, "verification" in test.parts, len(text), str(test)))
     return [(rank, test) for rank, *_, test in sorted(ranked) if rank < 9]
 

@@ -1,4 +1,4 @@
-"""The page of every key says what the program has, and nothing is left empty."""
+"""The page of every key says what vanelock.input.schema has, and nothing is left empty."""
 
 import importlib.util
 import re

@@ -10,6 +10,8 @@ import pyuff
 from vanelock import load_study
 from vanelock.common.errors import InputError
 from vanelock.input.measured.curve import Measured, load_measured, read_measured
+from vanelock.input.measured.ordinates import Ordinate
+from vanelock.input.measured.universal import _factor
 from vanelock.input.schema.comparison import MeasuredCurve
 
 HERTZ = np.linspace(0, 400, 401)
@@ -276,3 +278,10 @@ def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:
     study.write_text('[[measured]]\nfile = "rig.uff"\nrange = [270, 250]\n')
     with pytest.raises(InputError, match=r"measured\[0\]\.range.*low < high"):
         load_study(study)
+
+
+def test_a_displacement_is_found_at_every_frequency_but_none() -> None:
+    hertz = np.array([0.0, 0.25, 1.0, 8.0])
+    found = _factor(Ordinate("velocity", 1e-3, False), hertz, None, "rig.uff")
+    assert np.isnan(found[0])
+    assert found[1:] == pytest.approx(1e-3 / (2 * np.pi * hertz[1:]))
