@@ -7,8 +7,8 @@ The sample was drawn once (seed 7): 15 changes of each of mesh, fem and rom, 30 
 the rest. Changes are drawn evenly from all places where cosmic-ray knows one, at most a quarter of
 them of one kind; of one seed always the same. Tests run from the nearest file on - those of the
 file, of its folder, those that name its module or package, those of the folders around it - until
-one fails or the time allowed is spent; then a golden run that runs code of the file. What is found is kept in
-build/mutants and not done again. Needs the extra "mutants".
+one fails or the time allowed is spent; then a golden run that runs code of the file. What is found
+is kept in build/mutants and not done again. Needs the extra "mutants".
 """
 
 import argparse
@@ -218,7 +218,7 @@ def nearest(mutant: Mutant) -> list[tuple[int, str]]:
         if test.stem == f"test_{file.stem}" or module in text:
             rank = min(rank, 0 if folder in test.parents else 1)
         elif "." in package and package in text:
-            rank = min(rank, 2)
+            rank = min(rank, 1)
         ranked.append((rank, "verification" in test.parts, len(text), str(test)))
     return [(rank, test) for rank, *_, test in sorted(ranked) if rank < 9]
 

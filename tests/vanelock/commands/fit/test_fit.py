@@ -141,6 +141,7 @@ def test_frequencies_are_as_the_root_of_the_stiffness(small_model):
         (f'parameters = ["{MU}", "{MU}"]', "fitted keys must differ"),
         (f'parameters = ["{MU}"]\nbounds = {{ "{MU}" = [1, 0] }}', "expected \\[low, high\\] with"),
         (f'bounds = {{ "{MU}" = [0.1, "x"] }}', "expected a number"),
+        (f'bounds = {{ "{MU}" = [0.1] }}', "expected at least 2 of them"),
         ('bounds = { "joints.hook.mu" = [0.1, 1] }', '"joints.hook.mu" is not among fit.parameter'),
         ("starts = 0", "fit.starts = 0: number of starts must be >= 1"),
     ],

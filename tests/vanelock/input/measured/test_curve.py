@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock import load_study
+from vanelock import load_study, parse_study
 from vanelock.common.errors import InputError
 from vanelock.input.measured.curve import load_measured, read_measured
 from vanelock.input.schema.comparison import MeasuredCurve
@@ -116,3 +116,10 @@ def test_files_lie_beside_the_study(tmp_path):
     study.write_text('[[measured]]\nfile = "."\n')
     with pytest.raises(InputError, match="is a folder, a CSV file is needed"):
         load_measured(load_study(study))
+
+
+def test_every_gauge_of_the_study_may_have_been_measured():
+    text = "[outputs]\ngauges = [{ aerofoil = 1 }, { aerofoil = 2 }]\n[measured]\nfile = 'a.csv'\n"
+    assert parse_study(f"{text}gauge = 2").measured[0].gauge == 2
+    with pytest.raises(InputError, match=r"measured\[0\].gauge = 3: outputs.gauges has 1 to 2"):
+        parse_study(f"{text}gauge = 3")
