@@ -119,7 +119,8 @@ def test_files_lie_beside_the_study(tmp_path):
 
 
 def test_every_gauge_of_the_study_may_have_been_measured():
-    text = "[outputs]\ngauges = [{ aerofoil = 1 }, { aerofoil = 2 }]\n[measured]\nfile = 'a.csv'\n"
-    assert parse_study(f"{text}gauge = 2").measured[0].gauge == 2
+    gauge = "{ aerofoil = 1, span = 0.2, chord = 0.5 }"
+    text = f"[outputs]\ngauges = [{gauge}, {gauge}]\n[measured]\nfile = 'a.csv'\ngauge = "
+    assert parse_study(f"{text}2").measured[0].gauge == 2
     with pytest.raises(InputError, match=r"measured\[0\].gauge = 3: outputs.gauges has 1 to 2"):
-        parse_study(f"{text}gauge = 3")
+        parse_study(f"{text}3")
