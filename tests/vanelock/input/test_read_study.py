@@ -13,6 +13,8 @@ from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, O
 from vanelock.input.schema.distributions import Distribution, Scatter
 from vanelock.input.schema.published import Campaign
 from vanelock.input.schema.structure.loads import RestLoadKeys
+from vanelock.input.schema.structure.structure import _mesh_size
+from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST
 
 
 def complaint(text):
@@ -377,3 +379,10 @@ def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
         load_study(path)
     assert str(caught.value).startswith(f"{path}: vane.")
     assert len(str(caught.value).splitlines()) == 1
+
+
+def test_the_smallest_and_the_largest_elements_may_be_asked_for():
+    assert [_mesh_size(size) for size in (SMALLEST, LARGEST)] == [SMALLEST, LARGEST]
+    for size in (0.999 * SMALLEST, 1.001 * LARGEST):
+        with pytest.raises(ValueError, match="element size must be"):
+            _mesh_size(size)

@@ -5,7 +5,12 @@ import pytest
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Contacts, Diameter, Force, System
-from vanelock.quantities.contacts.energy import balance, bandwidth_ratio, half_power
+from vanelock.quantities.contacts.energy import (
+    EnergyBalance,
+    balance,
+    bandwidth_ratio,
+    half_power,
+)
 
 ZETA, K, M = 0.02, 4e6, 1.0
 F = np.sqrt(K / M) / (2 * np.pi)
@@ -88,3 +93,8 @@ def test_curve_that_does_not_fall_to_half_power_has_no_bandwidth():
     f, a = np.linspace(1, 2, 50), np.linspace(1, 1.2, 50)
     assert half_power(f, a) is None
     assert np.isnan(bandwidth_ratio(f, a))
+
+
+def test_nothing_that_vibrates_has_no_damping_ratio():
+    assert np.isnan(EnergyBalance(0.0, 0.0, 0.0, 0.0).damping_ratio)
+    assert EnergyBalance(1.0, 0.7, 0.3, 2.0).damping_ratio == pytest.approx(1 / (8 * np.pi))
