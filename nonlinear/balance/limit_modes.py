@@ -78,7 +78,7 @@ class LimitModes:
                     y[:, i] = np.linalg.solve(self._whole(s[i], diagonal[:, i]), force[:, i])
         else:
             y = self._repeated(s, diagonal, force)
-        left = np.abs(force - diagonal * y - 1j * s * times(self.damping, y))
+        left = np.abs(self._left(s, diagonal, force, y))
         scale = np.abs(np.stack([diagonal * y, force])).max(axis=(0, 1), initial=TINY)
         return self._back(y), left.max(axis=0, initial=0.0) / scale
 
@@ -86,10 +86,6 @@ class LimitModes:
         """Amplitudes (n, f) of the limit's modes by repetition."""
         far = diagonal + 1j * s * self.damping.diagonal()[:, None]
         near = [self._near(each, diagonal[:, i]) for i, each in enumerate(s)]
-
-        def left(y: Array, i: NDArray[np.intp]) -> Array:
-            coupled = 1j * s[i] * times(self.damping, y)
-            return np.asarray(force[:, i] - diagonal[:, i] * y - coupled)
 
         def step(rest: Array, which: NDArray[np.intp]) -> Array:
             found = rest / far[:, which]
@@ -102,7 +98,8 @@ class LimitModes:
         going = np.arange(len(s))
         y = step(force, going)
         for _ in range(MOST):
-            change = step(left(y[:, going], going), going)
+            rest = self._left(s[going], diagonal[:, going], force[:, going], y[:, going])
+            change = step(rest, going)
             y[:, going] += change
             size = np.abs(y[:, going]).max(axis=0, initial=0.0)
             going = going[np.abs(change).max(axis=0, initial=0.0) > SMALL * size]
@@ -111,6 +108,10 @@ class LimitModes:
         for i in going:
             y[:, i] = la.solve(self._whole(s[i], diagonal[:, i]), force[:, i])
         return y
+
+    def _left(self, s: Floats, diagonal: Floats, force: Array, y: Array) -> Array:
+        """What amplitudes (n, f) leave of the balance."""
+        return np.asarray(force - diagonal * y - 1j * s * times(self.damping, y))
 
     def _whole(self, s: float, diagonal: Floats) -> Array:
         """The dynamic stiffness (n, n) at s, rad/s, whose part without damping is given."""

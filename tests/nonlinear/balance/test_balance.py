@@ -119,9 +119,7 @@ def test_residual_in_full_coordinates_falls_with_the_marching_step(
     coefficients: Callable[..., Array],
 ) -> None:
     system = random_system(3, preload=1.0)
-    response = frequency_response(
-        system, [1.2 * first_frequency(system)], Options(3), find_jumps=False
-    )
+    response = frequency_response(system, [1.2 * first_frequency(system)], Options(3))
     assert response.converged.all()
     errors = [
         np.abs(
@@ -349,10 +347,10 @@ def test_a_force_above_the_harmonics_of_the_balance_is_refused(random_system: Ma
     system = replace(system, force={**system.force, 3: Force(np.ones(size, complex))})
     refused = "harmonics: given 1: the system has force/3"
     with pytest.raises(InputError, match=refused):
-        frequency_response(system, [0.1], Options(1), find_jumps=False)
+        frequency_response(system, [0.1], Options(1))
     with pytest.raises(InputError, match=refused):
         linear_response(system, [0.1], harmonics=1)
-    assert frequency_response(system, [0.1], Options(3), find_jumps=False).x[3].any()
+    assert frequency_response(system, [0.1], Options(3)).x[3].any()
     assert linear_response(system, [0.1], harmonics=3).x[3].any()
     assert static_response(system).converged.all()
 

@@ -59,6 +59,6 @@ def test_truncation_is_refused_where_modes_are_coupled(random_system: Make) -> N
         damped[k] = replace(matrices, C=1e-3 * factor @ factor.T)
     system = replace(system, diameters=damped)
     with pytest.raises(InputError, match="static_beyond: given with a C that couples the modes"):
-        frequency_response(system, [1.0], Options(1, static_beyond=10.0), find_jumps=False)
+        frequency_response(system, [1.0], Options(1, static_beyond=10.0))
     with pytest.raises(InputError, match=r"static_beyond: given 0\.5: must be > 1"):
-        frequency_response(system, [1.0], Options(1, static_beyond=0.5), find_jumps=False)
+        frequency_response(system, [1.0], Options(1, static_beyond=0.5))

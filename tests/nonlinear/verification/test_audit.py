@@ -203,7 +203,7 @@ def solved_fixture(
     random_system: Callable[..., System], first_frequency: Callable[[System], float]
 ) -> tuple[System, Any]:
     system = random_system(4)
-    response = frequency_response(system, [first_frequency(system)], Options(3), find_jumps=False)
+    response = frequency_response(system, [first_frequency(system)], Options(3))
     assert response.converged.all()
     return system, response
 
