@@ -21,6 +21,11 @@ Matrix = NDArray[np.float64]
 Write: TypeAlias = Callable[[str], Path]
 
 
+@pytest.fixture(scope="module", autouse=True)
+def no_pictures(undrawn: None) -> None:
+    """Tests of scenes look at golden runs' pictures alone."""
+
+
 @dataclass(frozen=True)
 class Chain:
     """Nodes in a row, 3 dofs each, neighbours joined by springs; the first may hang on ground."""

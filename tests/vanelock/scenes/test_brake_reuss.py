@@ -14,8 +14,6 @@ from vanelock.nonlinear import Options, static_bounds
 from vanelock.rom import System
 from vanelock.stages.response.summary import Summary
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 AREA = 2921.03e-6  # m^2, of the lap less its bores: Porter and Brake (2023)
 BOLTS = 3 * 12249.0  # N
 SLIP, OPEN, SLIP_OPEN = 1, 2, 3  # of `Response.state`

@@ -14,7 +14,6 @@ from vanelock.nonlinear import Response
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.pipeline.progress import Event
 
-pytestmark = pytest.mark.usefixtures("undrawn")
 SCENE = """
 {mass}
 [contacts.stop]

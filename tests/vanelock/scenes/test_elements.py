@@ -12,8 +12,6 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear import ELEMENT
 from vanelock.rom import System
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 CHAIN = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0)
 LOAD = '[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [1, 0, 0]\namplitude = 1\n'
 RUN = (

@@ -15,8 +15,6 @@ from vanelock.mesh import Part
 from vanelock.nonlinear import linear_response, static_response, stuck_modes
 from vanelock.stages.response.limits import limits
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 SPRINGS = (3e5, 2e5, 1e5)
 STEEL = Material(E=210e9, nu=0.3, rho=7800)
 

@@ -18,8 +18,6 @@ from tests.vanelock.scenes.scenes import (
     run_one,
 )
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 HERE = EXAMPLES / "ground_damper"
 MU = "contacts.platform.mu"
 STIFFNESS = 2e6  # N/m, normal and tangential

@@ -18,8 +18,6 @@ from tests.vanelock.scenes.scenes import (
     run_one,
 )
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 HERE = EXAMPLES / "lap_joint"
 MU = "contacts.lap.mu"
 

@@ -12,8 +12,6 @@ from vanelock import cases, load_scene, run_scene
 from vanelock.__main__ import main
 from vanelock.common.errors import InputError
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 QUIET = "[outputs]\nloops = false\nreport = false\n"
 SMOOTH = PAD.replace("mu = 0.2", "mu = 0")
 """A pad that stays closed and has no friction: the response is linear in its load."""

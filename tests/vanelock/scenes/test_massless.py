@@ -12,8 +12,6 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, frequency_response
 from vanelock.rom import linear_modes
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 SPRINGS = (3e5, 2e5, 1e5)
 TOUCHES = (
     '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [6]\nnormal = [1, 0, 0]\nkn = 1e4\n'

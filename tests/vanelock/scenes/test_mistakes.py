@@ -12,8 +12,6 @@ from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event, Notice
 from vanelock.rom import linear_modes
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 SPRINGS = (3e5, 2e5, 1e5)
 LAP = (
     '[contacts.lap]\nbetween = ["one", "two"]\npairs = {pairs}\nnormal = [1, 0, 0]\nkn = 4e4\n'

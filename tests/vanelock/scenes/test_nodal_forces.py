@@ -16,8 +16,6 @@ from vanelock.rom import System
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.matrices.steps import motions_step, piece_step, system_step
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 Floats = NDArray[np.float64]
 
 COUNT, OTHER = 40, 25

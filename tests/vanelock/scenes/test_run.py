@@ -22,8 +22,6 @@ from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Done, Failed
 from vanelock.quantities.curves_and_fields import Shown
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 SPRINGS = (3e5, 2e5, 1e5)
 PAD = (
     '[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\nnormal = [0, 0, 1]\n'

@@ -13,8 +13,6 @@ from vanelock.common.errors import InputError
 from vanelock.input.measured.curve import load_measured
 from vanelock.rom import linear_modes
 
-pytestmark = pytest.mark.usefixtures("undrawn")
-
 N, COUNT = 6, 5
 SECTOR = (
     '[contacts.pad]\nbetween = ["rim", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\n'
