@@ -1,10 +1,10 @@
 """Six runs, of the smallest study and of scenes, which tests of tables, pages and files read.
 
+    accuracy      a study to an accuracy, with a strain gauge
     default       a case with all pictures
     sweep         four cases, both directions of the sweep
     lap_joint     a scene of two blocks, with scatter
     shrouded_ring a scene of a sector, its bounds and stability
-    accuracy      a study to an accuracy, with a strain gauge
     everything    a study with every analysis of a case
 
 By the program's public names alone, so that what earlier states of it found is compared, too.
@@ -26,6 +26,14 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FREQUENCIES = "[250, 254, 256, 258, 259, 260, 264, 268, 272]"
 
 STUDIES = {
+    "accuracy": """
+name = "accuracy"
+accuracy = 0.06
+excitation.force = 8
+[outputs]
+shapes = false
+gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]
+""",
     "default": f"""
 name = "default"
 excitation.force = 15
@@ -43,14 +51,6 @@ direction = "both"
 "excitation.force" = [10, 20]
 [outputs]
 shapes = false
-""",
-    "accuracy": """
-name = "accuracy"
-accuracy = 0.06
-excitation.force = 8
-[outputs]
-shapes = false
-gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]
 """,
     "everything": """
 name = "everything"

@@ -8,6 +8,7 @@ import os
 import subprocess
 from collections import defaultdict
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -169,6 +170,7 @@ def waves_within(walls, n, wave, top, material, part="solid"):
     return found + [0.0] * rigid + [float(twist)] * int(n == 0 and 0 < twist < top)
 
 
+@lru_cache
 def waves_between_diaphragms(walls, n, length, top, material):
     """The same of a cylinder whose ends slide axially and are held otherwise: a stretch of it."""
     found = waves_within(walls, n, 0.0, top, material, "axial")

@@ -11,6 +11,7 @@ HOOK = mesh.HookDimensions(band_nodes=3)
 VANE = mesh.VaneDimensions(hook=HOOK, aerofoils=1, interlock_nodes=3, root_fillet=0.0)
 
 
+@pytest.mark.system
 def test_unreduced_truth_and_smaller_models(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a vane of one aerofoil, of large elements."""
     vane_part, casing_part = (

@@ -124,7 +124,7 @@ def planar(swing: complex, mu: float, v0: float, shake: float) -> System:
 )
 def test_mass_that_slides_in_a_plane(swing: complex, v0: float, shake: float, state: int) -> None:
     system = planar(swing, 0.6, v0, shake)
-    d, omega, steps, periods = system.at(0), 1.05, 4000, 30
+    d, omega, steps, periods = system.at(0), 1.05, 2000, 30
     assert d.C is not None
     M, K, C = (np.diagonal(matrix).real for matrix in (d.M, d.K, d.C))
     h = 2 * np.pi / omega / steps

@@ -61,7 +61,7 @@ def differ(one: Response, other: Response) -> float:
 def test_hysteresis_is_that_of_sweeps_by_frequency(
     even: System, first_frequency: Lowest, coupling: str, friction: str
 ) -> None:
-    hertz = np.linspace(0.8, 1.5, 12) * first_frequency(even)
+    hertz = np.linspace(0.8, 1.5, 7) * first_frequency(even)
     options = Options(2, coupling, friction)
     found = hysteresis(even, hertz, options)
     assert found.complete

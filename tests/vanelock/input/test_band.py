@@ -40,8 +40,8 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     system = stages.get(planned.linear.system)
     assert system.band is not None
     assert system.band > 3060
-    hertz = np.array([3040.0, 3060.0])
-    found = nonlinear.linear_response(system, hertz).output[:, 1]
+    f = 3060.0
+    found = nonlinear.linear_response(system, [f]).output[0, 1, 0]
     blade, shell = (stages.get(reference_step(study, part)) for part in ("vane", "casing"))
     models = blade, shell
     K, M = unreduced(blade, shell, joints(without_friction(study)), 1)
@@ -52,12 +52,11 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     load[columns(shell, force)] = own
     seen = blade.part.node_sets["output"][0]
     assert system.output_names[0] == "vane output 1"
-    for i, f in enumerate(hertz):
-        dynamic = (K - (2 * np.pi * f) ** 2 * M).tocsc()
-        x = spl.splu(dynamic, "MMD_AT_PLUS_A", 0.01, options={"SymmetricMode": True}).solve(load)
-        assert np.linalg.norm(dynamic @ x - load) < 1e-9 * np.linalg.norm(load)
-        true = np.abs(x[of_vane(models, seen)])
-        assert np.linalg.norm(found[i, 0]) == pytest.approx(np.linalg.norm(true), rel=1e-4)
+    dynamic = (K - (2 * np.pi * f) ** 2 * M).tocsc()
+    x = spl.splu(dynamic, "MMD_AT_PLUS_A", 0.01, options={"SymmetricMode": True}).solve(load)
+    assert np.linalg.norm(dynamic @ x - load) < 1e-9 * np.linalg.norm(load)
+    true = np.linalg.norm(x[of_vane(models, seen)])
+    assert np.linalg.norm(found) == pytest.approx(true, rel=1e-4)
 
 
 def test_what_a_study_asks_for() -> None:

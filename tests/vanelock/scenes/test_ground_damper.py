@@ -64,7 +64,7 @@ def test_friction_peak_is_that_of_time_integration(mu: float, raw: Raw, tmp_path
     assert found.peak is not None
     history = march(
         raw.K, raw.M, raw.B, raw.k, mu, 5e-6, 0.5 * raw.tip.astype(complex),
-        np.zeros(len(raw.K)), found.peak.frequency, 0.002, periods=25,
+        np.zeros(len(raw.K)), found.peak.frequency, 0.002, periods=20, steps=120,
     )  # fmt: skip
     assert found.peak.amplitude == pytest.approx(amplitude(history, raw.tip), rel=0.015)
     with h5py.File(tmp_path / "results.h5") as file:

@@ -121,7 +121,7 @@ def test_friction_peak_is_that_of_time_integration(run: tuple[float, Path]) -> N
     force = sum(0.5 * wave[j] * ring.axial(j) for j in range(4))
     history = march(
         ring.K.toarray(), ring.M.toarray(), ring.B, ring.k, 0.3, 1e-6, force,
-        np.zeros(4 * ring.own), hertz, 0.001, periods=30, steps=160,
+        np.zeros(4 * ring.own), hertz, 0.001, periods=20, steps=120,
     )  # fmt: skip
     found = [amplitude(history, ring.axial(j)) for j in range(4)]
     assert found == pytest.approx([found[0]] * 4, rel=5e-3)  # a travelling wave

@@ -68,8 +68,8 @@ def test_shapes_and_amplitudes_are_by_mass():
 @pytest.mark.parametrize("coupling", ["coupled", "uncoupled", "constant-load"])
 def test_amplitudes_of_a_list_lie_on_the_curve_of_a_range(coupling):
     options = Options(2, coupling=coupling)
-    curve = damped_mode(RING, 1, (0.05, 20.0), options)
-    assert curve.amplitude[[0, -1]] == pytest.approx([0.05, 20.0], rel=1e-10)
+    curve = damped_mode(RING, 1, (0.05, 5.0), options)
+    assert curve.amplitude[[0, -1]] == pytest.approx([0.05, 5.0], rel=1e-10)
     chosen = curve.amplitude[[3, 20, -5]]
     listed = damped_mode(RING, 1, chosen[::-1], options)
     np.testing.assert_allclose(listed.amplitude, chosen, rtol=1e-10)

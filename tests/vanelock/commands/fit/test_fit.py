@@ -134,43 +134,6 @@ def test_frequencies_are_as_the_root_of_the_stiffness(small_model):
     assert np.abs(small_model.amplitudes(held, CURVE, np.sqrt(c) * HERTZ) / own - 1).max() > 0.01
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ('parameters = ["joints.mu"]', 'fit.parameters = \\["joints.mu"\\]: "joints.mu" cannot be'),
-        (f'parameters = ["{MU}", "{MU}"]', "fitted keys must differ"),
-        (f'parameters = ["{MU}"]\nbounds = {{ "{MU}" = [1, 0] }}', "expected \\[low, high\\] with"),
-        (f'bounds = {{ "{MU}" = [0.1, "x"] }}', "expected a number"),
-        (f'bounds = {{ "{MU}" = [0.1] }}', "expected at least 2 of them"),
-        ('bounds = { "joints.hook.mu" = [0.1, 1] }', '"joints.hook.mu" is not among fit.parameter'),
-        ("starts = 0", "fit.starts = 0: number of starts must be >= 1"),
-    ],
-)
-def test_what_cannot_be_fitted(text, expected):
-    with pytest.raises(InputError, match=expected):
-        parse_study(f'[measured]\nfile = "a.csv"\n[fit]\n{text}')
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("[fit]", "fit: needs \\[\\[measured\\]\\]"),
-        (
-            '[joints.interlock]\nenabled = false\n[measured]\nfile = "a"\n[fit]',
-            "joints.interlock.enabled = false",
-        ),
-        (
-            '[excitation]\nunbalance = 1e-3\n[measured]\nfile = "a"\n[fit]\n'
-            'parameters = ["excitation.force"]',
-            "excitation.unbalance is given",
-        ),
-    ],
-)
-def test_what_the_study_has_not(text, expected):
-    with pytest.raises(InputError, match=expected):
-        parse_study(text)
-
-
 def test_bounds_and_starts():
     text = '[measured]\nfile = "a"\n[fit]\nparameters = ["joints.interlock.interference"]'
     (found,) = varied_parameters(parse_study(text), "fit")

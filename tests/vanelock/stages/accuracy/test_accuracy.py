@@ -141,10 +141,9 @@ def test_a_second_run_computes_nothing(asked, tmp_path):
     assert [case.peak for case in again] == [case.peak for case in cases]
 
 
-def test_converging_holds_the_settings_at_what_was_chosen(ring_text, tmp_path):
-    text = ring_text("tetra10", COARSER).partition("[rom]")[0]
-    text = f"accuracy = 0.1\n{text}[response]\nharmonics = 1\nmode = 1\n{BARE}"
-    (case,) = run_study(parse_study(text), tmp_path)
+def test_converging_holds_the_settings_at_what_was_chosen(asked, tmp_path):
+    folder, (case,), _, text = asked
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     found = converge_study(parse_study(text), tmp_path, only=("response.coupling",))
     assert [o.value for o in found if o.own] == ["coupled"]
     (own,) = [o for o in found if o.own]
