@@ -142,7 +142,7 @@ def test_straight_path_is_the_closed_form_loop_whatever_its_direction(angle: flo
 def test_coefficients_are_of_second_order_in_the_samples(
     harmonics: int, coefficients: Callable[..., NDArray[np.complex128]]
 ) -> None:
-    made, u = draw(harmonics, 60, seed=40 + harmonics)
+    made, u = draw(harmonics, 40, seed=40 + harmonics)
     finest = plane_law(made, harmonics, 8192)(u)
     path, work = radial_return(made, u, 20000, laps=4)
     size = np.abs(u).max(axis=(1, 2))

@@ -82,7 +82,7 @@ def test_the_state_at_rest_counts_where_it_is_solved_first(
     coupling: str, diameter: int | None
 ) -> None:
     system, near = slipping(2)
-    options = Options(3, coupling=coupling)
+    options = Options(1, coupling=coupling)
     changes = drawn(system, 2)
     if diameter is not None:  # of nodal diameter 0 alone, which moves the rest
         changes = {k: (k == diameter) * change for k, change in changes.items()}

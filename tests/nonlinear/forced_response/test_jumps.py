@@ -67,12 +67,12 @@ def test_with_an_accuracy_one_way_is_that_way_s_branch(direction: str) -> None:
         ends = TURN * found.frequency[[before, after]]
         assert ends.min() <= fold <= ends.max()
         assert (ends[0] < ends[1]) == (direction == "up")
-        same = frequency_response(system, found.frequency, options)
+        same = frequency_response(system, found.frequency, options, find_jumps=False)
         np.testing.assert_allclose(found.amplitude, same.amplitude, rtol=0, atol=1e-9)
     chosen = adaptive_response(
         lambda _: system, ENDS, Shares(0.01, 0.01), Options(direction=direction)
     )
-    exact = frequency_response(system, ENDS, Options(9, direction=direction))
+    exact = frequency_response(system, ENDS, Options(9, direction=direction), find_jumps=False)
     assert chosen.harmonics > 1
     assert chosen.amplitude.max() == pytest.approx(exact.amplitude.max(), rel=0.01)
 

@@ -33,3 +33,22 @@ def test_what_cannot_be_fitted(text: str, expected: str) -> None:
 def test_a_fit_needs_a_curve() -> None:
     with pytest.raises(InputError, match=r"fit: needs \[\[measured\]\]"):
         parse_study("[fit]")
+
+
+@pytest.mark.parametrize(
+    ("speeds", "allowed"),
+    [([1000, 9000], True), ([999, 9000], False), ([1000, 9001], False)],
+)
+def test_a_diagram_ends_where_temperatures_do(speeds: list[int], allowed: bool) -> None:
+    text = (
+        '[material.vane]\nE_at = [[20, "200 GPa"], [620, "155 GPa"]]\n'
+        "[temperature]\nvane = [[1000, 20], [9000, 600]]\n"
+        f"[campbell]\nspeeds = {speeds}\nengine_orders = [1]\n"
+    )
+    if allowed:
+        study = parse_study(text)
+        assert study.campbell is not None
+        assert list(study.campbell.speeds or ()) == speeds
+    else:
+        with pytest.raises(InputError, match="temperatures are given from 1000 to 9000 rpm"):
+            parse_study(text)
