@@ -34,6 +34,7 @@ from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial,
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
+from vanelock.stages.parts.loads import loads_of
 from vanelock.stages.parts.systems import excess_steps
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Planned, plan
@@ -148,8 +149,9 @@ def model_of(planned: Planned, stages: Stages) -> Rejoined:
     gauges = None if planned.gauges is None else stages.get(planned.gauges)
     parts = [planned.rom[part] for part in ("vane", "casing")]
     vane, casing = map(stages.get, parts)
-    excess = [stages.get(each) for each in excess_steps(study, parts[0], parts[1:], parts[1:])]
-    return Rejoined(study, vane, casing, watched, gauges, *excess)
+    steps = excess_steps(study, parts[0], parts[1:], parts[1:])
+    excess = stages.get(steps[0]) if steps else None
+    return Rejoined(study, vane, casing, watched, gauges, excess, loads_of(study))
 
 
 def _fitted(

@@ -30,6 +30,7 @@ from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, eff
 from vanelock.rom import Component, MeshExcess
 from vanelock.rom.system.system import common_band
 from vanelock.stages.parts.gauges import Gauges
+from vanelock.stages.parts.loads import RestLoad, at_rest, strained
 from vanelock.stages.parts.systems import joining
 from vanelock.stages.response.monitor import Monitor
 
@@ -55,6 +56,8 @@ class Rejoined:
         The strain gauges, where strains are.
     excess : MeshExcess or None
         What the meshes add to the stiffness of the parts, if it is taken off.
+    loads : tuple of RestLoad
+        Loads at rest of the vane, which its component holds in unit size.
     """
 
     study: Study
@@ -63,6 +66,7 @@ class Rejoined:
     monitor: Monitor
     gauges: Gauges | None = None
     excess: MeshExcess | None = None
+    loads: tuple[RestLoad, ...] = ()
     _stiff: tuple[Any, ...] = ()
     _modes: Mapping[int, Any] = field(default_factory=dict)
     _known: dict[Any, "SolvedCurve"] = field(default_factory=dict)
@@ -74,13 +78,15 @@ class Rejoined:
             value_at(changed, f"material.{name}.E") / value_at(self.study, f"material.{name}.E")
             for name in ("vane", "casing")
         ]
-        parts = [
-            part if factor == 1 else rom.stiffened(part, factor)
+        grown = strained(self.loads)
+        vane, casing = (
+            part if factor == 1 else rom.stiffened(part, factor, grown)
             for part, factor in zip((self.vane, self.casing), moduli, strict=True)
-        ]
-        system = joining(changed).join(*parts)
+        )
+        system = joining(changed).join(vane, casing)
         if self.excess is not None:
             system = self.excess.taken_off(system, moduli)
+        system = at_rest(system, vane, casing, self.loads)
         # Moduli that are tried move the band with them; the study's own is what is to hold.
         system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
         stiff = (
@@ -90,7 +96,7 @@ class Rejoined:
         )
         if stiff != self._stiff:
             self._stiff, self._modes = stiff, {}
-        return system, *parts
+        return system, vane, casing
 
     def solved(
         self,
@@ -106,10 +112,11 @@ class Rejoined:
             return self._known[asked]
         system, vane, casing = self.system(values)
         if load != 1:
-            loads = {
-                h: replace(force, vector=load * force.vector) for h, force in system.force.items()
+            forces = {  # of the excitation; what acts at rest stays
+                h: replace(force, vector=load * force.vector) if h else force
+                for h, force in system.force.items()
             }
-            system = replace(system, force=loads)
+            system = replace(system, force=forces)
         modes, options = self._stuck(system), self._options(direction)
         response = nonlinear.frequency_response(
             system, hertz, options, modes=modes, find_jumps=jumps

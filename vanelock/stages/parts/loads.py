@@ -10,7 +10,7 @@ loads nor other temperatures reduce anything again, but for those that a file ho
 without them change.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -185,11 +185,20 @@ def at_rest_step(
         return system
 
     def compute(system: System, vane: Component, casing: Component) -> System:
-        found = sum(by_cause(vane, casing, loads).values())
-        return replace(system, force={0: Force(np.asarray(found)), **system.force})
+        return at_rest(system, vane, casing, loads)
 
     inputs = {"loads": [(load.name, load.size) for load in loads]}
     return step("system", "rom", inputs, System, (system, *parts), compute, False, True)
+
+
+def at_rest(
+    system: System, vane: Component, casing: Component, loads: Sequence[RestLoad]
+) -> System:
+    """A system of vane and casing with loads at rest, if there are any."""
+    if not loads:
+        return system
+    found = sum(by_cause(vane, casing, loads).values())
+    return replace(system, force={0: Force(np.asarray(found)), **system.force})
 
 
 def by_cause(vane: Component, casing: Component, loads: Iterable[RestLoad]) -> dict[str, Matrix]:

@@ -1,13 +1,14 @@
 """`vanelock fit` on a small study: what it leaves behind and what it refuses."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.small_study import SMALL
-from vanelock import fit_study, load_study, parse_study
+from vanelock import fit_study, load_study, load_system, open_results, parse_study
 from vanelock.commands.fit.fit import _usable, rejoined, remarks
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter, varied_parameters
@@ -16,6 +17,7 @@ from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Table
 from vanelock.input.cases.values import value_at
 from vanelock.input.measured.curve import Measured
+from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, Notice
 from vanelock.pipeline.step import Stages
@@ -98,6 +100,24 @@ def test_a_curve_may_have_a_load_of_its_own(small_model):
     small, more = (small_model.amplitudes({FORCE: 0.03}, each) for each in (few, double))
     np.testing.assert_allclose(more, 2 * small, rtol=1e-6)
     assert double.label == "rig, load × 2"
+
+
+def test_loads_at_rest_and_heat_are_those_of_the_run(golden, tmp_path):
+    """The curve is the run's own, and twice the load leaves what acts at rest."""
+    run = golden("everything")
+    shutil.copytree(run.folder / "cache", tmp_path / "cache")
+    with open_results(run.folder / "results.h5") as file:
+        response = Response.load(file["response/nominal"])
+    expected = load_system(run.folder / "results.h5", "nominal").force[0]
+    stages = Stages(Cache(tmp_path / "cache", print), lambda event: None)
+    model = rejoined(parse_study(run.text), stages)
+    hertz = response.frequency
+    found = model.monitor.amplitude(model.solved({}, hertz).response)
+    np.testing.assert_allclose(found, model.monitor.amplitude(response), rtol=1e-9)
+    once, twice = (model.solved({}, hertz[:2], load=load).system.force for load in (1.0, 2.0))
+    for force in (once, twice):
+        np.testing.assert_array_equal(force[0].vector, expected.vector)
+    np.testing.assert_array_equal(twice[1].vector, 2 * once[1].vector)
 
 
 def test_rejoined_parts_are_those_of_the_study_with_the_values(small_model, tmp_path):
