@@ -1,4 +1,4 @@
-"""Lowest eigenpairs of K x = λ M x by shift-invert Lanczos."""
+"""Lowest eigenpairs of K x = λ M x by shift-invert block Lanczos."""
 
 from typing import Any
 
@@ -6,10 +6,10 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from vanelock.common.errors import InputError
 from vanelock.fem.solvers.factor import Factor, factorise
+from vanelock.fem.vibration.block_lanczos import krylov_space, lowest_modes
 
 Matrix = NDArray[Any]
 
@@ -50,9 +50,8 @@ def eigenpairs(
 
     Notes
     -----
-    Lanczos (ARPACK) runs on (K - shift M)⁻¹ M from a fixed start vector, so that equal matrices
-    give equal bits. One step of subspace iteration with a Rayleigh-Ritz projection follows, which
-    makes vectors of close or repeated eigenvalues orthogonal and squares the error that is left.
+    `block_lanczos` runs on (K - shift M)⁻¹ M from a fixed start, so that equal matrices give equal
+    bits.
     """
     n = K.shape[0]
     if not 1 <= count <= n:
@@ -62,39 +61,10 @@ def eigenpairs(
     if n <= DENSE or count > n // 4:
         values, vectors = scipy.linalg.eigh((K - shift * M).toarray(), M.toarray())
     else:
-        values, vectors = _rayleigh_ritz(factor, M, _lanczos(factor, K, M, count, shift))
+        mass = M.astype(complex) if factor.is_complex else M
+        found = lowest_modes(krylov_space(factor.solve, mass), count)
+        values, vectors = found.omega_squared, found.vectors
     return shift + values[:count], _oriented(vectors[:, :count])
-
-
-def _lanczos(factor: Factor, K: Any, M: Any, count: int, shift: float) -> Matrix:
-    n = factor.size
-    start = np.random.default_rng(0).standard_normal(n)
-    kind = np.complex128 if factor.is_complex else np.float64
-    inverse = LinearOperator((n, n), matvec=factor.solve, dtype=kind)
-    wanted = count + 4  # spare ones, since a cluster may straddle the last that is wanted
-    _, vectors = eigsh(
-        K,
-        wanted,
-        M,
-        sigma=shift,
-        which="LM",
-        v0=start.astype(kind),
-        OPinv=inverse,
-        ncv=min(n - 1, max(2 * wanted + 1, wanted + 30)),
-    )
-    return np.asarray(vectors)
-
-
-def _rayleigh_ritz(factor: Factor, M: Any, basis: Matrix) -> tuple[NDArray[np.float64], Matrix]:
-    """Ritz pairs of K - shift M on X = (K - shift M)⁻¹ M basis, ascending, mass-normalised."""
-    load = M @ basis
-    X = factor.solve(load)
-    stiffness, mass = X.conj().T @ load, X.conj().T @ (M @ X)
-    # The columns of X are nearly eigenvectors over (λ - shift): scaled, the mass is nearly one.
-    scale = 1 / np.sqrt(np.diagonal(mass).real)
-    stiffness, mass = (scale[:, None] * (A + A.conj().T) / 2 * scale for A in (stiffness, mass))
-    values, coefficients = scipy.linalg.eigh(stiffness, mass)
-    return values, X @ (scale[:, None] * coefficients)
 
 
 def _oriented(vectors: Matrix) -> Matrix:

@@ -11,9 +11,10 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.fem.vibration.block_lanczos import krylov_space
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
 from vanelock.rom.fixed_interface.massless import refuse_negative_mass
-from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
+from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes
 from vanelock.rom.system.system import Matrix
 
 _NEW = 1e-6

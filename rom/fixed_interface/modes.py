@@ -6,14 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.rom.fixed_interface.block_lanczos import (
-    BLOCK,
-    TOLERANCE,
-    KrylovSpace,
-    lowest_modes,
-)
-from vanelock.rom.fixed_interface.held import Solve
-from vanelock.rom.fixed_interface.inertia import Mass
+from vanelock.fem.vibration.block_lanczos import TOLERANCE, KrylovSpace, lowest_modes
 from vanelock.rom.system.system import Matrix
 
 
@@ -35,22 +28,6 @@ class Fixed:
     vectors: Matrix
     omega_squared: NDArray[np.float64]
     complete: float
-
-
-def krylov_space(solve: Solve, M_ss: Mass) -> KrylovSpace:
-    """The space in which a part's fixed-interface modes are searched for, still empty.
-
-    Raises
-    ------
-    InputError
-        If the mass is not positive.
-    """
-    s = M_ss.shape[0]
-    if s and (least := M_ss.diagonal().real.min()) < 0:
-        raise InputError(f"the mass matrix has {least:.3g} on its diagonal: it must be >= 0")
-    start = np.random.default_rng(0).standard_normal((s, min(s, BLOCK))).astype(M_ss.dtype)
-    start[M_ss.diagonal() == 0] = 0
-    return KrylovSpace(solve, lambda x: M_ss @ x, start)
 
 
 def fixed_modes(

@@ -8,11 +8,11 @@ import numpy as np
 import scipy.linalg as sl
 
 from vanelock.common.errors import InputError
-from vanelock.rom.fixed_interface.block_lanczos import KrylovSpace
+from vanelock.fem.vibration.block_lanczos import KrylovSpace, krylov_space
 from vanelock.rom.fixed_interface.candidates import Candidates
 from vanelock.rom.fixed_interface.held import HeldPart
 from vanelock.rom.fixed_interface.massless import lowest
-from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes, krylov_space
+from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes
 from vanelock.rom.fixed_interface.vectors import accurate
 
 ELASTIC = 10

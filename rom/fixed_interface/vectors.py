@@ -30,7 +30,7 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
-from vanelock.rom.fixed_interface.block_lanczos import KrylovSpace
+from vanelock.fem.vibration.block_lanczos import KrylovSpace
 from vanelock.rom.fixed_interface.candidates import Candidates, inertia_loads
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
 from vanelock.rom.fixed_interface.modes import fixed_modes

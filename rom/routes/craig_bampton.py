@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem import SingularError, factorise
+from vanelock.fem.vibration.block_lanczos import krylov_space
 from vanelock.rom.fixed_interface.held import hermitian
-from vanelock.rom.fixed_interface.modes import krylov_space
 from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.problem import Problem, not_held
 

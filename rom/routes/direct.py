@@ -12,10 +12,10 @@ from collections.abc import Iterable
 import numpy as np
 import scipy.linalg as sl
 
+from vanelock.fem.vibration.block_lanczos import BLOCK, KrylovSpace, krylov_space, lowest_modes
 from vanelock.rom.component import Component, Reduced
-from vanelock.rom.fixed_interface.block_lanczos import BLOCK, KrylovSpace, lowest_modes
 from vanelock.rom.fixed_interface.held import COLUMNS, hermitian
-from vanelock.rom.fixed_interface.modes import Fixed, krylov_space
+from vanelock.rom.fixed_interface.modes import Fixed
 from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.condensed import Condensed, definite_factor
 from vanelock.rom.routes.cyclic import cyclic_constraint

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.small_study import SMALL
-from tests.vanelock.stages.conftest import COARSER, planned_of
+from tests.vanelock.stages.conftest import planned_of
 from vanelock import load_system, nonlinear, open_results, parse_study, run_study
 from vanelock.commands.converge.converge import converge_study
 from vanelock.common.tables import Table

@@ -20,8 +20,8 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.rom.system.system import Matrix
 
+Matrix = NDArray[Any]
 Apply = Callable[[Matrix], Matrix]
 
 BLOCK = 8
@@ -126,6 +126,29 @@ class KrylovSpace:
         return np.asarray(self._Q[:, : len(S)] @ S)
 
 
+def krylov_space(solve: Apply, M: Any) -> KrylovSpace:
+    """The space in which modes are searched for, still empty.
+
+    Parameters
+    ----------
+    solve : callable
+        K⁻¹ b of blocks of columns.
+    M : (n, n)
+        Sparse, or an operator that has its diagonal; complex where K is.
+
+    Raises
+    ------
+    InputError
+        If the mass is not positive.
+    """
+    n = M.shape[0]
+    if n and (least := M.diagonal().real.min()) < 0:
+        raise InputError(f"the mass matrix has {least:.3g} on its diagonal: it must be >= 0")
+    start = np.random.default_rng(0).standard_normal((n, min(n, BLOCK))).astype(M.dtype)
+    start[M.diagonal() == 0] = 0
+    return KrylovSpace(solve, lambda x: M @ x, start)
+
+
 def lowest_modes(
     space: KrylovSpace,
     count: int | None = None,
@@ -183,7 +206,7 @@ def lowest_modes(
             if count is None:
                 return Lowest(squared, vectors, 1 / highest if highest else np.inf)
             return Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)
-    raise InputError("the fixed-interface modes of the part did not converge")
+    raise InputError("the modes of the part did not converge")
 
 
 def _mistaken(ratio: float) -> str:
@@ -250,9 +273,7 @@ def _refined(
     try:
         values, V = sl.eigh(_hermitian(X.conj().T @ load), _hermitian(X.conj().T @ mass(X)))
     except sl.LinAlgError:
-        raise InputError(
-            "the mass of its fixed-interface modes is not positive: is this a mass matrix?"
-        ) from None
+        raise InputError("the mass of its modes is not positive: is this a mass matrix?") from None
     return values, X @ V
 
 
