@@ -394,3 +394,10 @@ def test_static_state_balances_with_friction_and_lift_off(random_system: Make) -
     assert np.any(np.abs(t) == limit, where=n[:, None] > 0), "some slide at assembly"
     gap = system.at(0).K @ x + B.T @ pull.reshape(-1) - system.force[0].vector
     assert np.abs(gap).max() < 1e-10 * np.abs(pull).max()
+
+
+def test_a_system_without_outputs_has_none_in_three_directions(sliding_system: Make) -> None:
+    system = sliding_system()
+    bare = {k: replace(each, output=None) for k, each in system.diameters.items()}
+    found = frequency_response(replace(system, diameters=bare, output_names=()), [0.18], Options(3))
+    assert found.output.shape == (1, 4, 0, 3)

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
@@ -26,7 +28,7 @@ from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak import PeakPoint, Resonance
 from vanelock.nonlinear.following.peak_response import chosen, traced
-from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
+from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack, expected
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
@@ -339,3 +341,16 @@ def test_impossible_arguments_are_refused(options: dict[str, object], message: s
     bare = replace(jenkins(), output_names=())
     with pytest.raises(InputError, match="no output nodes"):
         peak_response(bare, "force", [1.0], (0.1, 0.3), Options(1))
+
+
+def test_the_next_peak_is_expected_on_a_parabola_through_the_last_three() -> None:
+    """Its w on the line through the last two."""
+
+    def mark(place: float) -> Any:
+        solution = SimpleNamespace(omega=2 + place - 3 * place**2, w=np.full((1, 3, 1), 5 * place))
+        peak = SimpleNamespace(solution=solution, amplitude=np.exp(0.1 * place**2 - place))
+        return SimpleNamespace(place=place, peak=peak)
+
+    omega, size, w = expected([mark(place) for place in (-9.0, 1.0, 1.5, 2.5)], 4.0)
+    assert (omega, size) == pytest.approx((2 + 4 - 3 * 16, 1.6 - 4), rel=1e-12)
+    np.testing.assert_allclose(w, 20.0)
