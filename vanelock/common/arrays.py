@@ -81,3 +81,18 @@ def _brief(given: Any) -> str:
     text = repr(given)
     short = len(text) <= 40 and "\n" not in text
     return text if short else f"a {type(given).__name__}"
+
+
+def unit_vectors(given: NDArray[np.float64], where: str) -> NDArray[np.float64]:
+    """Directions (..., 3) of vectors, however long or short these are.
+
+    Raises
+    ------
+    InputError
+        If one is zero; `where` is what the message calls it.
+    """
+    largest = np.abs(given).max(axis=-1, keepdims=True)
+    if not np.all(largest > 0):
+        raise InputError(f"{where}: must not be zero")
+    scaled = given / largest  # whose squares neither overflow nor vanish
+    return np.asarray(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True))

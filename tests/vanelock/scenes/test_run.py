@@ -205,6 +205,18 @@ def test_mistakes_are_one_clear_line(
     assert len(str(error.value).splitlines()) == 1
 
 
+def test_vectors_are_directions_however_long(tmp_path: Path, scene_file: Write) -> None:
+    """Their squares would overflow, or vanish."""
+    text = arm(tmp_path) + "modes = 2\n" + PAD.replace("kn =", "tangent = [0, 1, 0]\nkn =")
+    expected = joined(scene_file(text))
+    for size in ("1e200", "1e-200"):
+        for key in ("normal", "tangent", "direction"):
+            (line,) = (each for each in text.splitlines() if each.startswith(f"{key} = "))
+            system = joined(scene_file(text.replace(line, line.replace("1", size))))
+            np.testing.assert_array_equal(system.at(0).own, expected.at(0).own)
+            np.testing.assert_array_equal(system.force[1].vector, expected.force[1].vector)
+
+
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Swept:
     """A scene of three cases, what one process finds of them, and what it kept for pictures."""

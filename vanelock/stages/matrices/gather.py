@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import unit_vectors
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
 from vanelock.fem.matrix_files import load_nodes, load_pairs
@@ -222,11 +223,8 @@ def _elements(name: str, keys: ElementKeys, scene: Scene) -> Touching:
     count = len(ends["own_nodes"])
     if more := [column for column in table if column not in ("node", "mate")]:
         raise InputError(f"{keys.pairs}: column {more[0]!r}: an element has node and mate only")
-    along = np.array(keys.direction, float)
-    if not (length := float(np.linalg.norm(along))) > 0:
-        raise InputError(f"{where}.direction: must not be zero")
     frames = np.zeros((count, 3, 3))
-    frames[:, 0] = along / length
+    frames[:, 0] = unit_vectors(np.array(keys.direction, float), f"{where}.direction")
     try:
         element = Element(force=keys.law, places=[0], parameters=keys.parameters, name=name)
     except InputError as error:
@@ -298,11 +296,9 @@ def _tie(name: str, keys: TieKeys) -> Tie:
 
 def _load(i: int, load: LoadKeys) -> Load:
     assert load.amplitude is not None
-    where, direction = f"loads[{i}]", np.array(load.direction, float)
-    length = float(np.linalg.norm(direction))
-    if not length > 0:
-        raise InputError(f"{where}.direction: must not be zero")
-    vector = load.amplitude * _phase(where, load) * direction / length
+    where = f"loads[{i}]"
+    direction = unit_vectors(np.array(load.direction, float), f"{where}.direction")
+    vector = load.amplitude * _phase(where, load) * direction
     return Load(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
 
 
@@ -368,18 +364,15 @@ def _frames(table: Mapping[str, Any], keys: ContactKeys, count: int, where: str)
     normal = _vectors(table, keys.normal, "n", count)
     if normal is None:
         raise InputError(f"{where}.normal: must be given, here or as columns nx, ny, nz")
-    size = np.linalg.norm(normal, axis=1)
-    if np.any(size <= 0):
-        raise InputError(f"{where}.normal: must not be zero")
-    normal = normal / size[:, None]
+    normal = unit_vectors(normal, f"{where}.normal")
     tangent = _vectors(table, keys.tangent, "t", count)
     if tangent is None:  # the axis furthest from the normal
         tangent = np.eye(3)[np.abs(normal).argmin(axis=1)]
-    size = np.linalg.norm(tangent, axis=1)
+    tangent = unit_vectors(tangent, f"{where}.tangent")
     across = tangent - np.sum(tangent * normal, axis=1)[:, None] * normal
     left = np.linalg.norm(across, axis=1)
-    if np.any(left <= PARALLEL * size):
-        raise InputError(f"{where}.tangent: must not be zero, nor along the normal")
+    if np.any(left <= PARALLEL):
+        raise InputError(f"{where}.tangent: must not be along the normal")
     t1 = across / left[:, None]
     return np.stack([normal, t1, np.cross(normal, t1)], axis=1)
 
