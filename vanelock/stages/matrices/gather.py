@@ -298,7 +298,7 @@ def _load(i: int, load: LoadKeys) -> Load:
     assert load.amplitude is not None
     where = f"loads[{i}]"
     direction = unit_vectors(np.array(load.direction, float), f"{where}.direction")
-    vector = load.amplitude * _phase(where, load) * direction
+    vector = np.asarray(load.amplitude * _phase(where, load) * direction, complex)
     return Load(where, load.component, nodes(load.nodes, f"{where}.nodes"), vector, load.harmonic)
 
 
