@@ -132,7 +132,7 @@ def caption(diagram: Campbell, name: str) -> str:
     heated = not np.isnan(lines.temperatures).all()
     bent = (
         " They bend with rotor speed as Young's modulus falls with each part's temperature; "
-        "thermal expansion and stresses are left out."
+        "stresses do not stiffen them."
         if heated
         else " They are level: no temperatures are given, and rotation does not stiffen a stator."
     )

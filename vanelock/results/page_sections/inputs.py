@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from vanelock.common.tables import Table, heads
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.distributions import Distribution
+from vanelock.input.schema.structure.loads import grows
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import SCATTERING, Setting, as_text, meaning, settings
 from vanelock.report import Section, Text
@@ -88,12 +89,14 @@ def _of_study(study: Study, cases: Sequence[Study]) -> Section:
     blocks.append(Table("Main inputs", VALUE, _rows(main), (note,)))
     heated = [text for text in dict.fromkeys(described(case) for case in cases) if text]
     if heated:
-        blocks.append(
-            Text(
-                f"{_sentence('; '.join(heated))}. Temperature acts through Young's modulus alone: "
-                "thermal expansion, the stresses that it causes and softer contacts are left out."
-            )
+        acts = (
+            "Temperature acts through Young's modulus and as the growth of the vane against the "
+            "casing, a load at rest; softer contacts are left out."
+            if any(map(grows, cases))
+            else "Temperature acts through Young's modulus alone: thermal expansion, the stresses "
+            "that it causes and softer contacts are left out."
         )
+        blocks.append(Text(f"{_sentence('; '.join(heated))}. {acts}"))
     return Section("Inputs", blocks)
 
 
