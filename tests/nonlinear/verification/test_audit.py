@@ -254,6 +254,13 @@ def test_error_of_plain_samples_shows(solved: tuple[System, Any]) -> None:
     assert 1e-5 < found.force_difference[0] < 1e-1
 
 
+def test_forces_are_compared_with_the_largest(solved: tuple[System, Any]) -> None:
+    system, response = solved
+    found = audit_response(system, replace(response, force=1.1 * response.force))
+    assert abs(np.abs(response.force).max() - 1) > 0.1
+    assert found.force_difference[0] == pytest.approx(0.1, rel=1e-6)
+
+
 def test_state_at_rest(random_system: Callable[..., System]) -> None:
     system = random_system(5, mu=0.05)
     system = replace(system, force={0: Force(np.ones(20, complex))})

@@ -10,6 +10,7 @@ import scipy.linalg as la
 from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Element, SectorModes, System, Unlike
+from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts
 from vanelock.rom.system.system import Contacts
 
 ALL = ("interference", "mu", "kn", "kt", "slider")
@@ -52,6 +53,20 @@ def test_deviations_are_normal_of_the_size_asked_for() -> None:
     np.testing.assert_array_equal(found.kt[:, 0, 0], found.kt[:, 0, 1])
     for name in ALL:
         assert not getattr(found, name)[:, 1].any()
+
+
+def test_contacts_of_a_ring_are_those_of_its_sectors_in_turn() -> None:
+    system = two_joints(4)
+    unlike = Unlike.scatter(system, {"hook": dict.fromkeys(ALL, 0.1)}, seed=5).of(system)
+    ring, alike = ring_contacts(system.contacts, unlike).contacts, system.contacts
+    for j in range(4):
+        own = slice(2 * j, 2 * j + 2)
+        np.testing.assert_allclose(ring.slider[own], alike.slider + unlike.slider[j])
+        np.testing.assert_allclose(ring.v0[own], alike.v0 + unlike.interference[j])
+        for name in ("mu", "kn", "kt"):
+            expected = getattr(alike, name) * (1 + getattr(unlike, name)[j])
+            np.testing.assert_allclose(getattr(ring, name)[own], expected)
+    assert len({*ring.slider.ravel()}) == 9  # eight drawn, and those of the interlock
 
 
 def test_same_seed_draws_the_same_ring() -> None:
