@@ -394,9 +394,3 @@ def test_static_state_balances_with_friction_and_lift_off(random_system: Make) -
     assert np.any(np.abs(t) == limit, where=n[:, None] > 0), "some slide at assembly"
     gap = system.at(0).K @ x + B.T @ pull.reshape(-1) - system.force[0].vector
     assert np.abs(gap).max() < 1e-10 * np.abs(pull).max()
-
-
-def test_a_system_without_outputs_has_none_in_three_directions(sliding_system: Make) -> None:
-    bare = {k: replace(each, output=None) for k, each in sliding_system().diameters.items()}
-    system = replace(sliding_system(), diameters=bare, output_names=())
-    assert frequency_response(system, [0.18], Options(3)).output.shape == (1, 4, 0, 3)

@@ -313,3 +313,9 @@ def test_what_no_contact_can_hold_is_refused(stiffness: float, mass: float, expe
     )
     with pytest.raises(InputError, match=expected):
         frequency_response(loose, [1.0], Options(1))
+
+
+def test_a_system_without_outputs_has_none_in_three_directions(sliding_system: Make) -> None:
+    bare = {k: replace(each, output=None) for k, each in sliding_system().diameters.items()}
+    system = replace(sliding_system(), diameters=bare, output_names=())
+    assert frequency_response(system, [0.18], Options(3)).output.shape == (1, 4, 0, 3)
