@@ -20,8 +20,8 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.fem.solvers.backend import Matrix
 
-Matrix = NDArray[Any]
 Apply = Callable[[Matrix], Matrix]
 
 BLOCK = 8

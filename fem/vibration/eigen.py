@@ -1,17 +1,14 @@
 """Lowest eigenpairs of K x = λ M x by shift-invert block Lanczos."""
 
-from typing import Any
-
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.fem.solvers.backend import Matrix
 from vanelock.fem.solvers.factor import Factor, factorise
 from vanelock.fem.vibration.block_lanczos import krylov_space, lowest_modes
-
-Matrix = NDArray[Any]
 
 DENSE = 200  # below this size, or for most of the spectrum, a dense solve is as fast and simpler
 
@@ -61,7 +58,7 @@ def eigenpairs(
     if n <= DENSE or count > n // 4:
         values, vectors = scipy.linalg.eigh((K - shift * M).toarray(), M.toarray())
     else:
-        mass = M.astype(complex) if factor.is_complex else M
+        mass = M.astype(complex, copy=False) if factor.is_complex else M
         found = lowest_modes(krylov_space(factor.solve, mass), count)
         values, vectors = found.omega_squared, found.vectors
     return shift + values[:count], _oriented(vectors[:, :count])

@@ -114,7 +114,7 @@ def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
     columns = slope.columns([each.T for each in held])
     own = local * 3 * m + rows % (3 * m)
     matrix: Floats = -columns.reshape(-1, columns.shape[2])[own[:, None], k * len(wanted) + place]
-    matrix.flat[:: len(matrix) + 1] += 1.0
+    matrix[np.diag_indices_from(matrix)] += 1.0
     return matrix
 
 

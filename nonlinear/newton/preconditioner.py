@@ -99,7 +99,7 @@ def small_matrix(basis: Basis, slope: Slope) -> Floats:
         total = right @ (columns[:, k] + 1j * columns[:, k + 1])
         rows += [total.real, total.imag]
     matrix = -np.concatenate(rows)
-    matrix.flat[:: len(matrix) + 1] += 1.0
+    matrix[np.diag_indices_from(matrix)] += 1.0
     return matrix
 
 

@@ -1,6 +1,8 @@
-"""A system small enough to solve by hand; runs whose pictures nobody looks at."""
+"""A system small enough to solve by hand, undrawn runs, and what golden runs keep."""
 
 import os
+import shutil
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
 
@@ -8,6 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.progress import silent
+from vanelock.pipeline.step import Stages
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.rom import Contacts, Diameter, Force, System
 
@@ -67,3 +72,15 @@ def undrawn(shared):
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(OutputFiles, "draw", drawn)
         yield
+
+
+@pytest.fixture
+def kept_by(golden, tmp_path) -> Callable[[str], Stages]:
+    """Function that gives stages which find all that a golden run has computed, in `tmp_path`."""
+
+    def build(name: str) -> Stages:
+        folder = tmp_path / "cache"
+        shutil.copytree(golden(name).folder / "cache", folder, copy_function=os.link)
+        return Stages(Cache(folder, print), silent)
+
+    return build

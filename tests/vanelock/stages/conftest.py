@@ -1,7 +1,5 @@
-"""A ring of small meshes from files, whose parts reduce in a moment, and what golden runs keep."""
+"""A ring of small meshes from files, whose parts reduce in a moment."""
 
-import os
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
@@ -37,18 +35,6 @@ def planned_of(text: str) -> Planned:
 def stages(tmp_path) -> Stages:
     """Where products come from, kept in a folder of the test's own."""
     return Stages(Cache(tmp_path / "cache", print), silent)
-
-
-@pytest.fixture
-def kept_by(golden, tmp_path) -> Callable[[str], Stages]:
-    """Function that gives stages which find all that a golden run has computed, in `tmp_path`."""
-
-    def build(name: str) -> Stages:
-        folder = tmp_path / "cache"
-        shutil.copytree(golden(name).folder / "cache", folder, copy_function=os.link)
-        return Stages(Cache(folder, print), silent)
-
-    return build
 
 
 @pytest.fixture(scope="session")

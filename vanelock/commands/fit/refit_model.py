@@ -30,7 +30,7 @@ from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, eff
 from vanelock.rom import Component, MeshExcess
 from vanelock.rom.system.system import common_band
 from vanelock.stages.parts.gauges import Gauges
-from vanelock.stages.parts.loads import RestLoad, at_rest, strained
+from vanelock.stages.parts.loads import RestLoad, loaded_at_rest, strained
 from vanelock.stages.parts.systems import joining
 from vanelock.stages.response.monitor import Monitor
 
@@ -86,7 +86,7 @@ class Rejoined:
         system = joining(changed).join(vane, casing)
         if self.excess is not None:
             system = self.excess.taken_off(system, moduli)
-        system = at_rest(system, vane, casing, self.loads)
+        system = loaded_at_rest(system, vane, casing, self.loads)
         # Moduli that are tried move the band with them; the study's own is what is to hold.
         system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
         stiff = (

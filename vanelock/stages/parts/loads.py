@@ -185,13 +185,13 @@ def at_rest_step(
         return system
 
     def compute(system: System, vane: Component, casing: Component) -> System:
-        return at_rest(system, vane, casing, loads)
+        return loaded_at_rest(system, vane, casing, loads)
 
     inputs = {"loads": [(load.name, load.size) for load in loads]}
     return step("system", "rom", inputs, System, (system, *parts), compute, False, True)
 
 
-def at_rest(
+def loaded_at_rest(
     system: System, vane: Component, casing: Component, loads: Sequence[RestLoad]
 ) -> System:
     """A system of vane and casing with loads at rest, if there are any."""

@@ -1,7 +1,6 @@
 """`vanelock fit` on a small study: what it leaves behind and what it refuses."""
 
 import json
-import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -102,15 +101,13 @@ def test_a_curve_may_have_a_load_of_its_own(small_model):
     assert double.label == "rig, load × 2"
 
 
-def test_loads_at_rest_and_heat_are_those_of_the_run(golden, tmp_path):
+def test_loads_at_rest_and_heat_are_those_of_the_run(golden, kept_by):
     """The curve is the run's own, and twice the load leaves what acts at rest."""
     run = golden("everything")
-    shutil.copytree(run.folder / "cache", tmp_path / "cache")
     with open_results(run.folder / "results.h5") as file:
         response = Response.load(file["response/nominal"])
     expected = load_system(run.folder / "results.h5", "nominal").force[0]
-    stages = Stages(Cache(tmp_path / "cache", print), lambda event: None)
-    model = rejoined(parse_study(run.text), stages)
+    model = rejoined(parse_study(run.text), kept_by("everything"))
     hertz = response.frequency
     found = model.monitor.amplitude(model.solved({}, hertz).response)
     np.testing.assert_allclose(found, model.monitor.amplitude(response), rtol=1e-9)

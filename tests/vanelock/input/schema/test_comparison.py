@@ -1,4 +1,4 @@
-"""What `[fit]` may ask for."""
+"""What `[fit]` and `[campbell]` may ask for."""
 
 import pytest
 
@@ -35,20 +35,15 @@ def test_a_fit_needs_a_curve() -> None:
         parse_study("[fit]")
 
 
-@pytest.mark.parametrize(
-    ("speeds", "allowed"),
-    [([1000, 9000], True), ([999, 9000], False), ([1000, 9001], False)],
-)
-def test_a_diagram_ends_where_temperatures_do(speeds: list[int], allowed: bool) -> None:
+def test_a_diagram_ends_where_temperatures_do() -> None:
     text = (
         '[material.vane]\nE_at = [[20, "200 GPa"], [620, "155 GPa"]]\n'
         "[temperature]\nvane = [[1000, 20], [9000, 600]]\n"
-        f"[campbell]\nspeeds = {speeds}\nengine_orders = [1]\n"
+        "[campbell]\nengine_orders = [1]\nspeeds = "
     )
-    if allowed:
-        study = parse_study(text)
-        assert study.campbell is not None
-        assert list(study.campbell.speeds or ()) == speeds
-    else:
+    study = parse_study(f"{text}[1000, 9000]")
+    assert study.campbell is not None
+    assert list(study.campbell.speeds or ()) == [1000, 9000]
+    for speeds in ([999, 9000], [1000, 9001]):
         with pytest.raises(InputError, match="temperatures are given from 1000 to 9000 rpm"):
-            parse_study(text)
+            parse_study(f"{text}{speeds}")

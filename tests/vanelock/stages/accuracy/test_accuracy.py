@@ -24,7 +24,6 @@ from vanelock.stages.accuracy.left_out import _listed, utilisation
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 STUDY = f"{SMALL}excitation.force = 8\n"
-BARE = "[outputs]\nshapes = false\nloops = false\nreport = false\n"
 ACCURACY = 0.06  # less looks for resonances at nodal diameters further ahead, here at all
 
 
