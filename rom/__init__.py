@@ -29,6 +29,7 @@ _modules = {
     "reduce": "reduction",
     "split": "joining.vane_and_casing",
     "stiffened": "modulus",
+    "unheld_motions": "joining.linear_modes",
     "united": "joining.uniting",
     "unreduced": "errors.unreduced_sector",
     "Contacts": "system.system",

@@ -24,6 +24,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.rom.fixed_interface.inertia import real_times
+from vanelock.rom.joining.linear_modes import apart_from_springs
 
 if TYPE_CHECKING:
     from vanelock.nonlinear.balance.stuck_modes import StuckModes
@@ -155,12 +156,17 @@ def limit_modes(modes: "StuckModes", stiffness: Floats, closed: NDArray[np.bool_
     rows = np.flatnonzero(change)
     if not len(rows):
         return LimitModes(None, modes.compliance, modes.static, damping)
-    K = (modes.pull[:, rows] * (change * stiffness)[rows]) @ modes.rows[rows]
-    K[np.diag_indices_from(K)] += modes.static
-    K = (K + K.conj().T) / 2
+    springs, own_rows = (change * stiffness)[rows], modes.rows[rows]
+    K, compliance = np.diag(modes.static).astype(own_rows.dtype), np.diag(modes.compliance)
+    apart = apart_from_springs(K, own_rows, springs) if springs.min() >= 0 else None
+    if apart is not None:
+        Q, own_rows = apart
+        K, compliance = Q.conj().T @ K @ Q, Q.conj().T @ compliance @ Q
+    K = K + (own_rows.conj().T * springs) @ own_rows
     shift = 1 / float(modes.compliance.sum())
-    base = K + np.diag(shift * modes.compliance)
-    values, T = la.eigh(np.diag(modes.compliance), base)
-    values, T = values[::-1].clip(min=0), np.ascontiguousarray(T[:, ::-1])
+    base = (K + K.conj().T) / 2 + shift * compliance
+    values, T = la.eigh(compliance, base)
+    values, T = values[::-1].clip(min=0), T[:, ::-1] if apart is None else Q @ T[:, ::-1]
+    T = np.ascontiguousarray(T)
     own = (T.conj().T * damping) @ T if damping.ndim == 1 else T.conj().T @ damping @ T
     return LimitModes(T, values, (1 - shift * values).clip(min=0), own)

@@ -35,7 +35,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.rom.joining.linear_modes import free_motions
+from vanelock.rom.joining.linear_modes import apart_from_springs, unheld_motions
 from vanelock.rom.system.system import System
 
 Array: TypeAlias = NDArray[Any]
@@ -149,13 +149,20 @@ class StuckModes(Product):
         return limit_modes(self, springs, np.ones(len(none), bool))
 
     @cached_property
-    def _still(self) -> Array:
-        """(n, n) T with TTᴴ the inverse of the modal stiffness, all contacts stuck."""
-        rows, pull, flexibility = self._opened
-        stiffness = (pull / flexibility) @ rows
-        stiffness[np.diag_indices_from(stiffness)] += self.static
-        upper = la.cholesky(stiffness)
-        return np.asarray(la.solve_triangular(upper, np.eye(len(upper))))
+    def _still(self) -> tuple[Array, Array]:
+        """(n, n) T with TTᴴ the inverse of the modal stiffness, all contacts stuck; (3c, n) b T."""
+        own, (rows, _, flexibility) = self.opened, self._opened
+        K = np.diag(self.static).astype(rows.dtype)
+        apart = apart_from_springs(K, rows, 1 / flexibility)
+        if apart is not None:
+            Q, rows = apart
+            K = Q.conj().T @ K @ Q
+        upper = la.cholesky(K + (rows.conj().T / flexibility) @ rows)
+        T = la.solve_triangular(upper, np.eye(len(upper)))
+        own_motion, T = rows @ T, T if apart is None else Q @ T
+        motion = self.rows @ T
+        motion[own] = own_motion
+        return np.asarray(T), motion
 
     @cached_property
     def at_rest(self) -> "StuckModes":
@@ -165,8 +172,8 @@ class StuckModes(Product):
         if self.springs is None:
             return self
         none = np.zeros(len(self.compliance))
-        shapes, rows = self.shapes @ self._still, self.rows @ self._still
-        return StuckModes(shapes, rows, none, np.ones(len(none)), none)
+        T, rows = self._still
+        return StuckModes(self.shapes @ T, rows, none, np.ones(len(none)), none)
 
     def dynamic(self, s: float) -> Array:
         """Diagonal of the modal dynamic stiffness at s, rad/s, the springs of `springs` aside."""
@@ -257,7 +264,7 @@ class StuckModes(Product):
             none = np.zeros_like(right[: self.rigid])
             return np.concatenate([none, self.held.solve(s, right[self.rigid :])])
         if s == 0 and self.springs is not None:
-            return np.asarray(self._still @ (self._still.conj().T @ right))
+            return np.asarray(self._still[0] @ (self._still[0].conj().T @ right))
         by_modes = self.coupled_damping is not None or FEW * len(self.opened) > len(right)
         if right.ndim == 1 and s and by_modes:
             return self.closed.solve(np.array([s]), right[:, None])[0][:, 0]
@@ -293,10 +300,14 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
     n = len(matrices.K)
     B = system.contact_rows(nodal_diameter).reshape(-1, n)
     k = system.contacts.stiffness.reshape(-1)
-    stuck = matrices.K + (B.conj().T * k) @ B
-    M, C = matrices.M, matrices.C
+    K, M, C = matrices.K, matrices.M, matrices.C
     if nodal_diameter == 0:
-        stuck, M, B = (_real(value, "nd/0") for value in (stuck, M, B))
+        K, M, B = (_real(value, "nd/0") for value in (K, M, B))
+    apart = apart_from_springs(K, B, k)
+    if apart is not None:
+        Q, B = apart
+        K, M = Q.conj().T @ K @ Q, Q.conj().T @ M @ Q
+    stuck = K + (B.conj().T * k) @ B
     stuck, M = (stuck + stuck.conj().T) / 2, (M + M.conj().T) / 2
     opens = np.repeat(system.opens_in_damping, 3) & bool(M.any())
     base, shift, wrong = (
@@ -306,7 +317,8 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
     )
     where = f"system: nd/{nodal_diameter}/K"
     try:
-        R = free_motions(stuck, M)
+        R = unheld_motions(system, nodal_diameter, np.ones(system.contacts.count, bool))
+        R = R if apart is None else Q.conj().T @ R
         rigid = R.shape[1]
         if rigid or opens.any():
             P = M @ R @ (M @ R).conj().T
@@ -315,7 +327,7 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
             if rigid:  # what is left is of those that vibrate
                 slow = max(slow - rigid / unit, 1 / unit)
             shift = 1 / slow if opens.any() else 0.0
-            base = stuck - (B[opens].conj().T * k[opens]) @ B[opens] + shift * M
+            base = K + (B.conj().T * np.where(opens, 0.0, k)) @ B + shift * M
             base += (0.5 / slow - shift) * P  # slower than any other
             base = (base + base.conj().T) / 2
             wrong = MASSLESS if opens.any() else wrong
@@ -325,11 +337,13 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
     except InputError as error:
         raise InputError(f"{where}: with all contacts stuck {error}") from None
     values, shapes = values[::-1].clip(min=0), np.ascontiguousarray(shapes[:, ::-1])
-    static = (1 - shift * values).clip(min=0)
+    rows, shapes = B @ shapes, shapes if apart is None else Q @ shapes
+    static = 1 - shift * values
     if rigid:
-        static[:rigid] = (1 - 0.5 / slow * values[:rigid]).clip(min=0)
+        static[:rigid] = 1 - 0.5 / slow * values[:rigid]
+    static[static < n * np.finfo(float).eps] = 0.0  # damping is no root of round-off
     damping = 2 * (system.damping_ratio or 0.0) * np.sqrt(static * values)
-    damping[:rigid] = 0.0  # not the root of round-off
+    damping[:rigid] = 0.0
     springs = np.where(opens, k, 0.0) if opens.any() else None
     coupled = None
     if C is not None:
@@ -341,7 +355,7 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
         else:
             coupled = modal + np.diag(damping)
             damping = coupled.diagonal().real
-    return StuckModes(shapes, B @ shapes, values, static, damping, coupled, springs, rigid)
+    return StuckModes(shapes, rows, values, static, damping, coupled, springs, rigid)
 
 
 @dataclass(frozen=True)

@@ -194,14 +194,18 @@ class PreparedSystem:
         return PointSolver(family, self.law, options.tolerance, self.replay, options.effort)
 
     def response(
-        self, solutions: Sequence[Solution], amplitudes: Amplitudes | None = None, **more: Any
+        self,
+        solutions: Sequence[Solution],
+        amplitudes: Amplitudes | None = None,
+        driven: bool = True,
+        **more: Any,
     ) -> Response:
         """Solved points as a response, see `assemble_response`, with `more` of its attributes."""
         if np.isfinite(self.structure.cutoff):
             solutions = [self.solver.with_truncation(each) for each in solutions]
         if self.rest is not None:
             solutions = [with_static_mean(each, self.rest) for each in solutions]
-        found = assemble_response(self.structure, solutions, amplitudes)
+        found = assemble_response(self.structure, solutions, amplitudes, driven)
         options = self.options
         return replace(
             found,

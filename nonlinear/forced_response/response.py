@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure
+from vanelock.nonlinear.balance.whole_balance import whole_residual
 from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
 from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
@@ -23,6 +24,8 @@ STATES = (
 """What the numbers in a response's `state` stand for."""
 ROUNDING = 1e-12
 """Of a contact's displacements: motion of a slider that is none."""
+BALANCED = 1e-6
+"""Relative residual of the whole balance up to which a point counts as solved."""
 
 
 @dataclass(frozen=True)
@@ -108,9 +111,11 @@ class Response(Product):
     amplitude : (p, o, 3) float
         Half the peak-to-peak of each output over a period, m.
     converged : (p,) bool
-        Whether the residual is below the tolerance; if not, nothing here is to be trusted.
+        Whether the condensed residual is below the tolerance and the whole one at most 1e-6; if
+        not, nothing here is to be trusted.
     residual : (p,) float
-        Relative residual of the balance.
+        Relative residual of the balance: of that condensed to the contacts or, if larger, of the
+        whole, in all coordinates.
     iterations : (p,) int
         Newton steps spent, without those of paths that led nowhere; `seconds` has them all.
     active : (p,) int
@@ -291,42 +296,48 @@ Amplitudes: TypeAlias = Callable[[float, Floats], list[NDArray[Any]]]
 
 
 def assemble_response(
-    structure: Structure, solutions: Sequence[Solution], amplitudes: Amplitudes | None = None
+    structure: Structure,
+    solutions: Sequence[Solution],
+    amplitudes: Amplitudes | None = None,
+    driven: bool = True,
 ) -> Response:
     """Collect solved points into a response, all coordinates recovered.
 
     `amplitudes` gives those of the modes by frequency and w, where it is known better than by
-    `Structure.amplitudes`.
+    `Structure.amplitudes`. What is `driven` by the excitation alone is balanced as a whole.
     """
     H, system = structure.harmonics, structure.system
     count, outputs = system.contacts.count, len(system.output_names)
     m = 2 * H + 1
     modal_of = structure.amplitudes if amplitudes is None else amplitudes
     by_point = [modal_of(s.omega, s.w) for s in solutions]
-    x = {}
+    x, modal = {}, []
     for h in range(H + 1):
-        modal = np.array([point[h] for point in by_point])
         shapes = structure.at(h).shapes
-        moved = modal.reshape(-1, len(shapes.T)) @ shapes.T
+        modal.append(np.array([point[h] for point in by_point]).reshape(-1, len(shapes.T)))
+        moved = modal[h] @ shapes.T
         x[h] = moved.real.copy() if h == 0 else moved.astype(complex)
     stacked = np.array([s.u for s in solutions]).reshape(len(solutions), count, 3, m)
     deviating = np.array([s.w for s in solutions]).reshape(stacked.shape)
     pulled = (stacked - deviating) * system.contacts.stiffness[:, :, None]
+    force = to_complex(pulled).swapaxes(0, 1)
+    omegas = np.array([s.omega for s in solutions])
+    left = whole_residual(structure, omegas, modal, force) if driven else np.zeros(len(omegas))
     output = np.array([structure.output(point) for point in by_point], complex)
     output = output.reshape(len(solutions), H + 1, outputs, 3)
     return Response(
-        frequency=np.array([s.omega for s in solutions]) / TURN,
+        frequency=omegas / TURN,
         x=x,
         contact=to_complex(stacked).swapaxes(0, 1),
-        force=to_complex(pulled).swapaxes(0, 1),
+        force=force,
         state=np.array([s.deviation.state for s in solutions]).reshape(len(solutions), count),
         dissipation=np.array([s.deviation.dissipation for s in solutions]).reshape(
             len(solutions), count
         ),
         output=output,
         amplitude=half_peak_to_peak(output.swapaxes(0, 1)),
-        converged=np.array([s.converged for s in solutions], bool),
-        residual=np.array([s.residual for s in solutions], float),
+        converged=np.array([s.converged for s in solutions], bool) & (left <= BALANCED),
+        residual=np.maximum([s.residual for s in solutions], left),
         iterations=np.array([s.iterations for s in solutions], np.int64),
         active=np.array([_active(s.deviation) for s in solutions], np.int64),
         stiffness=system.contacts.stiffness,

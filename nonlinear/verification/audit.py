@@ -23,7 +23,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.verification.marched_contact import Marched, march_contacts
-from vanelock.rom.joining.linear_modes import free_motions, linear_stiffness
+from vanelock.rom.joining.linear_modes import unheld_motions
 from vanelock.rom.system.system import Diameter, System
 
 Array = NDArray[Any]
@@ -190,7 +190,7 @@ def _harmonics(
         f = np.zeros(len(x), complex) if force is None else force.at(omega)
         B = system.contact_rows(int(k)).reshape(-1, len(x))
         if h == 0:  # what nothing holds is balanced by its inertia
-            R = free_motions(linear_stiffness(system, int(k)), matrices.M)
+            R = unheld_motions(system, int(k))
             f = f - matrices.M @ (R @ (R.conj().T @ f))
         found.append(_Harmonic(matrices, B, damping[int(k)], x, f, h * omega))
     return found

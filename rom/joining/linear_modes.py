@@ -12,6 +12,9 @@ FREE = 1e-11
 """Scaled stiffness of a motion below which nothing holds it: of bodies a hundred to a thousand
 times longer than thick, round-off leaves up to 2e-12, their softest elastic motion has 3e-7."""
 
+STIFF = 1e6
+"""A spring so many times stiffer than the structure would cost digits of it in a sum."""
+
 
 def linear_modes(
     system: System,
@@ -102,6 +105,77 @@ def free_motions(K: Matrix, M: Matrix) -> Matrix:
             raise InputError("a motion without mass is held by nothing") from None
         return np.asarray(motions @ turns / np.sqrt(inertia))
     return np.zeros((len(K), 0), K.dtype)
+
+
+def unheld_motions(
+    system: System, nodal_diameter: int, holding: NDArray[np.bool_] | None = None
+) -> Matrix:
+    """Motions that neither the structure nor contacts as springs hold, of `free_motions`.
+
+    Springs stiffer than the structure count as stiff as it is: what is held does not depend on it,
+    but beside far stiffer springs the structure would be taken for round-off.
+
+    Parameters
+    ----------
+    system : System
+        The joined parts.
+    nodal_diameter : int
+        ND.
+    holding : (c,) bool, optional
+        Contacts that count; default: all but elements.
+
+    Returns
+    -------
+    (n, r)
+        Orthonormal in the mass.
+
+    Raises
+    ------
+    InputError
+        If one of them has no mass.
+    """
+    K, M = system.at(nodal_diameter).K, system.at(nodal_diameter).M
+    chosen = system.contacts.springs if holding is None else holding
+    B = system.contact_rows(nodal_diameter)[chosen].reshape(-1, len(K))
+    reach = (np.abs(B) ** 2).sum(axis=1)
+    limit = K.diagonal().real.max(initial=0.0) or np.inf
+    springs = np.minimum(
+        system.contacts.stiffness[chosen].ravel(), limit / np.where(reach > 0, reach, 1.0)
+    )
+    held = K + (B.conj().T * springs) @ B
+    return free_motions(held if np.any(held.imag) else held.real, M)
+
+
+def apart_from_springs(K: Matrix, B: Matrix, springs: Matrix) -> tuple[Matrix, Matrix] | None:
+    """Coordinates in which K + Bᴴ k B keeps the digits of K, where springs are far stiffer.
+
+    With Q, R of the pivoted QR decomposition of Bᴴ k^½, x = Q y: the stiffest springs move the
+    first of y, and none move those after the last spring, so that factors are graded.
+
+    Parameters
+    ----------
+    K : (n, n)
+        Stiffness, N/m.
+    B : (m, n)
+        Rows of the springs.
+    springs : (m,)
+        k, N/m.
+
+    Returns
+    -------
+    Q, B Q : (n, n), (m, n)
+        None where no spring is `STIFF` times stiffer than the structure.
+    """
+    reach = springs * (np.abs(B) ** 2).sum(axis=1)
+    if not reach.max(initial=0.0) > STIFF * K.diagonal().real.max(initial=0.0) > 0:
+        return None
+    weight = np.sqrt(np.where(springs > 0, springs, 1.0))
+    Q, R, order = sl.qr((weight[:, None] * B).conj().T, pivoting=True)
+    rounding = 4 * len(K) * np.finfo(float).eps
+    R[np.abs(R) <= rounding * np.linalg.norm(R, axis=0)] = 0.0
+    rows = np.zeros_like(B, R.dtype)
+    rows[order] = R.conj().T
+    return Q, rows / weight[:, None]
 
 
 def linear_damping(system: System, nodal_diameter: int) -> Matrix:

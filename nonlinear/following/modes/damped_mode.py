@@ -315,7 +315,7 @@ def collected(
         point = next(each)
         return point.held.motion(point.solution.parameter, w)[0]
 
-    response = ready.response([point.solution for point in points], amplitudes)
+    response = ready.response([point.solution for point in points], amplitudes, driven=False)
     return DampedMode(
         mode=mode,
         nodal_diameter=ready.structure.nodal_diameters[1],

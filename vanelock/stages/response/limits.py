@@ -20,12 +20,11 @@ from vanelock.input.schema.study import Study
 from vanelock.rom import (
     Component,
     System,
-    free_motions,
     frequency_errors,
     linear_damping,
     linear_modes,
-    linear_stiffness,
     mac,
+    unheld_motions,
 )
 from vanelock.rom.system.system import Matrix
 
@@ -134,7 +133,7 @@ def limits(
     size = len(system.at(k).K)
     if mode > size:
         raise InputError(f"response.mode = {mode}: the reduced model has {size} modes")
-    rigid = free_motions(linear_stiffness(system, k), system.at(k).M).shape[1]
+    rigid = unheld_motions(system, k).shape[1]
     place = rigid + mode - 1
     if rigid and place >= size:
         raise InputError(

@@ -4,7 +4,7 @@ import numpy as np
 import scipy.linalg as sl
 
 from vanelock.nonlinear import Response
-from vanelock.rom import System, free_motions, linear_stiffness
+from vanelock.rom import System, linear_stiffness, unheld_motions
 
 PRESSED = 1e-9
 """Normal force over the largest, that of interference included, that closes a contact; less is
@@ -33,7 +33,7 @@ def undetermined(system: System, static: Response) -> bool:
         return False
     held, stuck = (linear_stiffness(system, 0, which).real for which in (closed, None))
     M = system.at(0).M.real
-    moved = M @ free_motions(stuck, M)
+    moved = M @ unheld_motions(system, 0).real
     held, stuck = (K + stuck.trace() / M.trace() * moved @ moved.T for K in (held, stuck))
     try:
         sl.cholesky(held - HELD * stuck)
@@ -44,8 +44,7 @@ def undetermined(system: System, static: Response) -> bool:
 
 def not_held(system: System) -> int:
     """Number of motions of the whole that nothing holds, not even contacts, at rest."""
-    k = system.nodal_diameter(0)
-    return len(free_motions(linear_stiffness(system, k), system.at(k).M).T)
+    return len(unheld_motions(system, system.nodal_diameter(0)).T)
 
 
 def on_inertia(system: System) -> float:
@@ -54,7 +53,7 @@ def on_inertia(system: System) -> float:
     if force is None or not force.vector.any():
         return 0.0
     M = system.at(k).M
-    R = free_motions(linear_stiffness(system, k), M)
+    R = unheld_motions(system, k)
     borne = M @ (R @ (R.conj().T @ force.vector))
     return float(np.linalg.norm(borne) / np.linalg.norm(force.vector))
 
