@@ -168,38 +168,37 @@ def corrected(
 def static_friction(
     bounds: StaticBounds | None, joints: Sequence[str], response: Response, peak: Peak
 ) -> list[str]:
-    """Between which loads joints that slip may be held at rest by contacts that stick.
+    """Between which loads joints that slip may be held at rest by static friction.
 
-    None: these were not looked for.
+    That of a contact is left open in each direction in which it does not slide. It counts at
+    points where contacts slip, whose friction it changes. Bounds of None were not looked for.
     """
-    state, names = response.state[peak.point], np.array(joints)
-    if not np.any((state == STUCK) & (response.mu > 0)):
+    slips, names = np.isin(response.state, (SLIP, SLIP_OPEN)), np.array(joints)
+    depends = response.undetermined.any(axis=(1, 2)) & slips.any(axis=1)
+    if not depends.any():
         return []
-    if bounds is None:
-        slides = names[np.isin(state, (SLIP, SLIP_OPEN))].tolist()
-        return [
-            "static friction of contacts that stick is not determined, and the peak depends on "
-            f"it: at which loads it can hold {name} at rest was not looked for, of {len(names)} "
-            "contacts"
-            for name in dict.fromkeys(slides)
-        ]
+    at_peak = bool(depends[peak.point])
+    sliding = slips[peak.point] if at_peak else slips[depends].any(axis=0)
+    what = "the peak" if at_peak else f"the curve at {depends.sum()} of {len(depends)} points"
+    begin = "static friction of contacts that stick, wholly or in one direction, is not determined"
     lines = []
-    found = bounds.converged.all(axis=1)
-    for name, (low, here, high), known in zip(bounds.joints, bounds.rest_load, found, strict=True):
-        if not np.isin(state[names == name], (SLIP, SLIP_OPEN)).any():
+    for name in dict.fromkeys(names[sliding].tolist()):
+        at = f"{begin}, and {what} depends on it: at which loads it can hold {name} at rest was not"
+        if bounds is None:
+            lines.append(f"{at} looked for, of {len(names)} contacts")
+        elif name not in bounds.joints:
             continue
-        if not known:
-            lines.append(
-                "static friction of contacts that stick is not determined, and the peak depends on "
-                f"it: at which loads it can hold {name} at rest was not found"
-            )
-        elif high - low > RANGE * max(here, low):
-            most = f"{high:.3g} N a sector" if np.isfinite(high) else "any load"
-            lines.append(
-                f"static friction of contacts that stick is not determined: it can hold {name} at "
-                f"rest at {low if low > NONE * here else 0:.3g} N to {most} ({here:.3g} N if "
-                "assembled unstressed, as here), and the peak depends on which"
-            )
+        elif not bounds.converged[row := bounds.joints.index(name)].all():
+            lines.append(f"{at} found")
+        else:
+            low, here, high = bounds.rest_load[row].tolist()
+            if high - low > RANGE * max(here, low):
+                most = f"{high:.3g} N a sector" if np.isfinite(high) else "any load"
+                lines.append(
+                    f"{begin}: it can hold {name} at rest at {low if low > NONE * here else 0:.3g} "
+                    f"N to {most} ({here:.3g} N if assembled unstressed, as here), and {what} "
+                    "depends on which"
+                )
     return lines
 
 

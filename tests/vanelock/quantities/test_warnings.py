@@ -108,14 +108,17 @@ def test_a_correction_is_doubted_where_what_is_held_moves():
 
 
 def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip():
-    """A pad that slips beside a clamp that sticks, and one that sticks as well."""
+    """A pad that slips beside a clamp that sticks, or across itself; at the peak or beside it."""
     at = Peak(0, 50.0, 1.0, False)
     loads = np.array([[0.0, 12.2, 229.0], [16e3, 16e3, 16e3]])
     bounds = StaticBounds(("pad", "clamp"), loads, np.zeros((2, 3, 2, 2)), np.ones((2, 3), bool))
     joints = ["pad", "clamp"]
 
-    def warned(states, loads=loads):
-        response: Any = SimpleNamespace(state=np.array([states]), mu=np.array([0.3, 0.3]))
+    def warned(states, loads=loads, beside=(STUCK, STUCK), across=False):
+        state = np.array([states, beside])
+        still = np.repeat((state == STUCK)[:, :, None], 2, axis=2)
+        still[0, 0, 1] |= across
+        response: Any = SimpleNamespace(state=state, undetermined=still)
         found = bounds and replace(bounds, rest_load=loads)
         return warnings.static_friction(found, joints, response, at)
 
@@ -123,6 +126,10 @@ def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip
     assert "it can hold pad at rest at 0 N to 229 N a sector (12.2 N if assembled" in line
     assert warned([STUCK, STUCK]) == warned([SLIP, SLIP]) == warned([SLIP, OPEN]) == []
     assert warned([STUCK, SLIP]) == []  # the clamp's load is what it is
+    assert line.endswith("and the peak depends on which")
+    assert warned([SLIP, SLIP], across=True) == [line]  # the pad slips in one direction alone
+    (beside,) = warned([SLIP, SLIP], beside=[SLIP, STUCK])
+    assert beside.endswith("and the curve at 1 of 2 points depends on which")
     (line,) = warned([SLIP, STUCK], np.array([[0.0, 12.2, np.inf], [1.0, 1.0, 1.0]]))
     assert "at 0 N to any load (12.2 N" in line
     assert warned([SLIP, STUCK], np.array([[0.0, 12.2, np.nan], [1.0, 1.0, 1.0]])) == []
