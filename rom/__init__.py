@@ -11,6 +11,7 @@ _modules = {
     "Recovery": "full_fields.recover",
     "Reduced": "component",
     "join": "joining.vane_and_casing",
+    "joined_coordinates": "errors.frequency_errors",
     "joined_dofs": "joining.vane_and_casing",
     "joined_stiffness": "joining.vane_and_casing",
     "free_motions": "joining.linear_modes",
@@ -45,6 +46,7 @@ _modules = {
     "Neglected": "errors.neglected",
     "frequency_errors": "errors.frequency_errors",
     "neglected_forms": "errors.frequency_errors",
+    "reduction_errors": "errors.frequency_errors",
     "response_errors": "errors.frequency_errors",
     "System": "system.system",
 }

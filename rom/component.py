@@ -32,6 +32,8 @@ class Reduced(Product):
         What the reduction leaves out, see `errors.frequency_errors`; None where it is not known.
     complete : float or None
         Frequency up to which no fixed-interface mode is left out, Hz; infinite where none is.
+    C : (n, n) or None
+        Hermitian damping, N s/m, where a part has its own.
     """
 
     K: Matrix = field(metadata={"unit": "N/m"})
@@ -40,6 +42,7 @@ class Reduced(Product):
     vectors: Matrix | None = None
     neglected: Matrix | None = None
     complete: float | None = field(default=None, metadata={"unit": "Hz"})
+    C: Matrix | None = field(default=None, metadata={"unit": "N s/m"})
 
     @property
     def reach(self) -> float | None:
@@ -48,9 +51,10 @@ class Reduced(Product):
 
     def conjugate(self) -> "Reduced":
         """The same part at the nodal diameter N - k."""
-        parts = (self.basis, self.vectors, self.neglected)
-        basis, vectors, neglected = (None if a is None else a.conj() for a in parts)
-        return Reduced(self.K.conj(), self.M.conj(), basis, vectors, neglected, self.complete)
+        parts = (self.basis, self.vectors, self.neglected, self.C)
+        basis, vectors, neglected, C = (None if a is None else a.conj() for a in parts)
+        K, M = self.K.conj(), self.M.conj()
+        return Reduced(K, M, basis, vectors, neglected, self.complete, C)
 
 
 @dataclass(frozen=True)

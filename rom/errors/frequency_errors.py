@@ -17,6 +17,7 @@ form. For the displacement aᴴx under a load f, with z the reduced answer to th
 the form between the two, zᴴ(...)q.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,6 +85,41 @@ def frequency_errors(
     InputError
         If a part was reduced by a route that gives no estimate of what it leaves out.
     """
+    parts = [
+        (_estimated(part, nodal_diameter), dofs) for part, dofs in joined_coordinates(vane, casing)
+    ]
+    return FrequencyErrors(*_errors(system, parts, nodal_diameter, count, closed))
+
+
+def reduction_errors(
+    system: System,
+    parts: Sequence[tuple[Reduced, NDArray[np.int64]]],
+    nodal_diameter: int,
+    count: int,
+    closed: NDArray[np.bool_] | None = None,
+) -> NDArray[np.float64]:
+    """The same of any number of parts, all together, (count,).
+
+    Parameters
+    ----------
+    system, nodal_diameter, count, closed
+        As for `frequency_errors`.
+    parts : sequence of (Reduced, (r,) int)
+        Matrices with what their reduction leaves out, and their places among the joined
+        coordinates; parts that leave nothing out need not be there.
+    """
+    errors = _errors(system, parts, nodal_diameter, count, closed)[1:]
+    return np.asarray(sum(errors, np.zeros(count)))
+
+
+def _errors(
+    system: System,
+    parts: Sequence[tuple[Reduced, NDArray[np.int64]]],
+    nodal_diameter: int,
+    count: int,
+    closed: NDArray[np.bool_] | None,
+) -> list[NDArray[np.float64]]:
+    """Frequencies and, of each part, errors (count,)."""
     matrices = system.at(nodal_diameter)
     n = len(matrices.K)
     if not 1 <= count <= n:
@@ -93,27 +129,27 @@ def frequency_errors(
     squared = (2 * np.pi * frequency) ** 2
     highest = np.max(np.diagonal(matrices.K).real / np.diagonal(matrices.M).real)
     squared[squared < ROUND_OFF * highest] = 0  # rigid-body motions, which every part has exactly
-    shares, lowered = np.zeros((2, count)), np.zeros(count)
+    shares, lowered = np.zeros((len(parts), count)), np.zeros(count)
     for j in range(count):
         if squared[j] == 0:
             continue
         missing = []
-        for part, dofs in _places(vane, casing):
-            reduced, q = part.at(nodal_diameter), shapes[dofs]
-            form = q.conj().T @ (_form(part, reduced, squared[j]) @ q)
+        for reduced, dofs in parts:
+            q = shapes[dofs]
+            form = q.conj().T @ (_form(reduced, squared[j]) @ q)
             if reduced.complete and frequency[j] < reduced.complete:
                 missing.append(form / (1 - (frequency[j] / reduced.complete) ** 2))
             else:  # a mode below this one may be left out
                 missing.append(np.full_like(form, np.inf))
         shares[:, j] = [max(form[j, j].real, 0.0) for form in missing]
         lowered[j] = _lowered(squared, np.sum(missing, axis=0), j)
-    errors = np.zeros((2, count))
+    errors = np.zeros((len(parts), count))
     for i in np.flatnonzero(squared[:count]):
         alone = shares[:, i] / (2 * squared[i])
         together = max((squared[i] - lowered[i]) / (2 * squared[i]), 0.0)
         finite = 0 < alone.sum() < np.inf
         errors[:, i] = alone / alone.sum() * together if finite else alone
-    return FrequencyErrors(frequency[:count], *errors)
+    return [frequency[:count], *errors]
 
 
 def _lowered(squared: NDArray[np.float64], missing: Matrix, j: int) -> float:
@@ -159,9 +195,8 @@ def response_errors(
         x = sl.lu_solve(factor, system.force[1].at(omega))
         z = sl.lu_solve(factor, outputs.conj().T, trans=2)
         error = np.zeros(len(outputs), complex)
-        for part, dofs in _places(vane, casing):
-            reduced = part.at(k)
-            error += z[dofs].conj().T @ (_form(part, reduced, omega**2) @ x[dofs])
+        for part, dofs in joined_coordinates(vane, casing):
+            error += z[dofs].conj().T @ (_form(_estimated(part, k), omega**2) @ x[dofs])
         found.append(outputs @ x)
         errors.append(error)
     shape = (len(found), *matrices.output.shape[:2])
@@ -177,27 +212,33 @@ def neglected_forms(vane: Component, casing: Component, nodal_diameter: int) -> 
         If a part was reduced by a route that gives no estimate of what it leaves out.
     """
     parts = []
-    for part, dofs in _places(vane, casing):
-        reduced = part.at(nodal_diameter)
-        _form(part, reduced, 0.0)
+    for part, dofs in joined_coordinates(vane, casing):
+        reduced = _estimated(part, nodal_diameter)
         assert reduced.neglected is not None
         parts.append((dofs, reduced.neglected, 2 * np.pi * (reduced.complete or 0.0)))
     return Neglected(tuple(parts))
 
 
-def _places(
+def joined_coordinates(
     vane: Component, casing: Component
 ) -> tuple[tuple[Component, NDArray[np.int64]], tuple[Component, NDArray[np.int64]]]:
-    """Each part and its place among the joined coordinates."""
+    """Each part with its coordinates among the joined ones, (r,)."""
     return (vane, joined_dofs(vane, casing)), (casing, np.arange(casing.size))
 
 
-def _form(part: Component, reduced: Reduced, squared: float) -> Matrix:
-    """G₀ - θ G₁ + θ² G₂."""
+def _estimated(part: Component, nodal_diameter: int) -> Reduced:
+    """A part's matrices, if it is known what they leave out."""
+    reduced = part.at(nodal_diameter)
     if reduced.neglected is None:
         raise InputError(
             f'{part.masters.part}: reduced by the route "{part.route}", which gives no estimate '
             'of what it leaves out: reduce by the route "cyclic"'
         )
+    return reduced
+
+
+def _form(reduced: Reduced, squared: float) -> Matrix:
+    """G₀ - θ G₁ + θ² G₂."""
+    assert reduced.neglected is not None
     G0, G1, G2 = reduced.neglected
     return np.asarray(G0 - squared * G1 + squared**2 * G2)

@@ -48,9 +48,10 @@ def fixed_modes(
         raise InputError(
             f"{count} fixed-interface modes of {s} slave dofs: allowed are 0 to {most}"
         )
-    if count == 0:
-        return Fixed(space.vectors(np.empty((0, 0))), np.empty(0), 0.0)
     highest = np.inf if below is None else below**2
+    if count == 0:
+        first = lowest_modes(space, 1, highest, tolerance).omega_squared if most else [np.inf]
+        return Fixed(space.vectors(np.empty((0, 0))), np.empty(0), float(np.sqrt(first[0])))
     found = lowest_modes(space, count, highest, tolerance)
     all_of_them = len(found.omega_squared) == most
     complete = np.inf if all_of_them else float(np.sqrt(found.beyond))

@@ -106,7 +106,7 @@ class Joined:
         own = self.parts[name].coordinates(nodes, where)
         return self._merged.of(list(self.parts).index(name), own)
 
-    def _whole(self, name: str) -> Integers:
+    def coordinates(self, name: str) -> Integers:
         """(r,) joined coordinates of a part."""
         return self._merged.places[list(self.parts).index(name)]
 
@@ -145,7 +145,7 @@ class Joined:
         for load in self.loads:
             vector = found.setdefault(load.harmonic, np.zeros(self._merged.size, complex))
             if load.reduced is not None:
-                np.add.at(vector, self._whole(load.part), load.reduced)
+                np.add.at(vector, self.coordinates(load.part), load.reduced)
                 continue
             places = self.places(load.part, load.nodes, load.where)
             forces = np.broadcast_to(load.vector, places.shape)
@@ -167,7 +167,7 @@ class Joined:
         for each in self.outputs:
             if each.reduced is not None:
                 moved = np.zeros((*each.reduced.shape[:2], self._merged.size))
-                np.add.at(moved.T, self._whole(each.part), each.reduced.T)
+                np.add.at(moved.T, self.coordinates(each.part), each.reduced.T)
                 rows.append(moved)
                 continue
             at = self.places(each.part, each.nodes, each.where)

@@ -13,6 +13,7 @@ from vanelock.input.cases.names import words
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.stages.campbell.speed_lines import Lines
+from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.summary import Peak, Summary
 
 Floats = NDArray[np.float64]
@@ -25,6 +26,8 @@ RANGE = 0.01
 """Of a joint's load at rest, relative to that load, from which it is worth a line."""
 NONE = 1e-3
 """Of a joint's load at rest, what is written as none."""
+REDUCTION = 0.01
+"""Estimated relative error of a natural frequency by reductions, above which it is reported."""
 HARMONICS = 0.1
 """Motion of the contacts by harmonics beyond the band, over that by the first."""
 SPEEDS = (0.05, 5e4)
@@ -109,6 +112,24 @@ def alike(mac: float) -> list[str]:
     return [
         f"the mode of interest free and the one stuck are alike by MAC {mac:.2f} only: they may be "
         "different modes, and a place between the two means nothing"
+    ]
+
+
+def reduced(limits: Limits, highest: float) -> list[str]:
+    """Whether the reductions miss natural frequencies up to the `highest` of the response, Hz."""
+    worst = 0.0
+    for hertz, errors, mode in (
+        (limits.free, limits.free_error, limits.free_mode),
+        (limits.stuck, limits.stuck_error, limits.stuck_mode),
+    ):
+        counts = (hertz <= highest) | (np.arange(len(hertz)) == mode)
+        worst = max(worst, float(np.nanmax(errors[counts], initial=0.0)))
+    if worst <= REDUCTION:
+        return []
+    far = f"up to an estimated {100 * worst:.2g} %" if worst < 1 else "more than can be estimated"
+    return [
+        "too few modes are kept: the reduction raises natural frequencies of the range by "
+        f"{far}; keep more, or give an accuracy instead"
     ]
 
 

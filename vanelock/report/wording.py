@@ -44,7 +44,7 @@ def cell(value: str | float | None, form: str = "") -> Markup:
     if math.isfinite(value) and (isinstance(value, int) or (form and form[-1] not in "g")):
         return escape(_signed(format(value, form or ",")))  # counts are given in full
     sign = "+" if form.startswith("+") and value > 0 else ""
-    return escape(sign + number(value, int(form.strip("+,.g") or 4)))
+    return escape(sign + number(value, int(form.strip("+,.efg") or 4)))
 
 
 def sentence(text: str) -> str:

@@ -246,8 +246,9 @@ def from_matrices(case: Case, progress: Progress) -> Planned:
     assert isinstance(scene, Scene)
     given = gathered(scene)
     system, base = (of_matrices.system_step(scene, given, bare) for bare in (False, True))
-    modes = limits_step(scene.response.mode, base)
     rom = {name: of_matrices.piece_step(scene, name, given) for name in scene.components}
+    placed = of_matrices.joined_coordinates(scene, given)
+    modes = limits_step(scene.response.mode, base, tuple(rom.values()), placed=placed)
     planned = _planned(case, rom, system, base, base, modes, progress)
     return replace(planned, apart=tuple(given.apart()), held=diameters([scene]))
 

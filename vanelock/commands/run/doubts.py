@@ -36,6 +36,7 @@ def doubts(
     yield from warnings.at_rest(solved.static, loose)
     yield from warnings.relieved(on_inertia(system))
     yield from warnings.alike(limits.mac)
+    yield from warnings.reduced(limits, float(solved.response.frequency.max()))
     if isinstance(given, Study):
         vane = stages.get(planned.meshes["vane"])
         nodes, points = vane.points, places_on(given, vane).points

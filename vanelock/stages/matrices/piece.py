@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,25 +9,11 @@ from numpy.typing import NDArray
 from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.rom.component import Reduced
 from vanelock.rom.joining.elements import Load, Output
 from vanelock.stages.matrices.nodal_forces import NodalForces
 
-Matrix = NDArray[Any]
 Integers = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class DiameterBlock(Product):
-    """Matrices of one nodal diameter, (r, r): N/m, kg, N s/m."""
-
-    K: Matrix = field(metadata={"unit": "N/m"})
-    M: Matrix = field(metadata={"unit": "kg"})
-    C: Matrix | None = field(default=None, metadata={"unit": "N s/m"})
-
-    def conjugate(self) -> "DiameterBlock":
-        """The same component at the nodal diameter N - k."""
-        C = None if self.C is None else self.C.conj()
-        return DiameterBlock(self.K.conj(), self.M.conj(), C)
 
 
 @dataclass(frozen=True)
@@ -44,8 +29,8 @@ class Piece(Product):
         node 0 and direction 6, the amplitude of a mode.
     sectors : int
         N; matters where matrices depend on the nodal diameter.
-    blocks : dict of int to DiameterBlock
-        Matrices by nodal diameter; one under -1 serves all.
+    blocks : dict of int to Reduced
+        Matrices by nodal diameter, with what a reduction leaves out; one under -1 serves all.
     band : float or None
         Frequency up to which it answers, Hz; None where nothing was left out or it is not known.
     places : (p,) int and positions : (p, 3) float
@@ -63,7 +48,7 @@ class Piece(Product):
     node: Integers
     direction: Integers
     sectors: int
-    blocks: dict[int, DiameterBlock]
+    blocks: dict[int, Reduced]
     places: Integers
     positions: NDArray[np.float64] = field(metadata={"unit": "m"})
     band: float | None = field(default=None, metadata={"unit": "Hz"})
@@ -105,7 +90,7 @@ class Piece(Product):
                 moved = self.frames(own, given.where) @ moved
             yield replace(given, nodes=own, names=[name], reduced=moved if len(moved) else None)
 
-    def at(self, nodal_diameter: int) -> DiameterBlock:
+    def at(self, nodal_diameter: int) -> Reduced:
         """Matrices of a nodal diameter.
 
         Raises

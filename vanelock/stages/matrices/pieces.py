@@ -18,6 +18,7 @@ from vanelock.fem.solvers.singular import SOUGHT
 from vanelock.input.schema.scene import ComponentKeys, SceneRingKeys
 from vanelock.rom import (
     Faces,
+    Reduced,
     ReducedRows,
     Selection,
     reduce_rows,
@@ -27,7 +28,7 @@ from vanelock.rom import (
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
 from vanelock.stages.matrices.nodal_forces import NodalForces, on_rows
-from vanelock.stages.matrices.piece import DiameterBlock, Piece
+from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.matrices.seen import Followed, Seen, seen_from
 
 Integers = NDArray[np.int64]
@@ -73,8 +74,7 @@ def superelement(
         same = np.array_equal(each.node, first.node)
         if not same or not np.array_equal(each.direction, first.direction):
             raise InputError(f"components.{name}: its nodal diameters differ in their rows")
-        K, M = each.K.toarray(), _mass(name, each).toarray()
-        blocks[k] = DiameterBlock(K, M, None if each.C is None else each.C.toarray())
+        blocks[k] = _whole_block(each.K, _mass(name, each), each.C)
     act = _whole(forces, on_rows(forces, first.node, first.direction, np.empty(0, np.int64)))
     return _piece(name, ring, first, first.node, first.direction, blocks, forces=act)
 
@@ -152,7 +152,7 @@ def reduced(
             raise InputError(f"{where}: node {n} has no displacement among its {given.size} rows")
     columns = on_rows(forces, node, direction, fixed)
     if faces is None and len(rows) == len(node):
-        block = DiameterBlock(K.toarray(), M.toarray(), None if C is None else C.toarray())
+        block = _whole_block(K, M, C)
         act = _whole(forces, columns)
         return _piece(name, ring, given, node, direction, {-1: block}, forces=act)
     selection, joined = _selection(keys, least), None
@@ -192,7 +192,7 @@ def reduced(
         given,
         np.concatenate([node[rows], none]),
         np.concatenate([direction[rows], none + GENERALISED]),
-        {k: _block(each) for k, each in found.items()},
+        {k: replace(each.matrices, C=each.C) for k, each in found.items()},
         common_band(each.reach for each in found.values()),
         **seen.by(first),
     )
@@ -234,8 +234,10 @@ def _whole(forces: Sequence[NodalForces], columns: sp.csc_array) -> dict[str, Ma
     return {f.digest: column for f, column in zip(forces, columns.toarray().T, strict=True)}
 
 
-def _block(found: ReducedRows) -> DiameterBlock:
-    return DiameterBlock(found.matrices.K, found.matrices.M, found.C)
+def _whole_block(K: sp.csc_array, M: sp.csc_array, C: sp.csc_array | None) -> Reduced:
+    """Matrices that leave nothing out."""
+    own = None if C is None else C.toarray()
+    return Reduced(K.toarray(), M.toarray(), complete=np.inf, C=own)
 
 
 def _piece(
@@ -244,7 +246,7 @@ def _piece(
     given: Matrices,
     node: Integers,
     direction: Integers,
-    blocks: dict[int, DiameterBlock],
+    blocks: dict[int, Reduced],
     band: float | None = None,
     **more: Any,
 ) -> Piece:

@@ -24,6 +24,7 @@ from vanelock.stages.matrices.gather import Gathered, gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
 from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.parts.components import diameters
+from vanelock.stages.response.limits import Placed
 
 
 def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = ()) -> Step[Piece]:
@@ -229,6 +230,17 @@ def system_step(
         return joined.system(wanted)
 
     return step("system", "stages", inputs, System, needs, compute, False, True)
+
+
+def joined_coordinates(scene: Scene, given: Gathered) -> Callable[..., Sequence[Placed]]:
+    """What gives each of a scene's pieces its coordinates among the joined ones."""
+
+    def placed(*found: Piece) -> Sequence[Placed]:
+        parts = {piece.name: piece for piece in found}
+        whole = Joined(scene.ring.sectors, scene.excitation.engine_order, parts, ties=given.ties)
+        return [(piece, whole.coordinates(name)) for name, piece in parts.items()]
+
+    return placed
 
 
 def _named(keys: ComponentKeys) -> Iterator[tuple[str, Any]]:

@@ -8,6 +8,7 @@ their coordinates, so their shapes compare directly.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,12 @@ from vanelock.input.band import advice, asked_by, refuse_beyond
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 from vanelock.rom import (
-    Component,
+    Reduced,
     System,
-    frequency_errors,
     linear_damping,
     linear_modes,
     mac,
+    reduction_errors,
     unheld_motions,
 )
 from vanelock.rom.system.system import Matrix
@@ -40,6 +41,18 @@ FAR = 0.3
 """Of the stuck mode's frequency, below which the free one is another motion, a loose part's."""
 MARGIN = 0.03
 """Least margin of the default range, relative."""
+
+
+class ReducedPart(Protocol):
+    """What has matrices by nodal diameter."""
+
+    def at(self, nodal_diameter: int) -> Reduced:
+        """Those of one."""
+        ...
+
+
+Placed: TypeAlias = tuple[ReducedPart, NDArray[np.int64]]
+"""A part and its coordinates among the joined ones."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +122,7 @@ class Limits(Product):
 
 
 def limits(
-    system: System, mode: int, parts: Sequence[Component] = (), meshed: System | None = None
+    system: System, mode: int, parts: Sequence[Placed] = (), meshed: System | None = None
 ) -> Limits:
     """Modes of both limits, and the mode of interest in both.
 
@@ -119,8 +132,8 @@ def limits(
         The system of a case.
     mode : int
         Place of the mode of interest with contacts stuck, from 1, among those that vibrate.
-    parts : pair of Component, optional
-        What it joins, for the errors.
+    parts : sequence of (part, (r,) int), optional
+        What it joins, reduced, and each part's coordinates among the joined ones, for the errors.
     meshed : System, optional
         The same as its meshes are, where the system is corrected.
 
@@ -187,15 +200,17 @@ def _ratio(system: System, closed: NDArray[np.bool_] | None, shape: Matrix, hert
 
 def _errors(
     system: System,
-    parts: Sequence[Component],
+    parts: Sequence[Placed],
     count: int,
     closed: NDArray[np.bool_] | None,
 ) -> NDArray[np.float64]:
     k = system.nodal_diameter(1)
-    if not parts or any(part.at(k).neglected is None for part in parts):
+    blocks = [(part.at(k), dofs) for part, dofs in parts]
+    estimated = [each for each in blocks if each[0].neglected is not None]
+    unknown = any(block.neglected is None and block.complete != np.inf for block, _ in blocks)
+    if unknown or not blocks:
         return np.full(count, np.nan)
-    first, second = parts
-    return np.asarray(frequency_errors(system, first, second, k, count, closed).total)
+    return np.asarray(reduction_errors(system, estimated, k, count, closed))
 
 
 def frequencies(given: Study | Scene, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:

@@ -1,6 +1,6 @@
 """Steps behind the reduced models: linear limits, preload, linear and nonlinear responses."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
@@ -12,8 +12,8 @@ from vanelock.input.cases.values import Given
 from vanelock.input.schema.scene import DAMPING
 from vanelock.nonlinear import HarmonicModes, Journal, Response, StaticBounds
 from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import Component, System
-from vanelock.stages.response.limits import Limits, dense, frequencies, limits
+from vanelock.rom import System, joined_coordinates
+from vanelock.stages.response.limits import Limits, Placed, dense, frequencies, limits
 
 Limit: TypeAlias = Literal["free", "stuck"]
 LIMITS: tuple[Limit, ...] = ("free", "stuck")
@@ -36,16 +36,19 @@ def silent_progress(done: int, total: int, frequency: float, amplitude: float) -
 def limits_step(
     mode: int,
     system: Step[System],
-    parts: tuple[Step[Component], ...] = (),
+    parts: tuple[Step[Any], ...] = (),
     meshed: Step[System] | None = None,
+    placed: Callable[..., Sequence[Placed]] = joined_coordinates,
 ) -> Step[Limits]:
     """Modes with contacts free and stuck, and their errors by the reduced `parts`.
 
-    A system that is corrected comes with what it was as `meshed`.
+    A system that is corrected comes with what it was as `meshed`; `placed` gives the parts their
+    coordinates among the joined ones.
     """
 
     def compute(system: System, *others: Any) -> Limits:
-        return limits(system, mode, others[: len(parts)], *others[len(parts) :])
+        own = placed(*others[: len(parts)]) if parts else ()
+        return limits(system, mode, own, *others[len(parts) :])
 
     needs = (system, *parts, *(() if meshed is None else (meshed,)))
     return step("linear limits", "rom", {"mode": mode}, Limits, needs, compute)
