@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vanelock.input.cases.names import words
+from vanelock.input.schema.response import ResponseKeys
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.stages.campbell.speed_lines import Lines
@@ -130,6 +131,21 @@ def reduced(limits: Limits, highest: float) -> list[str]:
     return [
         "too few modes are kept: the reduction raises natural frequencies of the range by "
         f"{far}; keep more, or give an accuracy instead"
+    ]
+
+
+def beside_range(keys: ResponseKeys, limits: Limits) -> list[str]:
+    """Whether frequencies are given that hold no mode of interest, from free to stuck."""
+    if (asked := keys.frequencies or keys.range) is None:
+        return []
+    low, high = sorted((limits.free_frequency, limits.stuck_frequency))
+    if min(asked) <= high and low <= max(asked):
+        return []
+    name = "range" if keys.frequencies is None else "frequencies"
+    return [
+        f"response.{name}: {min(asked):.6g} to {max(asked):.6g} Hz hold no mode of interest: "
+        f"mode {keys.mode} lies at {limits.free_frequency:.6g} Hz with contacts free, "
+        f"{limits.stuck_frequency:.6g} Hz stuck"
     ]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
+from vanelock.input.schema.response import ResponseKeys
 from vanelock.nonlinear import (
     OPEN,
     SLIP,
@@ -257,3 +258,20 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
     (card,) = best_friction(content)
     assert (card.value, card.flag) == ("withheld", "warn")
     assert "a peak may lie beyond: widen response.range" in card.note
+
+
+def test_frequencies_without_a_mode_of_interest_are_said(ring):
+    """From the mode with contacts free to that with contacts stuck, ends included."""
+    found = limits(ring, 1)
+    low, high = sorted((found.free_frequency, found.stuck_frequency))
+
+    def said(**keys):
+        given = ResponseKeys(mode=1, **keys)
+        return warnings.beside_range(given, found)
+
+    assert said() == said(range=(0.5 * low, low)) == said(range=(high, 2 * high)) == []
+    (line,) = said(range=(2 * high, 3 * high))
+    assert "response.range" in line
+    assert f"hold no mode of interest: mode 1 lies at {found.free_frequency:.6g} Hz" in line
+    (line,) = said(frequencies=(0.3 * low, 0.9 * low))
+    assert line.startswith("response.frequencies")

@@ -18,6 +18,7 @@ from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
 from vanelock.stages.matrices.nodal_forces import on_rows
 from vanelock.stages.matrices.steps import at_rest, clamped, matrices, system_step
 from vanelock.stages.parts.components import diameters
+from vanelock.stages.parts.load_lines import load_lines
 
 
 def planned_scene(scene: Scene) -> Iterator[Row]:
@@ -52,6 +53,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         if count or not law:
             yield what, f"{count:,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads) + len(given.forces)}"
+    yield from (("load", text) for text in load_lines(found[0].given, None, given))
     yield from (("warning", text) for text in given.apart())
 
     @cache

@@ -16,6 +16,7 @@ from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated
+from vanelock.stages.parts.load_lines import load_lines
 
 Row = tuple[str, str]
 
@@ -38,6 +39,8 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
     yield from (("warning", text) for text in unusual(study))
     own: dict[str, int] = {}
     yield from _parts(study, found, own)
+    loaded = getattr(found[0].study.casing, "force_nodes", None)
+    yield from (("load", text) for text in load_lines(found[0].study, loaded))
     needed = estimated(found, own=own)
     if needed is not None:
         yield from ((what, f"about {value}") for what, value in needed.words().items())

@@ -58,6 +58,7 @@ from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.matrices.steps import at_rest, motions_step
 from vanelock.stages.parts.by_cause import by_cause_step
 from vanelock.stages.parts.gauges import Strain
+from vanelock.stages.parts.load_lines import load_lines_of
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor
@@ -114,9 +115,7 @@ class OngoingRun:
         found = with_temperature_speeds(found or cases(given), stages)
         self._every = found
         studies = [case.given for case in found if isinstance(case.given, Study)]
-        for text in (*unusual(given), *dict.fromkeys(map(described, studies))):
-            if text:
-                listener(Notice(text))
+        self._say(*unusual(given), *filter(None, dict.fromkeys(map(described, studies))))
         most = most_dofs(memory)
         chosen_mesh = [
             None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies
@@ -125,8 +124,7 @@ class OngoingRun:
         self.planned = tuple(assessed(each, planned[0], self._count) for each in planned)
         givens = [case.given for case in found]
         hanging = at_rest(givens, lambda *of: stages.get(motions_step(*of)))
-        for text in (*self.planned[0].apart, *hanging):  # what joins what is not swept
-            listener(Notice(text))
+        self._say(*self.planned[0].apart, *hanging)  # what joins what is not swept
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
@@ -230,6 +228,7 @@ class OngoingRun:
             if not planned.meshes:
                 pieces = [self.stages.get(step) for step in planned.rom.values()]
                 self.listener(listing.components_table(pieces, system))
+            self._say(*load_lines_of(planned, self.stages))
             for name, count in constant_loads(system).items():
                 text = f"nothing moves along the normal of {count} of its contacts"
                 self.listener(Notice(f"{name}: {text}: their load stays kn times interference"))
@@ -290,6 +289,11 @@ class OngoingRun:
         if self._few(len(self._peaks), "linear limits"):
             self.listener(listing.limits_table({linear.name: limits}))
             self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
+            self._say(*warnings.beside_range(self.given.response, limits))
+
+    def _say(self, *texts: str) -> None:
+        for text in texts:
+            self.listener(Notice(text))
 
     def _few(self, count: int, what: str) -> bool:
         """Whether so many tables of a kind are few enough to print."""
