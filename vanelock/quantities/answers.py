@@ -17,11 +17,12 @@ from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
 from vanelock.stages.assessment.bounds import HIGH, high_end
+from vanelock.stages.assessment.stability import verdict_at
 from vanelock.stages.assessment.wear import shown_states, worn_at
 from vanelock.stages.parts.places import Places, places
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
-from vanelock.stages.response.summary import Peak
+from vanelock.stages.response.summary import Peak, WaveVerdict
 
 MOST = 8
 """Cases that are looked into; of more, some."""
@@ -60,6 +61,8 @@ class CaseAnswers:
         What moves the peak; None at the largest by static friction.
     high : CaseAnswers or None
         The same at the largest peak that static friction allows, where bounds are asked for.
+    wave : WaveVerdict or None
+        Whether the ring stays with the peak's wave; None where that was not asked.
     worn : tuple of CaseAnswers
         The same at the states of its wear that are shown, the last after all cycles of its dwells.
     """
@@ -77,6 +80,7 @@ class CaseAnswers:
     audit: Audit | None = None
     sensitivities: Sensitivities | None = None
     high: "CaseAnswers | None" = None
+    wave: WaveVerdict | None = None
     worn: "tuple[CaseAnswers, ...]" = ()
 
     @property
@@ -110,7 +114,7 @@ class CaseAnswers:
             "mean_stress": (m.mean, "Pa"),
             "goodman_reserve": (m.reserve, "1"),
             "vibration_may_grow": (m.growth, "1"),
-            "place": (m.where, ""),
+            "place": (f"{m.part}, {m.where}", ""),
         }
         if gauges:
             found["gauge_alternating_stress"] = ([each.amplitude for each in gauges], "Pa")
@@ -147,7 +151,9 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
         of = _answers(run_data, planned, known, shown.peak[name], shown.curve[name])
         moved = sensitivities(planned, of.top, of.peak, shown.monitor, stages)
         audit = _audited(planned, of.top, of.peak.point, stages)
-        of = replace(of, audit=audit, sensitivities=moved)
+        waves = (verdict_at(stages.get(step), of.peak.frequency) for step in planned.stability)
+        wave = next((verdict for verdict in waves if verdict is not None), None)
+        of = replace(of, audit=audit, sensitivities=moved, wave=wave)
         if planned.bounds is not None and (high := stages.get(planned.bounds).peak(HIGH)):
             at_high, at = high_end(planned, planned.bounds), replace(high, point=0)
             of = replace(of, high=_answers(run_data, at_high, known, at, shown.ends[name][1]))

@@ -57,7 +57,7 @@ CASE_COLUMNS = (
     Column(
         "HCF safety factor",
         key="reserve",
-        note="stress, safety factor (Goodman): at the vane's critical location",
+        note="stress, safety factor (Goodman): at the critical location of vane and casing",
     ),
     Column("converged", minor=True),
     Column("time", "s", ".1f", "seconds", minor=True),

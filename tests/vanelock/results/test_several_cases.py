@@ -193,7 +193,7 @@ def test_reserves_follow_from_the_stresses_in_their_rows(page, ran, results):
 
 
 def test_the_governing_place_of_each_case_is_its_own(page, results):
-    _, rows = on_page(page, "The vane's critical location in each case")
+    _, rows = on_page(page, "The critical location of each case")
     by_case = {row[0].split(":")[0]: row for row in rows}
     for name, words in CASES.items():
         answers = results[name][1]

@@ -18,8 +18,8 @@ class Margin:
 
     Attributes
     ----------
-    what : str
-        Of what this is the worst place.
+    part, what : str
+        Of which part, and of what in it, this is the worst place.
     node : int or None
         Of the part; None for a gauge.
     where, doubt : str
@@ -29,6 +29,7 @@ class Margin:
     strength : Strength
     """
 
+    part: str
     what: str
     node: int | None
     where: str
@@ -78,9 +79,10 @@ class Margins:
 
     @property
     def governing(self) -> Margin:
-        """The vane's worst place whose stress means something."""
-        clear = [m for m in self.worst["vane"] if not m.doubt and m.node is not None]
-        return min(clear or self.worst["vane"], key=lambda m: m.reserve)
+        """The worst place of both parts whose stress means something."""
+        every = [m for part in PARTS for m in self.worst[part]]
+        clear = [m for m in every if not m.doubt and m.node is not None]
+        return min(clear or every, key=lambda m: m.reserve)
 
     @property
     def gauges(self) -> list[Margin]:
@@ -93,16 +95,20 @@ def margins(
 ) -> Margins:
     """Margins of a study's parts; its `gauges` by their names."""
     worst = {
-        part: _margins(at[part], getattr(cycles, part), strength(study, part)) for part in PARTS
+        part: _margins(at[part], part, getattr(cycles, part), strength(study, part))
+        for part in PARTS
     }
     if cycles.gauges is not None:
         found = (
-            _margin(f"gauge {g + 1}", None, name, "", cycles.gauges, g, strength(study, "vane"))
+            _margin(
+                "vane", f"gauge {g + 1}", None, name, "", cycles.gauges, g, strength(study, "vane")
+            )
             for g, name in enumerate(gauges)
         )
         worst["vane"] = (*worst["vane"], *found)
     features = {
-        part: _features(at[part], getattr(cycles, part), strength(study, part)) for part in PARTS
+        part: _features(at[part], part, getattr(cycles, part), strength(study, part))
+        for part in PARTS
     }
     return Margins(cycles, at, worst, features)
 
@@ -114,9 +120,17 @@ def strength(study: Study, part: str) -> Strength:
 
 
 def _margin(
-    what: str, node: int | None, where: str, doubt: str, found: Cycle, i: int, bears: Strength
+    part: str,
+    what: str,
+    node: int | None,
+    where: str,
+    doubt: str,
+    found: Cycle,
+    i: int,
+    bears: Strength,
 ) -> Margin:
     return Margin(
+        part=part,
         what=what,
         node=node,
         where=where,
@@ -130,7 +144,12 @@ def _margin(
 
 
 def _worst(
-    what: str, at: SurfaceLocations, found: Cycle, bears: Strength, chosen: NDArray[np.bool_]
+    part: str,
+    what: str,
+    at: SurfaceLocations,
+    found: Cycle,
+    bears: Strength,
+    chosen: NDArray[np.bool_],
 ) -> list[Margin]:
     """The worst of some nodes, if there are any."""
     nodes = np.flatnonzero(chosen)
@@ -138,23 +157,23 @@ def _worst(
         return []
     n = bears.reserve(found.amplitude[nodes], found.mean[nodes])
     node = int(nodes[int(np.argmin(n))])
-    return [_margin(what, node, at.words(node), at.doubt(node), found, node, bears)]
+    return [_margin(part, what, node, at.words(node), at.doubt(node), found, node, bears)]
 
 
-def _margins(at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+def _margins(at: SurfaceLocations, part: str, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     aerofoil = np.char.startswith(at.feature, "aerofoil")
     every = np.ones(len(aerofoil), bool)
     return (
-        *_worst("all nodes", at, found, bears, every),
-        *_worst("clear of corners and point forces", at, found, bears, at.clear),
-        *_worst("aerofoils with their roots", at, found, bears, aerofoil),
-        *_worst("aerofoils, clear", at, found, bears, aerofoil & at.clear),
+        *_worst(part, "all nodes", at, found, bears, every),
+        *_worst(part, "clear of corners and point forces", at, found, bears, at.clear),
+        *_worst(part, "aerofoils with their roots", at, found, bears, aerofoil),
+        *_worst(part, "aerofoils, clear", at, found, bears, aerofoil & at.clear),
     )
 
 
-def _features(at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+def _features(at: SurfaceLocations, part: str, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     """The worst clear place of each feature, the worst first."""
     made: list[Margin] = []
     for name in dict.fromkeys(sorted(at.feature.tolist())):
-        made += _worst(name, at, found, bears, at.clear & (at.feature == name))
+        made += _worst(part, name, at, found, bears, at.clear & (at.feature == name))
     return tuple(sorted(made, key=lambda m: m.reserve))

@@ -24,7 +24,7 @@ MARKED = 5
 def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
-    bears = found.stress.governing.strength
+    bears = found.stress.worst["vane"][0].strength
     named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in _marked(found)]
     title = f"Fatigue of the vane at the peak, {found.peak.frequency:.2f} Hz"
     text = (
@@ -72,7 +72,7 @@ def _marked(found: CaseAnswers) -> list[Margin]:
 
 def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
     cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
-    bears = found.stress.governing.strength
+    bears = found.stress.worst["vane"][0].strength
     x, y, z = 1e3 * locations.part.points.T
     columns: dict[str, ArrayLike] = {
         "node": np.arange(len(x)),

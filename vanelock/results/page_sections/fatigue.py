@@ -54,13 +54,14 @@ def flag(reserve: float) -> Flag:
     return "warn" if reserve < ENOUGH else "good"
 
 
-def case_flag(found: CaseAnswers, reserve: float, part: str = "vane") -> Flag:
-    """Colour of a safety factor of a case; assumed strengths make none good."""
+def case_flag(found: CaseAnswers, reserve: float, part: str) -> Flag:
+    """Colour of a safety factor: good only of given strengths and a wave known to be stable."""
     verdict = flag(reserve)
-    return "" if verdict == "good" and assumed(found, part) else verdict
+    stable = found.wave is not None and found.wave.verdict == "stable"
+    return "" if verdict == "good" and (assumed(found, part) or not stable) else verdict
 
 
-def assumed(found: CaseAnswers, part: str = "vane") -> bool:
+def assumed(found: CaseAnswers, part: str) -> bool:
     """Whether the study leaves the strength of a part to the defaults."""
     given = getattr(found.planned.case.study.material, part).model_fields_set
     return not {"fatigue_limit", "tensile_strength"} <= given
@@ -171,13 +172,13 @@ def _merged(margins: Sequence[Margin]) -> list[tuple[str, Margin]]:
 
 
 def _others(content: PageContent) -> Table:
-    """The critical location of every case."""
+    """The critical location of every case, in vane or casing."""
     rows, flags = [], []
     for found in content.answers.values():
         m = found.stress.governing
-        rows.append(_row(found, m, "vane", f"{words(found.name)}: {m.where}"))
-        flags.append(case_flag(found, m.reserve))
-    return Table("The vane's critical location in each case", COLUMNS, rows, flags=flags)
+        rows.append(_row(found, m, m.part, f"{words(found.name)}: {m.part}, {m.where}"))
+        flags.append(case_flag(found, m.reserve, m.part))
+    return Table("The critical location of each case", COLUMNS, rows, flags=flags)
 
 
 def _row(found: CaseAnswers, m: Margin, part: str, place: str) -> tuple[str | float | None, ...]:

@@ -69,7 +69,7 @@ def answers_of(content: PageContent) -> list[Answer]:
             f"{1e6 * most.peak.amplitude:.3g} µm",
             f"{between}{case}{content.monitor}, half the peak-to-peak"
             + (f"; {_of_linear(most)}" if _of_linear(most) else "")
-            + _error(content, most),
+            + ("" if most.peak.at_edge else _error(content, most)),
             "warn" if most.peak.at_edge or between else "",
         ),
         *_wave(most),
@@ -218,7 +218,8 @@ def _planned(content: PageContent, most: Summary) -> Planned:
 def _speed(content: PageContent, most: Summary) -> str:
     assert most.peak is not None
     (sectors, order), texts = ring_of(_planned(content, most).case.given), []
-    if most.case not in content.worth and (doubt := _doubt(content, most)):
+    doubt = 0.0 if most.case in content.worth else _doubt(content, most)
+    if doubt and not most.peak.at_edge:
         texts.append(f"±{100 * doubt:.2g} % by the mesh")
     if sectors > 1 and order:
         speed = 60 * most.peak.frequency / abs(order)
@@ -241,7 +242,8 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
     ]
     if main.margins is None:
         return found
-    m, locations = main.margins.governing, main.margins.locations["vane"]
+    m = main.margins.governing
+    locations = main.margins.locations[m.part]
     ends = [each.stress.governing.reserve for each in (main, main.high) if each is not None]
     least = min(ends)
     r, angle, z = locations.coordinates(m.node) if m.node is not None else (0, 0, 0)
@@ -251,11 +253,11 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
         Answer(
             "Critical stress",
             f"{1e-6 * m.amplitude:.3g} MPa",
-            f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.where} ({place})",
+            f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.part}, {m.where} ({place})",
         ),
         _withheld(HCF)
         if main.peak.at_edge
-        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), case_flag(main, least)),
+        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), case_flag(main, least, m.part)),
     ]
 
 
@@ -287,17 +289,24 @@ def _damping(main: CaseAnswers) -> Answer:
 def _reserve(main: CaseAnswers) -> str:
     m = main.stress.governing
     text = (
-        f"Goodman, {'ASSUMED ' if assumed(main) else ''}fatigue limit "
-        f"{1e-6 * m.strength.limit:g} MPa; vibratory stress margin {m.growth:.3g}. Clear of "
-        "sharp corners and point forces"
+        f"{m.part}; Goodman, {'ASSUMED ' if assumed(main, m.part) else ''}fatigue limit "
+        f"{1e-6 * m.strength.limit:g} MPa; vibratory stress margin {m.growth:.3g}; "
+        f"{_of_wave(main)}. Clear of sharp corners and point forces"
     )
-    worst = main.stress.worst["vane"][0]
+    worst = main.stress.worst[m.part][0]
     if worst.doubt:
         text += f", where the mesh has n = {worst.reserve:.3g}"
     if main.high is None or main.high.margins is None:
         return text
     reserve, peak = main.high.stress.governing.reserve, 1e6 * main.high.peak.amplitude
     return f"**n = {reserve:.3g} at {peak:.3g} µm**, the upper bound of the peak. {text}"
+
+
+def _of_wave(main: CaseAnswers) -> str:
+    """What is known of the wave that stresses are of."""
+    if main.wave is None:
+        return "stability of the wave not checked"
+    return f"the wave is {main.wave.verdict}"
 
 
 def best_friction(content: PageContent) -> list[Answer]:
@@ -326,11 +335,13 @@ def warnings(content: PageContent) -> list[str]:
         case = "" if name == "nominal" else f"{words(name)}: "
         lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
     main = content.main
-    if main and main.margins and (worst := main.margins.worst["vane"][0]).doubt:
-        lines.append(
-            f"The worst node of all, n = {worst.reserve:.3g} ({worst.where}), lies "
+    if main and main.margins:
+        lines += [
+            f"The worst node of the {part}, n = {worst.reserve:.3g} ({worst.where}), lies "
             f"{worst.doubt}: its stress depends on the mesh, not on the part."
-        )
+            for part, (worst, *_) in main.margins.worst.items()
+            if worst.doubt and worst.reserve < main.margins.governing.reserve
+        ]
     given = content.run_data.given
     mesh = given.mesh if isinstance(given, Study) and not content.worth else None
     if mesh and (mesh.size, mesh.correction) == ("coarse", "none"):
