@@ -12,7 +12,7 @@ from setuptools import find_packages
 
 ROOT = Path(__file__).resolve().parent.parent
 PHYSICS = ["mesh", "fem", "rom", "nonlinear"]
-MOST = 12
+MOST = 20
 GENERAL = [
     "fem", "nonlinear", "rom/fixed_interface", "rom/full_fields", "rom/routes",
     "vanelock/common", "vanelock/input/templates", "vanelock/pipeline",

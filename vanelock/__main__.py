@@ -246,6 +246,7 @@ def _going_on_later(folder: Path, searched: Path | None = None) -> Iterator[None
     try:
         yield
     except signals.Stopped as stopped:
+        signals.answered()
         on = "begins the search anew, with these" if searched else "goes on from there"
         kept = "meshes and reduced models are" if searched else "finished work is"
         _say(f"stopped; {kept} kept in {folder}, and the same command {on}")
@@ -338,11 +339,13 @@ def main(arguments: list[str] | None = None) -> None:
 def _status(arguments: list[str] | None) -> int:
     try:
         status: int = app(arguments, prog_name="vanelock", standalone_mode=False) or 0
+        signals.raise_dropped()
         sys.stdout.flush()
         return status
     except InputError as error:
         lines = str(error).splitlines()
     except signals.Stopped as stopped:
+        signals.answered()
         _say("stopped")
         return stopped.status
     except streams.Lost as lost:

@@ -13,6 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.process.signals import raise_dropped
 from vanelock.common.product import Product
 from vanelock.nonlinear import Journal
 from vanelock.pipeline.cache import Entry, key_of
@@ -133,6 +134,7 @@ class Stages:
 
     def get(self, step: Step[P]) -> P:
         """Product of a step."""
+        raise_dropped()
         if step.key in self._products:
             return cast(P, self._products[step.key])
         kind = cast(Any, step.kind)

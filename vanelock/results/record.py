@@ -11,6 +11,7 @@ from typing import Any
 import h5py
 
 import vanelock
+from vanelock.common.process.signals import raise_dropped
 from vanelock.common.process.version import installed
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
@@ -204,6 +205,7 @@ class Record:
 
     def flush_if_due(self) -> None:
         """Let additions appear in the file, unless it is too soon after the last ones."""
+        raise_dropped()
         self._file.flush_if_due()
 
     @contextmanager

@@ -1,11 +1,16 @@
 """Runs that a signal or a lost output ends: exit status, one line, and no unfinished files."""
 
+import ctypes
 import json
 import os
 import signal
 import subprocess
 import sys
 import textwrap
+import threading
+import time
+import weakref
+from contextlib import suppress
 from pathlib import Path
 
 import h5py
@@ -15,7 +20,7 @@ from tests.small_study import SMALL
 from tests.vanelock.scenes.conftest import chain
 from vanelock import open_results
 from vanelock.common.files.hdf5 import written
-from vanelock.common.process.signals import Stopped, held, raised
+from vanelock.common.process.signals import Stopped, held, raise_dropped, raised
 from vanelock.pipeline import progress
 from vanelock.results.files.run_folder import claimed
 
@@ -224,6 +229,51 @@ def test_a_signal_waits_until_a_file_is_whole(tmp_path, number):
     assert caught.value.status == 128 + number
     with h5py.File(tmp_path / "a.h5") as file:
         assert file["x"][1] == 2
+
+
+class Killing:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGTERM)
+
+
+def dropped_by_a_weak_reference():
+    thing = threading.Event()
+    known = weakref.ref(thing, lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    del thing
+    assert known() is None
+
+
+def dropped_by_c_code():
+    compare = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
+    order = compare(lambda *_: os.kill(os.getpid(), signal.SIGTERM) or 0)
+    ctypes.CDLL(None).qsort((ctypes.c_int * 2)(2, 1), 2, 4, order)
+
+
+def dropped_by_a_library():
+    with suppress(BaseException):
+        os.kill(os.getpid(), signal.SIGTERM)
+
+
+@pytest.mark.parametrize(
+    "drop", [Killing, dropped_by_a_weak_reference, dropped_by_c_code, dropped_by_a_library]
+)
+def test_a_signal_that_is_dropped_is_raised_again(drop):
+    """A moment later, if Python drops it; at the next step; at the end of the command."""
+    later = [] if drop is dropped_by_a_library else [lambda: time.sleep(60)]
+    for step in (raise_dropped, *later, None):
+        went_on = []
+
+        def work(step=step, went_on=went_on):
+            with raised():
+                drop()
+                if step is not None:
+                    step()
+                    went_on.append(step)
+
+        with pytest.raises(Stopped) as caught:
+            work()
+        assert caught.value.status == 143
+        assert not went_on
 
 
 def test_what_is_ignored_stays_ignored():

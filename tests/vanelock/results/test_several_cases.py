@@ -1,8 +1,6 @@
 """Golden runs: page, terminal and CSV say of each case what the results hold of it."""
 
 import csv
-import html
-import re
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -12,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.results.pages import card, number, on_page, plain
 from tests.vanelock.stages.conftest import STEEL
 from vanelock import fem, mesh, parse_study
 from vanelock.results.page_sections.summary import _speed
@@ -48,36 +47,6 @@ def results(ran):
 @pytest.fixture(scope="module")
 def page(ran):
     return (ran.folder / "report.html").read_text("utf-8")
-
-
-def plain(text):
-    text = html.unescape(re.sub(r"<[^>]*>", " ", text))
-    return text.replace("\xa0", " ").replace("−", "-").strip()
-
-
-def number(cell):
-    return float(cell.replace(",", "")) if re.fullmatch(r"-?[\d.,e+-]+", cell) else cell
-
-
-def on_page(page, title):
-    """Header cells, with their units, and rows of a table."""
-    start = page.index(html.escape(title).replace("&#x27;", "&#39;"))
-    whole = page[start : page.index("</table>", start)]
-    head = [plain(cell) for cell in re.findall(r"<th[^>]*>(.*?)</th>", whole)]
-    rows = [
-        [number(plain(cell)) for cell in re.findall(r"<td[^>]*>(.*?)</td>", row)]
-        for row in re.findall(r"<tr>(.*?)</tr>", whole)
-    ]
-    return [" ".join(cell.split()) for cell in head], [row for row in rows if row]
-
-
-def card(page, label):
-    """Value and note of an answer."""
-    found = re.search(
-        rf'<div class="label">{label}</div>\s*<div class="value">(.*?)</div>(.*?)</li>', page, re.S
-    )
-    assert found is not None
-    return plain(found[1]), plain(found[2])
 
 
 def slug(name):

@@ -155,7 +155,7 @@ class OngoingRun:
             self.stages,
             self._cache,
             self.listener,
-            self._largest,
+            lambda: self._top,  # the largest peak so far, m
             self.record.flush_if_due,
         )
 
@@ -211,10 +211,6 @@ class OngoingRun:
         self.listener(Failed(name, failure.reason, failure.attempts))
         self.record.failed(name, planned.case.values, failure)
 
-    def _largest(self) -> float:
-        """The largest peak so far, m."""
-        return self._top
-
     def _parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and linear limits of a case."""
         for step in parts_of(planned):
@@ -230,10 +226,10 @@ class OngoingRun:
                 self.listener(listing.components_table(pieces, system))
             self._say(*load_lines_of(planned, self.stages))
             for name, count in constant_loads(system).items():
-                text = f"nothing moves along the normal of {count} of its contacts"
-                self.listener(Notice(f"{name}: {text}: their load stays kn times interference"))
+                text = f"nothing moves along the normal of {count} of its contacts: their load"
+                self._say(f"{name}: {text} stays kn times interference")
             if count := not_held(system):
-                self.listener(Notice(f"{count} {warnings.FREE}"))
+                self._say(f"{count} {warnings.FREE}")
             free = self.stages.get(linear.responses["free"])
             watched = monitor(self.given.outputs.monitor, system, free)
             self.shown = Shown(watched, opens=opening(system.contacts))
@@ -248,7 +244,7 @@ class OngoingRun:
             return None
         every = scattered(self._every, found, self._spacings)
         if every is None:
-            self.listener(Notice(f"percentiles need at least {FEWEST} samples with a peak"))
+            self._say(f"percentiles need at least {FEWEST} samples with a peak")
             return None
         self.record.product("scatter", every)
         self.listener(percentile_table(every, self.shown.monitor.name))
