@@ -144,7 +144,7 @@ def test_a_normal_along_a_direction_without_a_row_is_reported(
         'kt = 1e5\nmu = 0.3\ninterference = "20 um"\n'
     )
     notices, _ = notices_and_notes(scene_file(text + QUIET))
-    assert "pad: nothing moves along the normal of 1 of its contacts" in notices[0]
+    assert "pad: nothing moves along the normal of 1 of its contacts" in "\n".join(notices)
 
 
 def test_a_part_that_nothing_joins_is_reported(tmp_path: Path, scene_file: Write) -> None:
@@ -235,3 +235,21 @@ def test_a_number_of_another_unit_is_reported(tmp_path: Path, scene_file: Write)
     warned = [text for what, text in check_file(scene_file(text)).rows if what == "warning"]
     assert len(warned) == 1
     assert str(warned[0]).startswith("contacts.pad.kn = 0.0001 N/m: normal stiffness of a pair is")
+
+
+def test_a_check_finds_all_that_a_run_would_refuse(tmp_path: Path, scene_file: Write) -> None:
+    """Clamped nodes, the monitored output, measured curves: a line each."""
+    text = two(tmp_path).replace("[components.two]", "fixed = [99]\n[components.two]")
+    text += LAP.format(pairs="[[3, 13]]") + LOAD + QUIET
+    text += 'monitor = "two 2, x"\n[[measured]]\nfile = "rig.csv"\n'
+    with pytest.raises(InputError) as caught:
+        check_file(scene_file(text))
+    lines = str(caught.value).splitlines()
+    assert len(lines) == 3
+    assert lines[0].startswith("measured[0].file: ")
+    assert lines[0].endswith("rig.csv: no such file")
+    assert lines[1] == "components.one.fixed: node 99 is not among the matrices' nodes"
+    assert lines[2].startswith('outputs.monitor = "two 2, x": allowed are one 2, and after')
+    (tmp_path / "rig.csv").write_text("frequency (Hz), amplitude (um)\n40, 1\n60, 2\n")
+    right = text.replace("99", "1").replace("two 2", "one 2")
+    assert ("measured", "rig: 2 points of displacement") in check_file(scene_file(right)).rows

@@ -1,24 +1,27 @@
 """Check a scene's files and names without computing."""
 
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
-import numpy as np
-
 from vanelock.commands.check.stored import Row, stored
-from vanelock.common.errors import InputError
+from vanelock.commands.check.study import of_curves
+from vanelock.common.errors import InputError, raised
 from vanelock.common.tables import counted
+from vanelock.fem.matrix_files import Matrices
 from vanelock.input.cases.sweep import cases
+from vanelock.input.measured.curve import curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.read_scene import ND
-from vanelock.input.schema.scene import Scene
+from vanelock.input.schema.scene import ComponentKeys, Scene
 from vanelock.stages.matrices.gather import gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
 from vanelock.stages.matrices.nodal_forces import on_rows
+from vanelock.stages.matrices.pieces import refuse_unknown
 from vanelock.stages.matrices.steps import at_rest, clamped, matrices, system_step
 from vanelock.stages.parts.components import diameters
 from vanelock.stages.parts.load_lines import load_lines
+from vanelock.stages.response.monitor import output_of
 
 
 def planned_scene(scene: Scene) -> Iterator[Row]:
@@ -28,26 +31,38 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
     varied = ", ".join(scene.scatter.keys if scene.scatter else found[0].values)
     yield "cases", f"{len(found):,} over {varied}" if varied else "1"
     yield from (("warning", text) for text in unusual(scene))
+    mistakes = curve_mistakes(scene)
+    curves = () if mistakes else load_measured(scene)
     if scene.system is not None:
-        system_step(scene).compute()
+        system = system_step(scene).compute()
         rows, _ = stored(Path(scene.system.file))
+        names = system.output_names
+        mistakes += raised(lambda: output_of(scene.outputs.monitor, names, system.sectors))
+        refuse(mistakes)
         yield from ((f"system, {what}", value) for what, value in rows)
+        yield from of_curves(curves)
         return
     given, first = gathered(scene), {}
     for name, keys in scene.components.items():
         all_of = diameters([scene]) if ND in keys.stiffness else (0,)
-        read = [matrices(name, keys, k) for k in all_of]
+        try:
+            read = [matrices(name, keys, k) for k in all_of]
+        except InputError as error:
+            mistakes += str(error).splitlines()
+            continue
         first[name] = read[0]
         kept = given.kept[name][0]
-        if len(missing := np.setdiff1d(kept, read[0].node)):
-            raise InputError(f"components.{name}: node {missing[0]} is not among its nodes")
+        mistakes += raised(partial(refuse_unknown, f"components.{name}", read[0], kept))
         for side in ("fixed", "low", "high"):
-            if (value := getattr(keys, side)) is not None:
-                nodes(value, f"components.{name}.{side}")
-        on_rows(given.forces_on(name), read[0].node, read[0].direction, clamped(keys, name))
+            mistakes += raised(partial(_listed, name, keys, side, read[0]))
+        if not mistakes:
+            on_rows(given.forces_on(name), read[0].node, read[0].direction, clamped(keys, name))
         entries = ", ".join(f"{each.K.nnz:,}" for each in read)
         size = f"{read[0].size:,} rows, {entries} entries, {counted(len(kept), 'node')} kept"
         yield f"component {name}", size
+    names = tuple(name for each in given.outputs for name in each.names)
+    mistakes += raised(lambda: output_of(scene.outputs.monitor, names, scene.ring.sectors))
+    refuse(mistakes)
     for what, law in ("contacts", False), ("elements", True):
         count = sum(len(each.mu) for each in given.contacts if bool(each.element) == law)
         if count or not law:
@@ -64,3 +79,17 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
     hanging = at_rest([case.given for case in found], lambda _, name, __: body(name))
     yield from (("warning", text) for text in hanging)
     yield "output nodes", f"{sum(len(each.nodes) for each in given.outputs)}"
+    yield from of_curves(curves)
+
+
+def _listed(name: str, keys: ComponentKeys, side: str, read: Matrices) -> None:
+    """Refuse a list of nodes that a component's matrices do not have."""
+    where = f"components.{name}.{side}"
+    if (value := getattr(keys, side)) is not None:
+        refuse_unknown(where, read, nodes(value, where))
+
+
+def refuse(mistakes: list[str]) -> None:
+    """Raise InputError with all of them, a line each, if there are any."""
+    if mistakes:
+        raise InputError("\n".join(dict.fromkeys(mistakes)))

@@ -1,6 +1,6 @@
 """Check a study without computing: its cases, parts, outputs, and what they will take."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from vanelock.common.checked import NotKnown
 from vanelock.common.errors import raised
 from vanelock.common.tables import counted
 from vanelock.input.cases.sweep import Case, cases
-from vanelock.input.measured.curve import curve_mistakes, load_measured
+from vanelock.input.measured.curve import Measured, curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
 from vanelock.input.read_study import load_study
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
@@ -45,10 +45,7 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
     if needed is not None:
         yield from ((what, f"about {value}") for what, value in needed.words().items())
         yield from [("warning", needed.warning)] if needed.warning else []
-    curves = load_measured(study)
-    for curve in curves:
-        points = counted(len(curve.frequency), "point")
-        yield "measured", f"{curve.label}: {points} of {curve.quantity}"
+    yield from of_curves(load_measured(study))
     if study.fit is not None:
         names = ", ".join(each.key for each in varied_parameters(study, "fit"))
         yield "fit", f"{names} from {counted(study.fit.starts, 'start')}"
@@ -56,6 +53,13 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
         names = ", ".join(each.key for each in varied_parameters(study, "optimise"))
         yield "optimise", f"{names} from {counted(study.optimise.starts, 'start')}"
     yield "outputs", ", ".join(_outputs(study))
+
+
+def of_curves(curves: Iterable[Measured]) -> Iterator[Row]:
+    """Measured curves, a row each."""
+    for curve in curves:
+        points = counted(len(curve.frequency), "point")
+        yield "measured", f"{curve.label}: {points} of {curve.quantity}"
 
 
 def _of_curves(study: Study, lacks: bool) -> list[str]:

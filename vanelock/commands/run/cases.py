@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-from vanelock.commands.run.doubts import doubts, opening
+from vanelock.commands.run.doubts import doubts, load_lines_of, opening
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.cases.values import Given
@@ -58,7 +58,6 @@ from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.matrices.steps import at_rest, motions_step
 from vanelock.stages.parts.by_cause import by_cause_step
 from vanelock.stages.parts.gauges import Strain
-from vanelock.stages.parts.load_lines import load_lines_of
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Linear, Planned, plan
 from vanelock.stages.response.monitor import monitor

@@ -9,7 +9,10 @@ from vanelock.mesh import Part, VaneDimensions
 from vanelock.pipeline.step import Stages
 from vanelock.quantities import assessment_warnings, warnings
 from vanelock.rom import Contacts
+from vanelock.stages.matrices.gather import gathered
+from vanelock.stages.parts.load_lines import load_lines
 from vanelock.stages.parts.places import places_on
+from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import static_bounds_step
 from vanelock.stages.response.rest import on_inertia
@@ -67,6 +70,16 @@ def doubts(
     yield from assessment_warnings.damped_modes(solved.assessment.damped_modes)
     if solved.campbell is not None:
         yield from warnings.campbell(solved.campbell.lines, limits.band)
+
+
+def load_lines_of(planned: Planned, stages: Stages) -> Iterator[str]:
+    """What excites a case, a line each."""
+    given, loaded, lists = planned.case.given, None, None
+    if isinstance(given, Study):
+        loaded = len(stages.get(planned.meshes["casing"]).node_sets["force"])
+    elif given.system is None:
+        lists = gathered(given)
+    yield from load_lines(given, loaded, lists)
 
 
 def opening(contacts: Contacts) -> str:

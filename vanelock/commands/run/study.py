@@ -77,7 +77,9 @@ def run_study(
     """
     path, listener = Path(folder), of_this_process(listener)
     began = time.perf_counter()
-    with claimed(path):
+    with claimed(path) as damage:
+        if damage:
+            listener(Notice(damage))
         cache = Cache(path / "cache", lambda message: listener(Notice(message)))
         stages = Stages(cache, listener)
         found = cases(given)

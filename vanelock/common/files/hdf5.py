@@ -39,7 +39,7 @@ SECONDS = 4
 
 @contextmanager
 def opened(
-    path: str | os.PathLike[str], beside: str | None = None
+    path: str | os.PathLike[str], beside: str | None = None, follow: bool = True
 ) -> Generator[h5py.File, None, None]:
     """A file, open for reading, whose every object could be read.
 
@@ -49,6 +49,8 @@ def opened(
     beside : str, optional
         The folder beside it that files lie in to which it may lead, and these to one another;
         their names end in digests, see `vanelock.common.files.digests`.
+    follow : bool
+        Whether these are read, too.
 
     Raises
     ------
@@ -57,7 +59,7 @@ def opened(
         could be kept in memory.
     """
     regular(path, "an HDF5 file")
-    _refuse_unreadable(path, beside)
+    _refuse_unreadable(path, beside, follow)
     try:
         file = h5py.File(path, "r")
     except FileNotFoundError:
@@ -160,28 +162,31 @@ def texts(dataset: h5py.Dataset) -> list[str]:
     return [str(each) for each in np.atleast_1d(dataset.asstr()[()]).tolist()]
 
 
-def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None) -> None:
+def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None, follow: bool) -> None:
     """Let a child read the file, unless one did and nothing has changed since."""
     states = [Path(path).stat()]
-    if beside is not None and (folder := Path(path).with_name(beside)).is_dir():
+    if follow and beside is not None and (folder := Path(path).with_name(beside)).is_dir():
         states += [each.stat() for each in os.scandir(folder) if each.is_file()]
-    _refuse(Path(path), beside, tuple((s.st_size, s.st_mtime_ns, s.st_ino) for s in states))
+    known = tuple((s.st_size, s.st_mtime_ns, s.st_ino) for s in states)
+    _refuse(Path(path), beside, follow, known)
 
 
 @lru_cache(maxsize=64)
-def _refuse(path: Path, beside: str | None, states: tuple[tuple[int, int, int], ...]) -> None:
+def _refuse(
+    path: Path, beside: str | None, follow: bool, states: tuple[tuple[int, int, int], ...]
+) -> None:
     """Report what the child says or that it fell; nothing where it read all."""
     size = sum(state[0] for state in states)
     seconds = SECONDS + size // 50_000_000 + len(states) // 50
     try:
-        trouble = limited(lambda: _trouble(path, size, beside), seconds, MEMORY + 2 * size)
+        trouble = limited(lambda: _trouble(path, size, beside, follow), seconds, MEMORY + 2 * size)
     except Fallen as fallen:
         trouble = str(fallen)
     if trouble != "fine":
         raise InputError(f"{path}: not a readable HDF5 file ({trouble})")
 
 
-def _trouble(path: Path, size: int, beside: str | None) -> str:
+def _trouble(path: Path, size: int, beside: str | None, follow: bool) -> str:
     """What is wrong with a file and those that it leads to, "fine" where nothing is."""
     walk = _Walk(size, beside)
     waiting, seen = [path], {path}
@@ -190,7 +195,7 @@ def _trouble(path: Path, size: int, beside: str | None) -> str:
             each = waiting.pop()
             found = walk.file(each) - seen
             seen |= found
-            waiting += found
+            waiting += found if follow else ()
     except _Refused as refused:
         return str(refused)
     except FileNotFoundError:

@@ -57,14 +57,21 @@ from vanelock.rom import Component, System
 FORMAT = "vanelock-results"
 VERSION = 3
 NAME = "results.h5"
+ADVICE = "move it away or name another folder with --output"
 PARTS = "results"
 """The folder beside it."""
 WHOLE = "whole"
 """Attribute of a reduced part's matrices: the file in the run's folder that has all of it."""
 
 
-def check_results(path: Path) -> None:
+def check_results(path: Path) -> str:
     """Refuse to go on where `path` is something that this program did not write.
+
+    Returns
+    -------
+    str
+        What is to be said of files that it leads to and that are damaged or gone; "" if all are
+        whole. They are written again.
 
     Raises
     ------
@@ -72,14 +79,20 @@ def check_results(path: Path) -> None:
         If the file is there and is not readable, or is not a results file of this version.
     """
     if not os.path.lexists(path):
-        return
-    with open_results(path, whole=False):
+        return ""
+    with open_results(path, whole=False, follow=False):
         pass
+    try:
+        with open_results(path, whole=False):
+            return ""
+    except InputError as error:
+        _, _, found = str(error).removesuffix(f"; {ADVICE}").partition("HDF5 file ")
+        return f"results are damaged {found}: written again, from what the cache has"
 
 
 @contextmanager
 def open_results(
-    path: str | os.PathLike[str], whole: bool = True
+    path: str | os.PathLike[str], whole: bool = True, follow: bool = True
 ) -> Generator[h5py.File, None, None]:
     """A results file, open for reading.
 
@@ -88,27 +101,28 @@ def open_results(
     path : path
     whole : bool
         Whether to read all of it first, and refuse it where anything is not as it was written.
+    follow : bool
+        Whether the files that it leads to count.
 
     Raises
     ------
     InputError
         If it is missing, damaged, altered, foreign, or of another version of the format.
     """
-    advice = "move it away or name another folder with --output"
     with ExitStack() as stack:
         try:
-            file = stack.enter_context(opened(path, PARTS))
+            file = stack.enter_context(opened(path, PARTS, follow))
         except InputError as error:
-            text = f"{error}; {advice}" if "HDF5" in str(error) else str(error)
+            text = f"{error}; {ADVICE}" if "HDF5" in str(error) else str(error)
             raise InputError(text) from None
         found = file.attrs.get("format")
         if not isinstance(found, str) or found != FORMAT:
-            raise InputError(f"{path}: not a vanelock results file; {advice}")
+            raise InputError(f"{path}: not a vanelock results file; {ADVICE}")
         version = file.attrs.get("version")
         if not isinstance(version, np.integer) or version != VERSION:
             raise InputError(
                 f"{path}: results of format version {str(version)[:40]}, this program writes "
-                f"{VERSION}; {advice}"
+                f"{VERSION}; {ADVICE}"
             )
         if whole:
             verify_all(Path(path), file)

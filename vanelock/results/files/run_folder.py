@@ -15,12 +15,16 @@ PLACES = ("cache", "figures", "shapes", "mesh", results_file.PARTS)
 """Folders in it."""
 OWN = (".lock", results_file.NAME, *PLACES[:-1])
 """By any of these a folder is known as that of a run."""
-_ADVICE = "move it away or name another folder with --output"
 
 
 @contextmanager
-def claimed(folder: Path) -> Generator[None, None, None]:
+def claimed(folder: Path) -> Generator[str, None, None]:
     """Hold a folder for one run.
+
+    Yields
+    ------
+    str
+        What is to be said of earlier results, of `check_results`.
 
     Raises
     ------
@@ -41,10 +45,10 @@ def claimed(folder: Path) -> Generator[None, None, None]:
         except OSError:
             raise InputError(f"{folder}: another run is using this folder") from None
         _check_places(folder)
-        results_file.check_results(folder / results_file.NAME)
+        damage = results_file.check_results(folder / results_file.NAME)
         _sweep_up(folder)
         try:
-            yield
+            yield damage
         except InputError:
             if fresh:
                 _abandon(folder)
@@ -81,12 +85,12 @@ def _check_places(folder: Path) -> None:
     for name in PLACES:
         place = folder / name
         if place.is_symlink():
-            raise InputError(f"{place}: is a link, which is not followed; {_ADVICE}")
+            raise InputError(f"{place}: is a link, which is not followed; {results_file.ADVICE}")
         if os.path.lexists(place) and not place.is_dir():
-            raise InputError(f"{place}: is not a folder; {_ADVICE}")
+            raise InputError(f"{place}: is not a folder; {results_file.ADVICE}")
     place = folder / results_file.NAME
     if place.is_dir():
-        raise InputError(f"{place}: is a folder, not a results file; {_ADVICE}")
+        raise InputError(f"{place}: is a folder, not a results file; {results_file.ADVICE}")
 
 
 def _sweep_up(folder: Path) -> None:

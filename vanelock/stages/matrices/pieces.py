@@ -138,7 +138,7 @@ def reduced(
     stiffness of their own, or where it takes them to hold the component.
     """
     where = f"components.{name}"
-    _known(f"{where}.fixed", given, fixed)
+    refuse_unknown(f"{where}.fixed", given, fixed)
     free = np.flatnonzero(~np.isin(given.node, fixed))
     node, direction = given.node[free], given.direction[free]
     K, M = given.K[free][:, free], _mass(name, given)[free][:, free]
@@ -273,7 +273,8 @@ def _selection(keys: ComponentKeys, least: float | None) -> Selection:
     return Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
 
 
-def _known(where: str, given: Matrices, nodes: Integers) -> None:
+def refuse_unknown(where: str, given: Matrices, nodes: Integers) -> None:
+    """Refuse nodes that matrices do not have, `where` they are named."""
     if len(missing := np.setdiff1d(nodes, given.node)):
         raise InputError(f"{where}: node {missing[0]} is not among the matrices' nodes")
 
@@ -292,8 +293,8 @@ def _faces(
         raise InputError(f"{where}.low: cyclic faces need ring.sectors of at least 2")
     if len(low) != len(high):
         raise InputError(f"{where}.high: {len(high)} nodes, and {len(low)} in low")
-    _known(f"{where}.low", given, low)
-    _known(f"{where}.high", given, high)
+    refuse_unknown(f"{where}.low", given, low)
+    refuse_unknown(f"{where}.high", given, high)
     both = np.concatenate(faces)
     if len(np.unique(both)) < len(both):
         again = next(n for n in both if np.sum(both == n) > 1)

@@ -1,6 +1,7 @@
 """What a study or a scene is excited with, in words: directions as they act, and resultants."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,16 +10,15 @@ from vanelock.common.arrays import unit_vectors
 from vanelock.common.tables import counted
 from vanelock.input.cases.values import Given, ring_of
 from vanelock.input.schema.scene import Scene
-from vanelock.input.schema.study import Study
-from vanelock.pipeline.step import Stages
-from vanelock.stages.matrices.gather import Gathered, gathered
-from vanelock.stages.plan import Planned
+
+if TYPE_CHECKING:
+    from vanelock.stages.matrices.gather import Gathered
 
 UNIT = 1e-9
 """Difference of a vector's length from 1 that is rounding."""
 
 
-def load_lines(given: Given, nodes: int | None, lists: Gathered | None = None) -> Iterator[str]:
+def load_lines(given: Given, nodes: int | None, lists: "Gathered | None" = None) -> Iterator[str]:
     """A line for each load.
 
     Parameters
@@ -52,16 +52,6 @@ def load_lines(given: Given, nodes: int | None, lists: Gathered | None = None) -
 
 def _vector(values: NDArray[np.float64]) -> str:
     return f"[{', '.join(f'{value:.4g}' for value in values.tolist())}]"
-
-
-def load_lines_of(planned: Planned, stages: Stages) -> Iterator[str]:
-    """The same of a case that is planned."""
-    given, loaded, lists = planned.case.given, None, None
-    if isinstance(given, Study):
-        loaded = len(stages.get(planned.meshes["casing"]).node_sets["force"])
-    elif given.system is None:
-        lists = gathered(given)
-    yield from load_lines(given, loaded, lists)
 
 
 def _each(force: float, nodes: int, sectors: int) -> str:

@@ -1,5 +1,6 @@
 """Which displacement stands for the vibration: one component of one output node."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,10 +56,25 @@ def monitor(wanted: str | None, system: System, free: Response) -> Monitor:
     InputError
         If there is no such output.
     """
-    names = system.output_names
+    node, component = output_of(wanted, system.output_names, system.sectors)
+    at = system.output_names.index(node)
+    largest = int(free.amplitude[:, at].max(axis=0).argmax())
+    components = COMPONENTS if system.sectors > 1 else CARTESIAN
+    place = components.index(component) if component else largest
+    return Monitor(f"{node}, {components[place]}", at, place)
+
+
+def output_of(wanted: str | None, names: Sequence[str], sectors: int) -> tuple[str, str]:
+    """The output node and component, "" where none is named, that `outputs.monitor` means.
+
+    Raises
+    ------
+    InputError
+        If there is no such output among the `names`.
+    """
     if not names:
         raise InputError("outputs: the scene has no output nodes: give outputs.nodes or a load")
-    components = COMPONENTS if system.sectors > 1 else CARTESIAN
+    components = COMPONENTS if sectors > 1 else CARTESIAN
     node, _, component = (wanted or names[0]).partition(", ")
     if node not in names or (component and component not in components):
         some = ", ".join(names[:MOST]) + (", ..." if len(names) > MOST else "")
@@ -66,7 +82,4 @@ def monitor(wanted: str | None, system: System, free: Response) -> Monitor:
             f'outputs.monitor = "{wanted}": allowed are {some}, and after ", " one of '
             f"{', '.join(components)}"
         )
-    at = names.index(node)
-    largest = int(free.amplitude[:, at].max(axis=0).argmax())
-    place = components.index(component) if component else largest
-    return Monitor(f"{node}, {components[place]}", at, place)
+    return node, component

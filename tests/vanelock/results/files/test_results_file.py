@@ -1,14 +1,18 @@
 """The results file: what goes in comes out, whole at every moment."""
 
+import os
 from dataclasses import replace
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 
-from vanelock import load_system, open_results
+from tests.vanelock.scenes.conftest import chain
+from vanelock import load_scene, load_system, open_results, run_scene
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response
+from vanelock.pipeline.progress import Notice
 from vanelock.results.files.results_file import check_results
 from vanelock.results.files.writer import Results
 from vanelock.rom import System
@@ -119,3 +123,24 @@ def test_missing_files_and_cases(tmp_path, ring):
         file.create_group("response/nominal")
     with pytest.raises(InputError, match=r"no case 'other' \(it has nominal\)"):
         load_system(tmp_path / "results.h5", "other")
+
+
+@pytest.mark.parametrize("damage", [lambda part: os.truncate(part, 1000), Path.unlink])
+def test_a_damaged_part_is_reported_and_written_again(tmp_path, damage):
+    """The power cut that a run survives; in the cache its file is the same one."""
+    text = chain(1, 3, (9e4, 3e5, 5e5), ground=1.0).write(tmp_path, "rod")
+    text += '[contacts.pad]\nbetween = ["rod", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\n'
+    text += "kn = 1e4\nkt = 1e4\nmu = 0.2\n"
+    text += '[[loads]]\ncomponent = "rod"\nnodes = [3]\ndirection = [0, 1, 0]\namplitude = 1\n'
+    text += "[response]\nfrequencies = [3]\n[outputs]\nloops = false\nreport = false\n"
+    (tmp_path / "scene.toml").write_text(text)
+    scene, folder, said = load_scene(tmp_path / "scene.toml"), tmp_path / "run", []
+    (before,) = run_scene(scene, folder)
+    (part,) = (folder / "results").glob("preload-*.h5")
+    damage(part)
+    (after,) = run_scene(scene, folder, listener=said.append)
+    assert after.peak == before.peak
+    (notice,) = (e.text for e in said if isinstance(e, Notice) and "results are" in e.text)
+    assert notice.startswith(f"results are damaged (results/{part.name}")
+    with open_results(folder / "results.h5"):
+        pass
