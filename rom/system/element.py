@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,11 @@ Place: TypeAlias = int | tuple[int | None, int | None] | NDArray[Any]
 """A displacement: see `Contact`."""
 Force: TypeAlias = Callable[[Floats, Floats, Floats, Floats, Floats], None]
 """See `Element.force`."""
+
+TRIALS = 0.0, 1e-6, -1e-6, 1.0, -1.0
+"""Displacements, m, and velocities, m/s, at which a law is tried."""
+MOST = 1000
+"""A memory that a law is tried with where it uses more than it says."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +77,8 @@ class Element:
             self._take(self.force)
         elif not callable(self.force):
             self._refuse(f"force = {self.force!r}: needs a function or the name of a law")
+        else:
+            self._try(self.memory)
 
     def _take(self, law: str) -> None:
         """Check what a named law is given."""
@@ -87,7 +94,23 @@ class Element:
         pairs = len(given) // len(known.parameters)
         object.__setattr__(self, "memory", known.memory * pairs)
 
-    def _refuse(self, why: str) -> None:
+    def _try(self, memory: int) -> None:
+        """Call the law as it is written: compiled, it would read and write beyond its arrays."""
+        d = len(self.places)
+        for size in TRIALS:
+            u, state = np.full(d, size), np.zeros(memory)
+            try:
+                with np.errstate(all="ignore"):
+                    self.function(u, u.copy(), state, np.asarray(self.parameters), np.zeros(d))
+            except IndexError as error:
+                if memory == self.memory:
+                    self._try(MOST)  # refuses what is not of the memory
+                    self._refuse(f"memory = {memory}: force uses more of state ({error})")
+                self._refuse(f"force reads or writes beyond what it is given ({error})")
+            except Exception:  # no number there, or what the compiler says
+                continue
+
+    def _refuse(self, why: str) -> NoReturn:
         raise InputError(f"Element {self.name!r}: {why}")
 
     @property

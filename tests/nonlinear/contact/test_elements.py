@@ -180,6 +180,10 @@ def test_linear_limits_leave_elements_out() -> None:
     np.testing.assert_allclose(found.amplitude[:, 0, 0], wanted, rtol=1e-10)
 
 
+def dragging(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+    out[0], state[0] = p[0] * (u[0] - state[0]), u[0]
+
+
 def unknown(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
     out[0] = nothing(u)  # type: ignore[name-defined]  # noqa: F821
 
@@ -195,6 +199,8 @@ def unknown(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> N
         ({"places": [0, 1]}, "given 2: cubic_spring needs one"),
         ({"stiffness": 0}, "stiffness = 0: must be > 0"),
         ({"memory": -1}, "memory = -1: must be >= 0"),
+        ({"force": dragging}, r"memory = 0: force uses more of state \(index 0 is out of bounds"),
+        ({"force": dragging, "memory": 1, "parameters": []}, "reads or writes beyond what it is"),
     ],
 )
 def test_what_is_impossible_is_refused(given: dict[str, Any], message: str) -> None:

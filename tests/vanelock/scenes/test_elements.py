@@ -60,7 +60,7 @@ def test_a_system_with_elements_is_what_its_file_holds(tmp_path: Path, scene_fil
         ('"stop"\nparam', '"quintic"\nparam', r"elements\.stop\.law"),
         ("[4e4, 1e-5]", "[4e4]", r"elements\.stop: parameters = \[40000\.0\]: stop needs k"),
         ("[2, 0, 0]", "[0, 0, 0]", r"elements\.stop\.direction: must not be zero"),
-        ("[3]", "[99]", r"components\.one: node 99 is not among its nodes"),
+        ("[3]", "[99]", r"components\.one: node 99 is not among the matrices' nodes"),
         ("[elements.stop]", "[bounds]\n[elements.stop]", r"elements: \[bounds\] is of contacts"),
         ('["one", "ground"]', '["ground", "one"]', r"elements\.stop\.between"),
     ],
