@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from vanelock import nonlinear
 from vanelock.common.cyclic import folded
@@ -12,8 +13,10 @@ from vanelock.nonlinear import DampedMode, LimitCycles, Options, Response
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.assessment.bounds import Count
+from vanelock.stages.assessment.unlike import peak_harmonics
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.summary import by_height
 
 
 @dataclass(frozen=True)
@@ -85,19 +88,22 @@ def _step(
     study = planned.case.study
     assert study.damped_modes is not None
     air, N = study.damped_modes.air, study.ring.sectors
-    options = Options(harmonics=study.response.harmonics, friction=study.response.friction)
+    adaptive = planned.chosen_mesh is not None
     inputs = {
         "mode": number,
         "nodal_diameter": k,
         "influence": study.damped_modes.influence,
-        "harmonics": options.harmonics,
-        "friction": options.friction,
+        "harmonics": study.response.harmonics,
+        "friction": study.response.friction,
         "monitor": study.outputs.monitor,
     }
     free = first.linear.responses["free"]
 
-    def compute(system: System, base: System, free: Response) -> FollowedMode:
-        watched = monitor(study.outputs.monitor, base, free)
+    def compute(system: System, base: System, free: Response, *responses: Response) -> FollowedMode:
+        watched, H = monitor(study.outputs.monitor, base, free), study.response.harmonics
+        if adaptive:
+            H = peak_harmonics(by_height(responses, watched)[0], watched)
+        options = Options(harmonics=H, friction=study.response.friction)
         at = number, k, watched.node, watched.component
 
         def progress(done: int, total: int, hertz: float, amplitude: float) -> None:
@@ -117,6 +123,7 @@ def _step(
                 return FollowedMode(*at, reason=str(error))
         return FollowedMode(*at, driven=driven)
 
-    needs = (system, first.linear.system, free)
+    needs: tuple[Step[Any], ...] = (system, first.linear.system, free)
+    needs += planned.responses if adaptive else ()
     of = f"{planned.case.name} mode {number} ND {k}"
     return step("damped mode", "nonlinear", inputs, FollowedMode, needs, compute, of=of)

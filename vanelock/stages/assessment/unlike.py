@@ -167,7 +167,7 @@ def _ring_step(
     ) -> UnlikeRing:
         watched = monitor(given.outputs.monitor, base, free)
         options = Options(
-            harmonics=_harmonics(others[0], watched) if adaptive else given.response.harmonics,
+            harmonics=peak_harmonics(others[0], watched) if adaptive else given.response.harmonics,
             friction=given.response.friction,
             direction="down" if given.response.direction == "down" else "up",
             effort=given.response.effort,
@@ -192,8 +192,8 @@ def _ring_step(
     return step("unlike ring", "nonlinear", inputs, UnlikeRing, needs, compute, quick=True, of=name)
 
 
-def _harmonics(response: Response, watched: Monitor) -> int:
-    """Those of the peak, where an accuracy chooses them."""
+def peak_harmonics(response: Response, watched: Monitor) -> int:
+    """Number of harmonics of the peak, where an accuracy chooses them."""
     peak = peak_of(response, watched.amplitude(response))
     return int((response if peak is None else as_solved(response, peak.point)).harmonics)
 

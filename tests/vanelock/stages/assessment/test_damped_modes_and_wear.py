@@ -1,6 +1,7 @@
 """Damped modes, flutter and wear over cycles of a study: what its files and its page have."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,11 @@ import numpy as np
 import pytest
 
 from tests.golden.runs import GoldenRun
-from vanelock import nonlinear, parse_study
+from tests.vanelock.stages.conftest import planned_of
+from vanelock import load_system, nonlinear, open_results, parse_study
+from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Begun, PointDone
-from vanelock.stages.assessment.damped_modes import FollowedMode
+from vanelock.stages.assessment.damped_modes import FollowedMode, damped_mode_steps
 from vanelock.stages.assessment.wear import WornCase
 
 N, HOUR = 8, 3600.0
@@ -93,6 +96,31 @@ def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]
     for name in ("damped_modes", "wear_over_cycles"):
         assert (folder / "figures" / f"{name}_nominal.png").exists()
         assert (folder / "figures" / f"{name}_nominal.csv").exists()
+
+
+def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
+    golden: Callable[[str], GoldenRun], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, taken = golden("accuracy"), []
+
+    def followed(
+        system: Any, number: int, given: None, options: nonlinear.Options, k: int, **_: Any
+    ) -> None:
+        taken.append(options.harmonics)
+        raise InputError("enough")
+
+    monkeypatch.setattr(nonlinear, "damped_mode", followed)
+    planned = planned_of(f"{run.text}\n[response]\nharmonics = 9\n[damped_modes]\n")
+    planned = replace(planned, chosen_mesh=planned.response)  # an accuracy has chosen
+    (step,) = damped_mode_steps(planned, planned, planned.system, lambda *_: None)
+    assert planned.response in step.needs
+    with open_results(run.folder / "results.h5") as file:
+        response = nonlinear.Response.load(file["response/nominal"])
+    system = load_system(run.folder / "results.h5", "nominal")
+    assert step.compute(system, system, response, response).reason == "enough"
+    assert response.estimates is not None
+    peak = np.argmin(np.abs(response.frequency - run.summaries[0].peak.frequency))
+    assert taken == [response.estimates.harmonics[peak]]
 
 
 @pytest.mark.parametrize(
