@@ -58,6 +58,10 @@ SHRINK = 0.75
 """Of what is left to a lift-off, at most in one step ..."""
 NEAR = 5e-4
 """... but for the last, rad."""
+FUZZ = 4e-16
+"""Of the displacements: rounding, by which a held slider may be outside."""
+REST = 1e-8
+"""How long a slider that was caught is held at least, rad: λ, zero there, is rounding before."""
 
 
 @kernel
@@ -67,6 +71,13 @@ def _excess(angle: float, u: Floats, alpha: float, path: Path) -> tuple[float, f
     at = path.motion
     x, y, r = at[PX] - path.place[0], at[PY] - path.place[1], at[R]
     return x * x + y * y - r * r, x * at[DX] + y * at[DY] - r * at[DR]
+
+
+@kernel
+def _rounding(fuzz: float, path: Path) -> float:
+    """What |p - w|² - r² may be of a slider on the edge."""
+    r = path.motion[R]
+    return float(1e-13 * r * r + fuzz * (2.0 * r + fuzz))
 
 
 @kernel
@@ -95,7 +106,9 @@ def _met_between(left: float, right: float, u: Floats, alpha: float, path: Path)
 
 
 @kernel
-def _met(begin: float, end: float, brackets: int, u: Floats, alpha: float, path: Path) -> float:
+def _met(
+    begin: float, end: float, fuzz: float, brackets: int, u: Floats, alpha: float, path: Path
+) -> float:
     """Where from `begin` on the edge meets a held slider; `end` if it does not."""
     left, rising = begin, _excess(begin, u, alpha, path)[1] > 0.0
     index = math.floor(begin / TURN * brackets) + 1
@@ -105,14 +118,14 @@ def _met(begin: float, end: float, brackets: int, u: Floats, alpha: float, path:
         if right <= left:
             continue
         f, slope = _excess(right, u, alpha, path)
-        if f > 0.0:
+        if f > _rounding(fuzz, path):
             return _met_between(left, right, u, alpha, path)
         if rising and slope < 0.0:  # perhaps outside for a while in between
             low, high = left, right
             while high - low > 1e-9:
                 top = 0.5 * (low + high)
                 f, along = _excess(top, u, alpha, path)
-                if f > 1e-13 * path.motion[R] ** 2:
+                if f > _rounding(fuzz, path):
                     return _met_between(left, top, u, alpha, path)
                 low, high = (top, high) if along > 0.0 else (low, top)
         left, rising = right, slope > 0.0
@@ -146,11 +159,11 @@ def _to_turning(angle: float, bent: Floats, alpha: float, r: float, path: Path) 
 
 @kernel
 def _caught(
-    begin: float, length: float, rate: float, u: Floats, alpha: float, path: Path
+    begin: float, length: float, rate: float, fuzz: float, u: Floats, alpha: float, path: Path
 ) -> tuple[bool, float]:
     """Whether λ, `rate` at the beginning, falls to zero in a step; its length up to there."""
     force, slip, node = path.force, path.slip, 0
-    while node < STAGES and slip[node, RATE] >= 0.0:
+    while node < STAGES and slip[node, RATE] >= -fuzz:
         node += 1
     if node == STAGES:
         return False, length
@@ -181,6 +194,8 @@ def _caught(
 def _begin_slip(x: float, y: float, path: Path) -> None:
     """The force along (x, y), and the changes across it."""
     size = math.hypot(x, y)
+    if size == 0.0:  # where rounding leaves nothing of a disc
+        x = size = 1.0
     path.force[0], path.force[1] = x / size, y / size
     for k in range(path.across.size):
         path.across[k] = (x * path.change[1, k] - y * path.change[0, k]) / size
@@ -237,10 +252,11 @@ def _closed(
         bent[i] = derivative(u[i])
     for k in range(1, u.shape[1]):
         size += u[1, k] ** 2 + u[2, k] ** 2
-    size = math.sqrt(size)
+    size, rested = math.sqrt(size), angle
+    fuzz = FUZZ * (size + math.hypot(u[1, 0], u[2, 0]))
     for _ in range(400 * knots):
         if not slips:
-            end = _met(angle, last, brackets, u, alpha, path)
+            end = _met(min(rested, last), last, fuzz, brackets, u, alpha, path)
             add_held(angle, end, path)
             angle = end
         if angle >= last:
@@ -262,7 +278,7 @@ def _closed(
         slip_over(angle, length, force[0], force[1], u, alpha, path.phis, path.motions, slip)
         r = path.motions[STAGES - 1, R]
         limit = _longest(length, limit, size, path)
-        caught, length = _caught(angle, length, rate, u, alpha, path)
+        caught, length = _caught(angle, length, rate, fuzz, u, alpha, path)
         changes_over(length, alpha, path.phis, path.motions, slip, path.across, path.eta)
         work += add_slip(angle, length, path)
         any_slip = True
@@ -274,7 +290,9 @@ def _closed(
         path.across[:] = path.eta[STAGES - 1]
         if caught or angle >= last:
             _end_slip(alpha, path)
-            slips = False
+            slips, rested = False, angle + REST
+    else:
+        path.w[:] = math.nan  # it did not arrive
     return any_slip, work
 
 

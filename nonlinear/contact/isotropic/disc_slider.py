@@ -88,18 +88,10 @@ def _mean_inverse(r0: float, r1: float) -> tuple[float, float, float]:
 def pursue(
     w: Floats, a: Floats, b: Floats, r0: float, r1: float, out: Floats, rates: Floats
 ) -> tuple[int, float]:
-    """Move a slider while the disc's centre moves straight and its radius linearly.
+    """Move a slider at w while the disc's centre moves straight and its radius linearly.
 
-    Parameters
-    ----------
-    w : (2,)
-        Slider at the beginning, in the disc.
-    a, b : (2,)
-        Centre at the beginning and at the end.
-    r0, r1 : float
-        Radii there; not positive where the contact is open.
-    out, rates : (2,), (2, 8)
-        Receive the slider at the end and, unless HELD from the beginning, its rates.
+    From `a` and r0 to `b` and r1, which are not positive where the contact is open; `out` and
+    `rates` (2, 8) receive the slider at the end and, unless HELD from the beginning, its rates.
 
     Returns
     -------
@@ -125,11 +117,13 @@ def pursue(
     s, root = 0.0, 0.0
     if linear < 0.0 or constant < -1e-13 * r0 * r0:
         root = math.sqrt(max(linear * linear - square * constant, 0.0))
-        s = -constant / (linear + root) if linear >= 0.0 else (root - linear) / square
-        s = min(max(s, 0.0), 1.0)
+        over, under = (-constant, linear + root) if linear >= 0.0 else (root - linear, square)
+        s = min(max(over / under, 0.0), 1.0) if under > 0.0 else 1.0
     left = 1.0 - s
     x, y, r = x + s * dx, y + s * dy, r0 + s * growth
     size, length = math.hypot(x, y), math.hypot(dx, dy)
+    if size == 0.0:  # where rounding leaves nothing of the disc
+        return _touch_down(a, b, 0.0, r1, out, rates)
     ex, ey = x / size, y / size
     px, py = (dx / length, dy / length) if length > 0.0 else (ex, ey)
     # The pursuit over the rest of the step.

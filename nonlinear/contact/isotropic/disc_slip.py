@@ -27,7 +27,7 @@ from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import Floats, basis_at
 
 STAGES = 5
-SMALLEST = 1e-12
+SMALLEST = 1e-16
 """Radius over what it and its centre move in a radian, below which a disc is taken as a point."""
 # Columns of the motion at a node: p, p', r, r'.
 PX, PY, DX, DY, R, DR = 0, 1, 2, 3, 4, 5
@@ -121,19 +121,7 @@ def slip_over(
     motion: Floats,
     slip: Floats,
 ) -> None:
-    """Collocate one step of slip that begins with the force along e.
-
-    Parameters
-    ----------
-    begin, length : float
-        Angles, rad.
-    ex, ey : float
-        e at the beginning.
-    u : (3, m)
-        Displacements of (v, u1, u2), m.
-    phi, motion, slip : (s, m), (s, 6), (s, 5)
-        Receive φ, the motion and the slip at the nodes.
-    """
+    """Collocate one step of slip from the force e on: φ, motion and slip (s, .) at the nodes."""
     s = STAGES
     z, a, b, half = np.zeros(s), np.empty(s), np.empty(s), np.empty(s)
     for i in range(s):
@@ -179,15 +167,7 @@ def changes_over(
     start: Floats,
     eta: Floats,
 ) -> None:
-    """Collocate η of a step for changes of all coefficients, and of what came before.
-
-    Parameters
-    ----------
-    start : (n,)
-        η at the beginning; the first 3 m columns are of the coefficients of (v, u1, u2).
-    eta : (s, n)
-        Receives η at the nodes.
-    """
+    """Collocate η (s, n) of a step for changes of all coefficients, 3 m, and of earlier ones."""
     s, (_, m) = STAGES, phi.shape
     matrix, answer = np.empty((s, s)), np.empty((s, s + 1))
     for i in range(s):

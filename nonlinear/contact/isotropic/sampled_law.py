@@ -32,6 +32,8 @@ from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import Floats, roots, spread
 
 LAPS = 200
+FINEST = 1e-14
+"""Of the vibration: a disc whose slider has the displacements of its centre to their last digit."""
 
 
 @kernel
@@ -235,12 +237,13 @@ def without_path(
     opening[c] = add_normal(v, contact, count, w[c, 0], along)
     if opening[c] != CLOSED:
         place(along, c, 0, 0, jacobian)
-    if opening[c] == ALWAYS or a == 0.0:
+    smooth = a * (v[0] + spread(v)) <= FINEST * math.hypot(spread(u[c, 1]), spread(u[c, 2]))
+    if opening[c] == ALWAYS or smooth:
         for d in range(1, 3):
             w[c, d] = u[c, d]
             for k in range(m):
                 jacobian[c, d, k, d, k] = 1.0
-        slips[c] = a == 0.0 and m > 1
+        slips[c] = smooth and m > 1
         return True, count
     furthest = math.hypot(abs(u[c, 1, 0]) + spread(u[c, 1]), abs(u[c, 2, 0]) + spread(u[c, 2]))
     return opening[c] == CLOSED and furthest <= a * (v[0] - spread(v)), count

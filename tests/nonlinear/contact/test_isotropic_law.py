@@ -258,6 +258,22 @@ def test_jacobian_is_the_derivative(
         assert np.median(error) < (1e-9 if samples else 1e-8)
 
 
+@pytest.mark.parametrize("ratio", [1e-2, 1e-7, 1e-12, 1e-16, 1e-30])
+def test_contact_in_phase_with_its_load_slides_as_in_one_direction(ratio: float) -> None:
+    # Nothing is damped: u and v turn back at the same instants, where λ vanishes. The law of one
+    # direction is another one and exact; where μ n/kt vanishes beside the motion, w = u.
+    u = np.zeros((1, 3, 3))
+    u[0, :2] = [[0.9790803, 3.6106976, 6.7e-9], [-0.4395402, -4.5107143, -8.4e-9]]
+    for v0 in (u[0, 0, 0], 9.0):
+        u[0, 0, 0] = v0
+        made = Contacts(np.ones(1), np.ones((1, 2)), np.array([ratio]), np.zeros(1))
+        one, plane = contact_law(made, 1)(u), plane_law(made, 1)(u)
+        np.testing.assert_array_equal(plane.state, one.state)
+        np.testing.assert_allclose(plane.w, one.w, rtol=0, atol=1e-12)
+        work = one.dissipation if ratio > 1e-14 else np.zeros(1)
+        np.testing.assert_allclose(plane.dissipation, work, rtol=1e-4)
+
+
 def test_law_does_not_know_the_axes_of_the_plane() -> None:
     made, u = draw(3, 100, seed=3)
     cosine, sine = np.cos(0.7), np.sin(0.7)

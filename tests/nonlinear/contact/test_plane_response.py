@@ -12,6 +12,7 @@ from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
     STUCK,
+    Contact,
     Options,
     System,
     contact_loop,
@@ -211,6 +212,18 @@ def test_isotropic_friction_sticks_as_orthogonal_does(
     )
     assert np.all(other.state == STUCK)
     np.testing.assert_allclose(other.contact, one.contact, rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("kt", [1e10, 1e13])
+def test_friction_that_vanishes_beside_the_motion_is_none(kt: float) -> None:
+    K = 1e7 * np.array([[2.0, -1.0], [-1.0, 2.0]])
+    contact = Contact(tangential=1, normal=(None, 0), mu=1e-9, kt=kt, kn=1e7, preload=0.1)
+    system = System.from_matrices(np.eye(2), K, [contact], force={1: 0.1}, static_force={0: -3.0})
+    found = frequency_response(system, [430.0, 500.0, 600.0], Options(1, friction="isotropic"))
+    square = (2 * np.pi * found.frequency[:, None, None]) ** 2 * np.eye(2)
+    alone = np.linalg.solve(K + np.diag([1e7, 0.0]) - square, [0.0, 0.1])
+    assert found.converged.all()
+    np.testing.assert_allclose(found.x[1], alone, rtol=1e-7)  # μ n is 1e-9 of the force
 
 
 def test_what_isotropic_friction_cannot_do_is_refused(random_system: Make) -> None:
