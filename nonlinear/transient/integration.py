@@ -27,18 +27,11 @@ SMALL = 1e-9
 class RingMotion:
     """Where the ring is; moved on by `Integrator.period`.
 
-    Attributes
-    ----------
-    state : (k, 4, n) complex
-        What `modal_step` keeps of each mode, y first, by diameter.
-    load, static : (k, n), (k, 3c) complex
-        Modal loads of the deviations, and their displacements through modes without inertia.
-    place : (k, 3c) complex
-        Displacements of the contacts beside the steady vibration, by diameter.
-    u, w : (N, 3c) float
-        Relative displacements of the contacts and their deviations from sticking, m.
-    awake : (c,) bool
-        Contacts whose deviations change.
+    `state` (k, 4, n) is what `modal_step` keeps of each mode, y first, by diameter; `load` (k, n)
+    and `static` (k, 3c) the modal loads of the deviations and their displacements through modes
+    without inertia; `place` (k, 3c) the contacts' displacements beside the steady vibration; `u`
+    and `w` (N, 3c), m, their relative displacements and deviations from sticking; `awake` (c,)
+    contacts whose deviations change.
     """
 
     state: Complex
@@ -54,16 +47,10 @@ class RingMotion:
 class Period:
     """Histories of one period, s steps, the last of which ends where the next period begins.
 
-    Attributes
-    ----------
-    u, w : (s, N, 3c) float
-        Relative displacements of the contacts and their deviations from sticking, m.
-    y : (s, k, n) complex
-        What the deviations add to the modal amplitudes with inertia.
-    unsolved : int
-        Steps that were not solved.
-    defect : float
-        How far it ends from where it began: largest change of u and w, over the largest amplitude.
+    `u` and `w` (s, N, 3c), m, are the contacts' relative displacements and deviations from
+    sticking, `y` (s, k, n) what the deviations add to the modal amplitudes with inertia, `unsolved`
+    steps that were not solved; `defect` is the largest change of u and w over the period, over the
+    largest amplitude.
     """
 
     u: Floats

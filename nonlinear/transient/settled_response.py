@@ -8,6 +8,9 @@ compared with the third before it, at P that grows by half from one comparison t
 * every period repeats the one before, and does so better in the last third: STEADY; or
 * mean, largest and smallest amplitudes of both thirds agree, and so does the size of what changes
   from one period to the next, which is well above what the disturbance made it: MODULATED.
+
+Either only after 2 ln(1/d)/ln|μ| periods, d the disturbance and μ the largest multiplier of the
+wave: a motion that has grown from d may seem settled while another is on its way.
 """
 
 from collections.abc import Callable
@@ -22,6 +25,7 @@ from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import check_friction
+from vanelock.nonlinear.floquet.stability import stability
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
@@ -145,6 +149,7 @@ def settled_response(
     disturbance: float = 1e-4,
     seed: int = 0,
     modes: int | None = None,
+    growth: float | None = None,
     progress: Progress | None = None,
     journal: Journal | None = None,
 ) -> SettledResponse:
@@ -163,19 +168,22 @@ def settled_response(
     periods : int
         Periods followed, at most.
     least : int
-        Periods followed at least. A disturbance that grows by μ a period takes
-        ln(1/disturbance)/ln μ of them before the wave is gone.
+        Periods followed at least; never fewer than 2 ln(1/disturbance)/ln|μ|, |μ| the largest
+        multiplier of the wave, where that is above 1.
     tolerance : float
         To which mean, largest and smallest amplitudes of two windows agree, relative to the largest
         amplitude of that output node.
     disturbance : float
         Standard deviation of what is added to every mode's velocity at all nodal diameters,
         relative to the velocity that the wave gives the mode. 0: growth begins at what truncation
-        and time step leave.
+        and time step leave, no less than 1e-7.
     seed : int
         Of the disturbance.
     modes : int, optional
         As of `time_response`.
+    growth : float, optional
+        Of the wave, f ln|μ|, 1/s; by default the least positive one that `stability` finds by its
+        two truncations.
     progress : callable, optional
         Called after each period with (periods done, periods at most, defect).
     journal : Journal, optional
@@ -195,13 +203,20 @@ def settled_response(
     ------
     InputError
         If the point does not exist, did not converge or is not of this system, a nodal diameter is
-        missing, the stuck modes do not diagonalise a given C, or an option is out of range.
+        missing, the stuck modes do not diagonalise a given C, an option is out of range, or no
+        growth is given and `stability` is not of such a response.
     """
     _check(system, response, point, steps, periods, least, tolerance, disturbance, seed, modes)
     system = replace(system, contacts=replace(system.contacts, mu=response.mu))
     frequency = float(response.frequency[point])
     whole = ring(system, every=True)
     check_start(whole, frequency, response.friction, response, point)
+    if growth is None:
+        growths = stability(system, response, [point], journal=journal).growth
+        growth = min((float(each) for each in growths[0] if each > 0), default=0.0)
+    if growth > 0:
+        decades = np.log(1 / max(disturbance, REPEATED))
+        least = max(least, int(min(np.ceil(2 * decades * frequency / growth), periods + 1)))
     stepped = integrator(whole, TURN * frequency, steps, modes, response.friction == "isotropic")
     motion = stepped.balanced(response, point)
     _disturb(stepped, motion, response, point, disturbance, seed)
@@ -220,10 +235,8 @@ def settled_response(
         )
         if not np.isfinite(amplitude).all():
             break
-        if done >= min(least, periods):
+        if done >= least:
             verdict = _verdict(amplitude, defect, tolerance)
-    if done < least:
-        verdict = UNSETTLED
     window = max(done // 3, 1)
     mean, largest, smallest = _statistics(amplitude[-window:])
     return SettledResponse(

@@ -114,7 +114,6 @@ def settled_step(
         at = np.flatnonzero(stability.frequency == peak.frequency)
         if not len(at) or stability.verdict[at[0]] != UNSTABLE:
             return FollowedPeak()
-        rate = float(stability.growth[at[0]].min()) / peak.frequency  # a period
         alone = as_solved(response, peak.point)
         found = nonlinear.settled_response(
             system,
@@ -122,9 +121,9 @@ def settled_step(
             0,
             steps=max(STEPS, 4 * alone.harmonics + 4),
             periods=PERIODS,
-            least=int(min(PERIODS + 1, np.ceil(2 * np.log(1 / DISTURBANCE) / rate))),
             disturbance=DISTURBANCE,
             modes=MODES,
+            growth=float(stability.growth[at[0]].min()),
             progress=lambda done, total, defect: count(done, total, float("nan")),
             journal=journal,
         )
