@@ -49,18 +49,10 @@ FAINT = 1e-3
 
 @dataclass(frozen=True)
 class Estimate:
-    """Amplitude of a solution at the monitored output, and its errors by source.
+    """Amplitude A of a solution at the monitored output, m, its slope, and its errors by source.
 
-    Attributes
-    ----------
-    amplitude : float
-        A, half the peak-to-peak, m.
-    slope : float
-        dA/dω, m s/rad; NaN where the path of solutions turns back.
-    change : (s,) float
-        By how much A is too small because of each source, m; NaN where it is not known.
-    better : (c, 3, 2H + 5) float or None
-        The deviation with two more harmonics, m.
+    `slope` dA/dω is NaN at a fold; `change` (s,), by how much A is too small, m, where it is not
+    known; `better` (c, 3, 2H + 5), m, is the deviation with two more harmonics.
     """
 
     amplitude: float

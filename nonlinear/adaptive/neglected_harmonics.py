@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimator
+from vanelock.nonlinear.adaptive.error_estimates import BEYOND, SOURCES, Estimator, half
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import System
+
+SMALL = 0.02
+"""Relative change that first order is trusted with: near a fold a step may be of any length."""
 
 
 @one_thread
@@ -23,10 +26,11 @@ def neglected_harmonics(
     output: tuple[int, int],
     harmonic_diameters: str = "wave",
 ) -> float:
-    """Relative error of an amplitude by the harmonics above H, to first order.
+    """Relative error of an amplitude by the harmonics above H.
 
-    Of a Newton step towards the balance with H + 2. Nodal diameters of the further harmonics that
-    the system lacks take the nearest one's matrices.
+    Of a Newton step towards the balance with H + 2 where that changes the amplitude by little, else
+    of its solution. Nodal diameters of the further harmonics that the system lacks take the nearest
+    one's matrices.
 
     Parameters
     ----------
@@ -43,7 +47,7 @@ def neglected_harmonics(
     Returns
     -------
     float
-        NaN where the point has not converged, or does not as the system's own.
+        NaN where the point has not converged, or does not as the system's own, or with H + 2.
 
     Raises
     ------
@@ -68,8 +72,13 @@ def neglected_harmonics(
     found = solve(held, begin, 0.0, tolerance=options.tolerance, kept=None)
     if not found.converged:
         return float("nan")
-    estimate = Estimator(levels, output).estimate(
-        replace(found, parameter=omega), response.harmonics
-    )
+    estimator, more = Estimator(levels, output), response.harmonics + BEYOND
+    estimate = estimator.estimate(replace(found, parameter=omega), response.harmonics)
     change = estimate.change[SOURCES.index("harmonics")]
+    if not abs(change) <= SMALL * estimate.amplitude:
+        wide, start = levels.guessing(more), resized(found.w, more)
+        held = fixed(wide.at(omega), wide.friction)
+        again = solve(held, start, 0.0, tolerance=options.tolerance, kept=None)
+        reached = half(estimator.output(wide.structure, omega, again.w))
+        change = reached - estimate.amplitude if again.converged else np.nan
     return float(np.abs(change) / estimate.amplitude) if estimate.amplitude > 0 else float("nan")

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, System, frequency_response, neglected_harmonics
 
@@ -26,6 +27,14 @@ def test_estimate_is_the_change_by_many_more(
     made = np.abs(best.amplitude[:, 0, 0] / found.amplitude[:, 0, 0] - 1)
     assert made.max() > 1e-5
     assert 0.5 < max(own) / made.max() < 2
+
+
+def test_where_the_first_step_leads_astray_the_balance_is_solved() -> None:
+    """Near a fold, where it would change the amplitude 169 times over."""
+    system = loaded(spring_ring(4), 2 * worst_of(4)["slip"][1])
+    few, more = (frequency_response(system, [0.18619], Options(H)) for H in (1, 3))
+    made = abs(more.amplitude[0, 0, 0] / few.amplitude[0, 0, 0] - 1)
+    assert neglected_harmonics(system, few, 0, (0, 0)) == pytest.approx(made, rel=1e-6)
 
 
 def test_what_sticks_neglects_nothing_and_what_is_lost_is_not_judged(sliding_system: Make) -> None:

@@ -226,13 +226,17 @@ def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> 
         if curve.quantity != DISPLACEMENT:
             continue
         spread = curve.amplitude.max() if curve.sigma is None else curve.sigma
-        missed = model.neglected(after, curve) * curve.amplitude / (found.scale * spread)
-        worst = int(np.nan_to_num(missed).argmax())
+        size = model.amplitudes(after, curve)
+        missed = model.neglected(after, curve) * size / (found.scale * spread)
+        missed = np.where(np.isnan(missed) & np.isfinite(size), np.inf, np.nan_to_num(missed))
+        worst = int(missed.argmax())
         if missed[worst] > MISSED:
+            known = f"{missed[worst]:.2g} standard deviations of the points"
+            by = known if np.isfinite(missed[worst]) else "an unknown amount"
             yield (
                 f"HARMONICS ARE TOO FEW: those above {model.study.response.harmonics} change the "
-                f"fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by {missed[worst]:.2g} "
-                "standard deviations of the points: raise response.harmonics"
+                f"fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by {by}: raise "
+                "response.harmonics"
             )
 
 

@@ -240,7 +240,7 @@ class Rejoined:
         return [(float(found.frequency[a]), float(found.frequency[b])) for a, b in pairs]
 
     def neglected(self, values: Mapping[str, float], curve: Measured) -> Floats:
-        """(p,) relative errors of displacements by neglected harmonics, to first order."""
+        """(p,) relative errors of displacements by neglected harmonics; NaN where not known."""
         distinct, places = np.unique(curve.frequency, return_inverse=True)
         solved = self.solved(values, distinct, curve.direction, curve.load)
         output = self.monitor.node, self.monitor.component

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -217,6 +218,20 @@ def test_jumps_and_neglected_harmonics_are_said(small_model):
     assert "those above 1 change" in harmonics
     rough = replace(exact, sigma=np.full(len(size), size.max()))
     assert not [text for text in remarks(small_model, [rough], made) if text.startswith("HARM")]
+    # Two per cent of 10 um are two standard deviations of 0.1 um, whatever was measured.
+    share, um = np.array([0.01, 0.02, np.nan]), 1e-6 * np.array([1.0, 10.0, np.nan])
+    known = SimpleNamespace(
+        study=small_model.study,
+        jumps=lambda *_: [],
+        neglected=lambda *_: share,
+        amplitudes=lambda *_: um,
+    )
+    measured = replace(exact, sigma=np.full(3, 1e-7), amplitude=np.full(3, 3e-5))
+    (text,) = remarks(known, [measured], replace(made, scale=1.0))
+    assert f"at {hertz[1]:.6g} Hz by 2 standard deviations of the points" in text
+    um[2] = 1e-6
+    (text,) = remarks(known, [measured], replace(made, scale=1.0))
+    assert f"at {hertz[2]:.6g} Hz by an unknown amount: raise" in text
 
 
 def test_curves_of_the_study_s_engine_order_have_all_a_sigma_or_none():
