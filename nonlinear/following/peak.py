@@ -261,7 +261,7 @@ class Resonance:
         for end in (before, step):  # a kink is no maximum as seen from its own side
             span = end.solution.omega - found.solution.omega
             beside = self.measure(end.solution, end.tangent)[1]
-            bend = (beside - slope) / span / amplitude
+            bend = (beside - slope) / span / amplitude if span else np.nan
             if bend < 0:
                 break
         else:

@@ -30,28 +30,20 @@ less than half its square."""
 HIGHER = 1e-3
 """How much higher, relatively, another peak must be to count as one."""
 ASSEMBLED = "assembled at zero"
-"""What found the peak with sliders at zero: it is exact, and the highest there."""
-CHECKS = 4
-"""Places at each end of which a whole curve is solved."""
+"""What found the peak with sliders at zero."""
 
 
 @dataclass(frozen=True)
 class PlacedPeak:
-    """The peak with sliders assembled somewhere.
+    """The peak with sliders assembled somewhere, (c, 2) m.
 
-    Attributes
-    ----------
-    slider : (c, 2) float
-        Where, m.
-    peak : PeakPoint
-    found_by : str
-    stationary : bool
-        Whether the gradient is known to lead no further.
+    `swept`: it is exact, and the highest there; `stationary`: the gradient leads no further.
     """
 
     slider: Floats
     peak: PeakPoint
     found_by: str
+    swept: bool = False
     stationary: bool = False
 
     def with_sliders_placed(self) -> "PlacedPeak":
@@ -79,19 +71,9 @@ class Tally:
 
 @dataclass(frozen=True)
 class Search:
-    """Peaks by the places of the sliders.
+    """Peaks of an output's component by the places of the sliders, at zero in `ready`.
 
-    Attributes
-    ----------
-    ready : PreparedSystem
-        Sliders at zero.
-    states : RestStates
-        What places there are.
-    range : (float, float)
-        Range of frequencies, rad/s, in the order of a sweep.
-    component : (int, int)
-        Output node and direction.
-    tally : Tally
+    `range`, rad/s, is in the order of a sweep.
     """
 
     ready: PreparedSystem
@@ -113,7 +95,7 @@ class Search:
 
     def exact(self, place: PlacedPeak) -> PlacedPeak:
         """The same peak to the last digits, or a higher one with the same sliders."""
-        if place.found_by == ASSEMBLED:
+        if place.swept:
             return place
         track = self._way(place.slider, place.slider, CONDITION)
         peaks = [place.peak, *(mark.peak for mark in track.follow([Mark(0, 0, place.peak)], 1.0))]
@@ -121,7 +103,7 @@ class Search:
         best = peaks[-1]
         if best.amplitude < (1 + HIGHER) * peaks[-2].amplitude:
             best = peaks[-2]
-        return replace(place, peak=self.tally(best))
+        return replace(place, peak=self.tally(best), swept=True)
 
     def along(
         self, begin: PlacedPeak, end: Floats, found_by: str, sign: float | None = None
@@ -174,7 +156,7 @@ class Search:
                 break
             enough = tolerance * here.peak.amplitude
             if float(np.vdot(gradient[:, 1:], end - here.slider)) < enough:
-                return [*places, replace(top, stationary=_smooth(top.peak, ROUGH))]
+                return [*places, replace(top, stationary=_smooth(top.peak))]
             places += self.along(here, end, "gradient", sign)
             best = max(sign * each.peak.amplitude for each in places)
             if best - sign * here.peak.amplitude < enough:
@@ -184,7 +166,7 @@ class Search:
     def starts(
         self, begin: PlacedPeak, count: int, random: np.random.Generator
     ) -> list[list[PlacedPeak]]:
-        """Ways to where the slipping joints press most and least, and to random places.
+        """Ways to where slipping joints press most and least, and to random places, swept there.
 
         Every second random place is a vertex, the others lie between two of them.
         """
@@ -205,7 +187,7 @@ class Search:
             if first is not None and second is not None:
                 end = share * first + (1 - share) * second
                 ways.append(self.along(begin, end, "random"))
-        return ways
+        return [[*way[:-1], self.exact(way[-1])] for way in ways if way]
 
     def extremes(self, count: int, tolerance: float, random: np.random.Generator) -> "Ends":
         """The least and the largest peak, from so many random starts."""
@@ -217,15 +199,14 @@ class Search:
         if peak is None:
             raise InputError("near: no peak was found in it with sliders assembled at zero")
         search = replace(self, component=track.component)
-        nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED)
+        nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
             known = replace(nominal, stationary=True)
             return Ends(search, (known, known, known), [])
-        ways = [way for way in search.starts(nominal, count, random) if way]
+        ways = search.starts(nominal, count, random)
         drawn = [way[-1].peak.amplitude for way in ways if way[-1].found_by == "random"]
         lows = search.end([nominal], ways, -1.0, tolerance)
-        highs = search.end([nominal, *lows], ways, 1.0, tolerance)
-        found = [*lows, *highs, nominal]  # a higher peak may be met in search of the least
+        found = search.end(lows, ways, 1.0, tolerance)  # a higher one may be met in search of it
         low, high = (choose(found, key=lambda each: each.peak.amplitude) for choose in (min, max))
         return Ends(search, (low, nominal, high), drawn)
 
@@ -236,41 +217,66 @@ class Search:
         sign: float,
         tolerance: float,
     ) -> list[PlacedPeak]:
-        """Candidates for the least (-1) or largest (1) peak, exact."""
+        """Places that are swept, the least (-1) or largest (1) peak among them."""
 
         def key(place: PlacedPeak) -> float:
             return sign * place.peak.amplitude
 
         known = [*begun, *(place for way in ways for place in way)]
+        others = list[float]()
+        best = self._best(known, sign, others)
         drawn = [way for way in ways if way[0].found_by == "random"]
-        begin = max(known, key=key)
-        tops = [max(way, key=key) for way in drawn]
-        for each in [begin, *(top for top in tops if top is not begin)]:
+        tops = [max((each for each in way if each.swept or sign > 0), key=key) for way in drawn]
+        for each in (top for top in tops if top.peak is not best.peak):
             known += self.climbed(each, sign, tolerance)
-        known.sort(key=lambda each: (key(each), each.stationary), reverse=True)
-        checked: list[PlacedPeak] = []
-        for place in known[:CHECKS]:
-            if checked and key(place) <= max(map(key, checked)):
+        for _ in range(STEPS):
+            known += self.climbed(best, sign, tolerance)
+            before, best = best, self._best(known, sign, others)
+            if best.peak is before.peak:
                 break
-            exact = self.exact(place)
-            same = abs(exact.peak.amplitude / place.peak.amplitude - 1) < HIGHER
-            known_end = same and place.stationary and _smooth(exact.peak, CONDITION)
-            checked.append(replace(exact, stationary=known_end))
-        return checked
+        return [each for each in known if each.swept]
+
+    def _best(self, known: list[PlacedPeak], sign: float, others: list[float]) -> PlacedPeak:
+        """The best place, exact; sweeps all that may be better, but where another peak is seen.
+
+        `others` are frequencies, rad/s, at which sweeps saw peaks higher than those followed.
+        """
+
+        def key(place: PlacedPeak) -> tuple[float, bool, bool]:
+            return sign * place.peak.amplitude, place.stationary, place.swept
+
+        while True:
+            known.sort(key=key, reverse=True)
+            size = known[0].peak.amplitude
+            enough = sign * size - ROUGH**2 / 2 * size
+            if best := next((p for p in known if p.swept and key(p)[0] >= enough), None):
+                return best
+            place = known.pop(0)
+            least = min(each.peak.amplitude for each in known if each.swept)
+            if sign > 0 or not self._seen(place, others, least):
+                known.append(self.exact(place))
+                if known[-1].peak.amplitude > (1 + HIGHER) * size:
+                    others.append(known[-1].peak.solution.omega)
+
+    def _seen(self, place: PlacedPeak, omegas: Sequence[float], size: float) -> bool:
+        """Whether an amplitude larger than that is at one of some frequencies, rad/s."""
+        assert self.component is not None
+        track = self._way(place.slider, place.slider)
+        for omega in omegas[::-1]:
+            self.tally.solved += 1
+            swept = track.at(0.0).solver.sweep(np.array([omega]))
+            solved = [each for each in swept if each.converged]
+            if (track.amplitudes(0.0, solved)[:, *self.component] > size).any():
+                return True
+        return False
 
 
 @dataclass(frozen=True)
 class Ends:
     """What a search found.
 
-    Attributes
-    ----------
-    search : Search
-        With the output whose peak it is.
-    places : (PlacedPeak, PlacedPeak, PlacedPeak)
-        The least peak, that with sliders at zero and the largest.
-    drawn : list of float
-        Peaks at random places, m.
+    `places` are the least peak, that with sliders at zero and the largest; `drawn` peaks at random
+    places, m.
     """
 
     search: Search
@@ -286,9 +292,9 @@ def _found(end: Callable[[], Floats | None]) -> Floats | None:
         return None
 
 
-def _smooth(peak: PeakPoint, condition: float) -> bool:
+def _smooth(peak: PeakPoint) -> bool:
     """Whether the peak is one at which its gradient describes all changes."""
-    return not peak.sharp and peak.distance < condition
+    return not peak.sharp and peak.distance < CONDITION
 
 
 def _summit(marks: Sequence[Mark]) -> float:

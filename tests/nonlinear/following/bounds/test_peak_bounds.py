@@ -3,7 +3,8 @@
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -23,8 +24,8 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
 from vanelock.nonlinear.following.bounds.rest_states import RestStates
-from vanelock.nonlinear.following.bounds.slider_search import PlacedPeak, Search
-from vanelock.nonlinear.following.peak import Resonance
+from vanelock.nonlinear.following.bounds.slider_search import PlacedPeak, Search, Tally
+from vanelock.nonlinear.following.peak import PeakPoint, Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
@@ -196,11 +197,45 @@ def test_a_peak_at_a_kink_is_no_lower_than_its_neighbours() -> None:
     assert found.amplitude[1] == pytest.approx(size[:, 0, found.direction].max(), rel=1e-9)
 
 
-def test_the_largest_peak_is_the_largest_that_any_search_has_met() -> None:
-    system, near = swept(131)
-    least, nominal, largest = peak_bounds(system, near, Options(1), starts=1).amplitude
-    assert least <= nominal <= largest
-    assert least < 0.99 * largest
+def test_ends_are_those_of_all_peaks_that_any_search_has_met() -> None:
+    """Of the highest of the range at each random place, too."""
+    system = spring_ring(5, 0.1)
+    system = replace(system, contacts=replace(system.contacts, v0=np.full(2, 0.5)))
+    found = peak_bounds(system, (0.1, 0.45), Options(1), starts=1)
+    least, nominal, largest = found.amplitude
+    assert least <= min(nominal, *found.drawn) < 0.99 * nominal
+    assert nominal < largest
+    assert largest >= found.drawn.max()
+
+
+@pytest.mark.parametrize("seen", [False, True])
+def test_every_place_that_may_be_better_is_swept(
+    monkeypatch: pytest.MonkeyPatch, seen: bool
+) -> None:
+    """Followed peaks of 0.1 to 1, of which a higher one hides all but the eighth."""
+    seen_at, tried = 0.2, list[float]()
+    point = PeakPoint(cast(Any, SimpleNamespace(omega=seen_at)), 2.0, -1.0, 0.0, 1, False)
+    places = [
+        PlacedPeak(np.zeros((1, 2)), replace(point, amplitude=0.1 * i), "gradient")
+        for i in range(1, 11)
+    ]
+
+    def exact(_: Search, place: PlacedPeak) -> PlacedPeak:
+        size = place.peak.amplitude
+        tried.append(size)
+        high = 1.5 if size == places[7].peak.amplitude else 3.0
+        return replace(place, peak=replace(point, amplitude=high), swept=True)
+
+    def hidden(_: Search, place: PlacedPeak, omegas: list[float], size: float) -> bool:
+        return seen and seen_at in omegas and place.peak.amplitude < places[7].peak.amplitude
+
+    monkeypatch.setattr(Search, "exact", exact)
+    monkeypatch.setattr(Search, "_seen", hidden)
+    known = [PlacedPeak(np.zeros((1, 2)), point, "assembled at zero", swept=True), *places]
+    search = Search(cast(Any, None), cast(Any, None), (0.0, 1.0), (0, 0), Tally(None))
+    best = search._best(known, -1.0, [])
+    assert best.peak.amplitude == 1.5
+    assert len(tried) == (4 if seen else 10)
 
 
 def test_sweeps_pass_frequencies_as_the_options_say(monkeypatch: pytest.MonkeyPatch) -> None:
