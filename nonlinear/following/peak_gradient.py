@@ -55,10 +55,11 @@ class PeakGradient:
     at_peak : AmplitudeGradient
         What moves the amplitude.
     beside : tuple of AmplitudeGradient
-        At frequencies close below and above; none where the peak is sharp or not exact, or no
-        frequency was asked for.
+        At frequencies close below and above; none where `why` says why.
     bend : float
         A'', m s²/rad².
+    why : str
+        What is in the way of the frequency's gradient.
     """
 
     peak: PeakPoint
@@ -66,6 +67,7 @@ class PeakGradient:
     at_peak: AmplitudeGradient
     beside: tuple[AmplitudeGradient, ...] = ()
     bend: float = np.nan
+    why: str = ""
 
     @property
     def amplitude(self) -> float:
@@ -91,7 +93,7 @@ class PeakGradient:
             If no gradients beside the peak are known.
         """
         if not self.beside:
-            raise InputError("of_frequency: the peak is sharp, or its frequency was not asked for")
+            raise InputError(f"of_frequency: {self.why}")
         below, above = self.beside
         return -(by(above) - by(below)) / ((above.omega - below.omega) * self.bend * TURN)
 
@@ -208,13 +210,18 @@ def gradient_of_peak(
         return None
     output = ready.structure.system.output_names[component[0]], component[1]
     found = PeakGradient(peak, output, at_peak)
-    if not frequency or peak.sharp or not peak.distance < CONDITION:
-        return found
+    for met, why in (
+        (not frequency, "the peak's frequency was not asked for"),
+        (peak.sharp, "the peak is sharp: a contact changes its state there"),
+        (not peak.distance < CONDITION, "the peak is not exact: its extremum was not solved"),
+    ):
+        if met:
+            return replace(found, why=why)
     beside = _beside(ready, component, peak, ASIDE * peak.width)
     if beside is not None and beside.uneven > EVEN:
         beside = _beside(ready, component, peak, ASIDE * peak.width * EVEN / beside.uneven)
     if beside is None:
-        return found
+        return replace(found, why="close beside the peak no solution was found, or a fold")
     return replace(found, beside=beside.gradients, bend=beside.bend)
 
 

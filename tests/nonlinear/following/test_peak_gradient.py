@@ -15,6 +15,8 @@ from vanelock.nonlinear import (
     peak_gradient_of,
     peak_response,
 )
+from vanelock.nonlinear.following.peak import Resonance
+from vanelock.nonlinear.following.peak_gradient import gradient_of_peak
 from vanelock.rom.system.system import Force, System
 
 STEP = 1e-5
@@ -175,8 +177,18 @@ def test_a_peak_of_a_response_is_that_of_a_search() -> None:
         peak_gradient_of(system, response, 0, whole.output, 1e-5)
 
 
-def test_a_frequency_is_not_followed_where_it_was_not_asked_for() -> None:
+def test_where_no_frequency_is_followed_the_reason_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     system, near = slipping(2)
-    found = peak_gradient(system, near, Options(1))
-    with pytest.raises(InputError, match="^of_frequency: the peak is sharp, or"):
-        found.of_frequency(AmplitudeGradient.by_force)
+    ready, found = Options(1).prepare(system, near, 1000), peak_gradient(system, near, Options(1))
+    component = system.output_names.index(found.output[0]), found.output[1]
+    monkeypatch.setattr(Resonance, "read", lambda *_: None)
+    for changes, asked, why in (
+        ({}, False, "the peak's frequency was not asked for"),
+        ({"sharp": True}, True, "the peak is sharp"),
+        ({"distance": 1e-3}, True, "the peak is not exact"),
+        ({}, True, "close beside the peak no solution was found"),
+    ):
+        again = gradient_of_peak(ready, component, replace(found.peak, **changes), asked)
+        assert again is not None
+        with pytest.raises(InputError, match=f"^of_frequency: {why}"):
+            again.of_frequency(AmplitudeGradient.by_force)
