@@ -12,7 +12,8 @@ vibrates for good, without any force, at the amplitudes where
 
     D(a) + D_a = 0,      ω² = ω(a)² - Re A_k :
 
-for good, if D grows with the amplitude there; a kick beyond where it falls grows without end.
+for good, if D grows with the amplitude there and no other wave grows beside it; a kick beyond
+where it falls grows without end.
 """
 
 from collections.abc import Mapping
@@ -53,9 +54,10 @@ class LimitCycles(Product):
         Modal amplitudes, ascending, kg^½ m.
     frequency : (k,) float
         Hz.
-    stable : (k,) bool
-        Whether the ring returns to it after a small change of the amplitude; where not, it is what
-        a kick must exceed to grow.
+    amplitude_stable : (k,) bool
+        Whether the wave returns to it after a small change of its amplitude, all else alike; where
+        not, it is what a kick must exceed to grow. Waves of other nodal diameters, which the air
+        may drive beside it, are not looked at.
     output : (k, o, 3) float
         Half the peak-to-peak of each output, m.
     mode : DampedMode
@@ -67,7 +69,7 @@ class LimitCycles(Product):
     linear_damping: float
     amplitude: Floats = field(metadata={"unit": "kg^0.5 m"})
     frequency: Floats = field(metadata={"unit": "Hz"})
-    stable: NDArray[np.bool_]
+    amplitude_stable: NDArray[np.bool_] = field(metadata={"formerly": "stable"})
     output: Floats = field(metadata={"unit": "m"})
     mode: DampedMode
 
@@ -78,7 +80,7 @@ class LimitCycles(Product):
         Zero where it grows from rest and no cycle holds it.
         """
         if len(self.amplitude):
-            return float(np.inf if self.stable[-1] else self.amplitude[-1])
+            return float(np.inf if self.amplitude_stable[-1] else self.amplitude[-1])
         return 0.0 if self.linear_damping < 0 else float("inf")
 
 
@@ -148,7 +150,7 @@ def limit_cycles(
     modes: Mapping[int, StuckModes] | None = None,
     progress: Progress | None = None,
 ) -> LimitCycles:
-    """Limit cycles of a travelling wave, and whether each is stable, by the balance of power.
+    """Limit cycles of a travelling wave, and whether each holds its amplitude, by the power.
 
     The air is taken to act on the fundamental of one mode and not to change its shape. The mode is
     followed twice: to find where its damping crosses that of the air, and once more through these
@@ -205,7 +207,7 @@ def limit_cycles(
         linear_damping=float(ratio + air),
         amplitude=np.array(crossed),
         frequency=np.array(frequency),
-        stable=np.array(stable, bool),
+        amplitude_stable=np.array(stable, bool),
         output=np.array(output).reshape(-1, *outputs),
         mode=found,
     )

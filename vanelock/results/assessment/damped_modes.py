@@ -67,6 +67,9 @@ def damped_modes_table(assessments: Mapping[str, Assessment]) -> Table | None:
     return made.without("case") if len(assessments) == 1 else made
 
 
+ALONE = "limit cycle: stable in its amplitude; waves of other nodal diameters are not looked at"
+
+
 def flutter_table(assessments: Mapping[str, Assessment]) -> Table | None:
     """Each mode that the air acts on: whether it starts by itself, and where it settles."""
     found = [(name, each) for name, each in _every(assessments) if each.driven is not None]
@@ -79,7 +82,7 @@ def flutter_table(assessments: Mapping[str, Assessment]) -> Table | None:
         Column("damping by air", "%", ".3g", "air"),
         Column("in all", "%", ".3g", "total", note="in all: at small amplitudes, with structure"),
         Column("from rest", key="rest"),
-        Column("limit cycle", "µm", ".4g", "cycle_um"),
+        Column("limit cycle", "µm", ".4g", "cycle_um", note=ALONE),
         Column("at", "Hz", ".6g", "cycle_hz"),
         Column(
             "grows beyond",
@@ -110,9 +113,9 @@ def flutter_table(assessments: Mapping[str, Assessment]) -> Table | None:
 def settles(mode: FollowedMode) -> tuple[float, float] | None:
     """Amplitude, m, and frequency, Hz, of the cycle at which a wave from rest settles."""
     driven = mode.driven
-    if driven is None or not driven.stable.any():
+    if driven is None or not driven.amplitude_stable.any():
         return None
-    first = int(np.argmax(driven.stable))
+    first = int(np.argmax(driven.amplitude_stable))
     return float(_size(mode, driven)[first]), float(driven.frequency[first])
 
 

@@ -39,7 +39,8 @@ def damped_modes(run_data: RunData, each: Planned) -> list[Picture]:
         if mode.driven is not None:
             sizes = 1e6 * mode.driven.output[:, mode.node, mode.component]
             cycles = [
-                (float(x), 0.0, bool(s)) for x, s in zip(sizes, mode.driven.stable, strict=True)
+                (float(x), 0.0, bool(s))
+                for x, s in zip(sizes, mode.driven.amplitude_stable, strict=True)
             ]
             with_air = percent + 100 * _air(each, mode, curve)[seen]
             total.append(render.PanelCurve(called, size[seen], with_air, cycles))
@@ -65,8 +66,8 @@ def damped_modes(run_data: RunData, each: Planned) -> list[Picture]:
         "from small vibration with the contacts stuck to gross slip, as far as each was followed "
         "(dot); frequencies over those at rest. The table has them in Hz."
     ) + (
-        " Below, the damping of the air is in it: where it is negative vibration grows. It settles "
-        "at full circles; beyond open ones it grows without end."
+        " Below, the damping of the air is in it: where it is negative vibration grows. Its "
+        "amplitude settles at full circles; beyond open ones it grows without end."
         if total
         else ""
     )

@@ -171,7 +171,9 @@ def _flutter(content: PageContent) -> list[Answer]:
     if of.linear_damping >= 0:
         return [Answer("Least damping", f"{100 * of.linear_damping:.2g} %", note, "good")]
     cycle = settles(worst)
-    ends = "nothing holds it" if cycle is None else f"it settles at {1e6 * cycle[0]:.3g} µm"
+    ends = (
+        "nothing holds it" if cycle is None else f"its amplitude settles at {1e6 * cycle[0]:.3g} µm"
+    )
     verdict = "bad" if cycle is None else "warn"
     return [Answer("Flutter", f"{100 * of.linear_damping:.2g} %", f"{note}; {ends}", verdict)]
 
