@@ -6,7 +6,7 @@ out and marked, and each check that does not read them is made all the same.
 """
 
 import copy
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
@@ -114,7 +114,8 @@ def examined(
         found += [
             details
             for details, way in zip(every, ways, strict=True)
-            if details["type"] != "missing" or not _is_wrong(way[-1], marks)  # but was left out
+            if details["type"] not in ("missing", "too_short")
+            or not (_is_wrong(way[-1], marks) or id(_inner(*way[-1])) in marks)  # but was left out
         ]
         if not all([_leave_out(data, marks, *each) for each in zip(every, ways, strict=True)]):
             break
@@ -125,17 +126,31 @@ _Way = list[tuple[dict[str, Any], str]]
 """Tables from the outermost on, each with its key that leads on."""
 
 
+def walked(data: Any, location: Iterable[int | str]) -> Iterator[tuple[Any, int | str]]:
+    """Tables and lists from the outermost on, each with what leads on, as far as it is there.
+
+    A name with dots that is not there as it is has been written without quotes, and TOML nests it.
+    """
+    waiting = list(location)
+    while waiting:
+        item = waiting.pop(0)
+        if isinstance(data, dict) and item not in data and "." in str(item):
+            waiting = [*str(item).split("."), *waiting]
+            continue
+        yield data, item
+        data = _inner(data, item)
+
+
+def _inner(data: Any, item: int | str) -> Any:
+    """None where there is none."""
+    try:
+        return data[item]
+    except (KeyError, IndexError, TypeError):
+        return None
+
+
 def _way(data: dict[str, Any], location: tuple[int | str, ...]) -> _Way:
-    inner: Any = data
-    way = []
-    for item in location:
-        if isinstance(inner, dict):
-            way.append((inner, str(item)))
-        try:
-            inner = inner[item]
-        except (KeyError, IndexError, TypeError):
-            break
-    return way
+    return [(table, str(key)) for table, key in walked(data, location) if isinstance(table, dict)]
 
 
 def _is_wrong(place: tuple[dict[str, Any], str], marks: dict[int, _Mark]) -> bool:
@@ -149,8 +164,8 @@ def _leave_out(
     """Mark what is wrong, and take a wrong value out; false where it cannot be found."""
     if isinstance(details.get("ctx", {}).get("error"), Disagreement):
         table: Any = data
-        for item in details["loc"]:
-            table = table[item]
+        for outer, item in walked(data, details["loc"]):
+            table = _inner(outer, item)
         mark = marks.setdefault(id(table), _Mark())
         if not mark.checked:
             mark.checked = True

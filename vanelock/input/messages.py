@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from vanelock.common.checked import Disagreement
+from vanelock.common.checked import Disagreement, walked
 from vanelock.common.errors import MOST_MISTAKES, cut_short, printable
 from vanelock.common.quantities import bounds, meant, typical
 from vanelock.common.tables import counted
@@ -96,23 +96,12 @@ class Order:
 
     def of(self, location: Location) -> tuple[int, ...]:
         """Place of a path; a key that is not given stands at the head of its table."""
-        table: Any = self._data
         place = []
-        waiting = list(location)
-        while waiting:
-            item = waiting.pop(0)
+        for table, item in walked(self._data, location):
             if isinstance(table, dict):
-                ranks = self._ranked(table)
-                if item not in ranks and isinstance(item, str) and "." in item:
-                    waiting = [*item.split("."), *waiting]  # TOML nests keys without quotes
-                    continue
-                place.append(ranks.get(str(item), -1))
+                place.append(self._ranked(table).get(str(item), -1))
             elif isinstance(item, int):
                 place.append(item)
-            try:
-                table = table[item]
-            except (KeyError, IndexError, TypeError):
-                break
         return tuple(place)
 
     def _ranked(self, table: dict[str, Any]) -> dict[str, int]:

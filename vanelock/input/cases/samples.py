@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.fields import FieldInfo
 
+from vanelock.common.checked import disagreements
 from vanelock.common.errors import InputError, raised
 from vanelock.common.quantities import bounds, number
 from vanelock.input.cases.values import Given, path_of
@@ -60,6 +61,8 @@ def sample_mistakes(given: Given) -> list[str]:
             "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
         )
     for key, each in given.scatter.keys.items():
+        if disagreements(each, each.checks):  # is said already
+            continue
         field = field_at(path_of(key), type(given))
         found += _mistakes(key, field, type(given)) or raised(
             partial(_mapped, key, each, MIDDLE, field)
@@ -76,6 +79,7 @@ def _mistakes(key: str, field: FieldInfo | None, schema: type[Given]) -> list[st
     return []
 
 
+@np.errstate(all="ignore")  # what overflows is refused
 def _mapped(
     key: str, given: Distribution, probability: NDArray[np.float64], field: FieldInfo | None
 ) -> Any:
@@ -104,8 +108,8 @@ def _mapped(
         else:
             if mean <= 0:
                 raise InputError(f"{where}.mean = {show(given.mean)}: must be > 0")
-            spread = math.sqrt(math.log1p((deviation / mean) ** 2))
-            found = stats.lognorm(spread, scale=mean * math.exp(-0.5 * spread**2))
+            spread = np.sqrt(np.log1p(np.square(deviation / mean)))
+            found = stats.lognorm(spread, scale=mean * np.exp(-0.5 * spread**2))
     ends = (-math.inf if low is None else low, math.inf if high is None else high)
     if given.truncate:
         schema = bounds(field)
@@ -113,7 +117,11 @@ def _mapped(
     first, last = found.cdf(ends[0]), found.cdf(ends[1])
     if last - first < LEAST:
         raise InputError(f"{where}: leaves nothing between low and high")
-    return np.clip(found.ppf(first + probability * (last - first)), ends[0], ends[1])
+    values = np.clip(found.ppf(first + probability * (last - first)), ends[0], ends[1])
+    if not np.isfinite(values).all():
+        shape = given.distribution
+        raise InputError(f"{where}: numbers too large or too small for a {shape} distribution")
+    return values
 
 
 def _number(where: str, value: float | str | None, field: FieldInfo) -> float | None:
@@ -121,9 +129,12 @@ def _number(where: str, value: float | str | None, field: FieldInfo) -> float | 
     if value is None:
         return None
     try:
-        return number(value, field)
+        found = number(value, field)
+        if not math.isfinite(found):
+            raise ValueError("expected a finite number")
     except ValueError as error:
         raise InputError(f"{where} = {show(value)}: {error}") from None
+    return found
 
 
 def _types(field: FieldInfo) -> list[Any]:

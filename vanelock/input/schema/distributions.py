@@ -48,14 +48,18 @@ class Distribution(KeyTable):
 
 
 def _flat(value: object) -> object:
-    """Keys without quotes, which TOML nests, as dotted ones; a distribution holds no tables."""
+    """Keys without quotes, which TOML nests, as dotted ones, down to tables of a distribution."""
     if not isinstance(value, dict):
         return value
     found: dict[str, Any] = {}
 
     def descend(table: dict[str, Any], prefix: str) -> None:
         for name, inner in table.items():
-            if isinstance(inner, dict) and any(isinstance(each, dict) for each in inner.values()):
+            if (
+                isinstance(inner, dict)
+                and not Distribution.model_fields.keys() & inner
+                and any(isinstance(each, dict) for each in inner.values())
+            ):
                 descend(inner, f"{prefix}{name}.")
             else:
                 found[f"{prefix}{name}"] = inner
@@ -70,5 +74,5 @@ class Scatter(KeyTable):
     samples: int = Field(default=100, ge=2, le=100_000, description="number of samples")
     seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
     keys: Annotated[dict[str, Distribution], BeforeValidator(_flat)] = Field(
-        default_factory=dict, min_length=1, max_length=50, description="scattering keys"
+        min_length=1, max_length=50, description="scattering keys"
     )

@@ -7,6 +7,9 @@ from scipy import stats
 from vanelock import cases, parse_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.samples import samples
+from vanelock.input.read_study import checked, load_study
+from vanelock.input.schema.scene import Scene
+from vanelock.input.schema.study import Study
 
 MU = '"joints.interlock.mu"'
 KT = '"joints.interlock.kt"'
@@ -91,6 +94,18 @@ def test_numbers_carry_units_and_keys_may_stand_without_quotes():
             f'{MU} = {{ distribution = "normal", mean = 1, deviation = 0.1, low = 9 }}',
             f"scatter.keys.{MU}: leaves nothing between low and high",
         ),
+        (f"{MU} = {{ low = 0.1, high = nan }}", f"scatter.keys.{MU}.high = nan: expected a finite"),
+        *(
+            (
+                f'{MU} = {{ distribution = "{shape}", mean = {mean}, deviation = {deviation} }}',
+                f"scatter.keys.{MU}: numbers too large or too small for a {shape} distribution",
+            )
+            for shape, mean, deviation in (
+                ("lognormal", 0.3, 1e300),
+                ("lognormal", 1e300, 1e-300),
+                ("normal", 1e308, 1e308),
+            )
+        ),
         (f"{MU} = {{ low = 0, high = 1 }}\n[sweep]\n{KT} = [1e6]", "scatter: give either this, or"),
     ],
 )
@@ -112,12 +127,31 @@ def test_a_sample_that_the_key_does_not_allow_is_named():
         ("{ low = 0.1 }", "a uniform distribution needs low and high"),
         ('{ distribution = "normal", mean = 1 }', "needs mean and deviation"),
         ("{ low = 0.1, high = 1, mean = 2 }", "takes low and high, no mean or deviation"),
-        ("{ low = true, high = 1 }", "expected a number, or text with a unit"),
+        *(
+            (f"{{ low = {wrong}, high = 1 }}", ".low.*: expected a number, or text with a unit")
+            for wrong in ("true", "{}", "{ a = 1 }", "[1]")
+        ),
+        ("{ distribution = {} }", '.distribution.*: distribution must be one of "uniform"'),
+        ("{ low = 0, high = 1, truncate = {} }", ".truncate.*: expected true or false"),
     ],
 )
-def test_distributions_that_say_too_little_or_too_much(text, line):
-    with pytest.raises(InputError, match=line):
-        study(f"{MU} = {text}")
+@pytest.mark.parametrize("key", [MU, MU.strip('"')])
+def test_distributions_that_say_too_little_or_too_much(tmp_path, key, text, line):
+    """In one line, with quotes round the key and without."""
+    file = tmp_path / "vane.toml"
+    file.write_text(f"[scatter.keys]\n{key} = {text}")
+    with pytest.raises(InputError, match=line) as caught:
+        load_study(file)
+    assert str(caught.value).splitlines() == [str(caught.value)]
+    assert f"scatter.keys.{MU}" in str(caught.value)
+
+
+@pytest.mark.parametrize("schema", [Study, Scene])
+@pytest.mark.parametrize("table", [{}, {"samples": 3}])
+def test_keys_must_scatter(schema, table):
+    with pytest.raises(InputError, match="scatter.keys: must be given") as caught:
+        checked(schema, {"scatter": table}, "vane.toml")
+    assert str(caught.value).count("scatter") == 1
 
 
 def test_rows_vary_together():
