@@ -9,6 +9,7 @@ import zlib
 from pathlib import Path
 
 from vanelock.common.errors import InputError
+from vanelock.common.files.files import regular
 
 LARGEST = 4 << 30
 """Bytes of the largest file that is read, and of what one may unpack to."""
@@ -24,14 +25,7 @@ def size_of(path: Path) -> int:
     InputError
         If there is none, or it is too large.
     """
-    try:
-        if path.is_dir():
-            raise InputError(f"{path}: is a folder, not a file")
-        if not path.is_file():
-            raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
-        size = path.stat().st_size
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    size = regular(path, "a file of matrices")
     if size > LARGEST:
         raise InputError(f"{path}: {size:,} bytes: at most {LARGEST:,} are read")
     if size == 0:

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from vanelock.common.errors import InputError
+from vanelock.common.files.files import regular
 from vanelock.common.quantities import si
 from vanelock.mesh.files.ansys_archive import ARCHIVE, read_archive
 from vanelock.mesh.files.decks.abaqus import read_abaqus
@@ -48,10 +49,7 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
     path, source = Path(path), str(path)
     factor = metres(unit)
     try:
-        size = path.stat().st_size
-        if path.is_dir():
-            raise InputError(f"{source}: is a folder, a mesh file is needed")
-        if size > LARGEST:
+        if (size := regular(path, "a mesh file")) > LARGEST:
             raise InputError(f"{source}: {size:,} bytes: at most {LARGEST:,} are read")
         ending = path.suffix.lower()
         deck = DECKS.get(ending)
@@ -63,8 +61,6 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
                 raise InputError(f"{source}: no mesh format that is read; allowed are {allowed}")
             return solid_mesh(read_exchange(source, path), factor)
         text = path.read_bytes().decode("utf-8", "replace")
-    except FileNotFoundError:
-        raise InputError(f"{source}: no such file") from None
     except OSError as error:
         raise InputError(f"{source}: cannot be read: {error.strerror or error}") from None
     if "\0" in text:

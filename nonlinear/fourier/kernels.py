@@ -11,7 +11,15 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar, cast
 
-import numba
+from vanelock.common.errors import InputError
+
+try:
+    import numba
+except ValueError as error:
+    if "threads" not in str(error):
+        raise
+    threads = os.environ.get("NUMBA_NUM_THREADS")
+    raise InputError(f"NUMBA_NUM_THREADS = {threads}: must be a whole number above 0") from None
 
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 

@@ -7,6 +7,16 @@ import sys
 from vanelock.nonlinear.fourier import kernels
 
 
+def run(program: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", program],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
 def test_the_solver_loads_neither_meshing_nor_elements_nor_rendering() -> None:
     program = (
         "import sys, vanelock.nonlinear as n\n"
@@ -14,10 +24,16 @@ def test_the_solver_loads_neither_meshing_nor_elements_nor_rendering() -> None:
         "print(sorted({'gmsh', 'skfem', 'meshio', 'pyvista', 'vtk', 'vtkmodules', 'sksparse'}"
         " & set(sys.modules)))"
     )
-    shown = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
-    )
-    assert shown.stdout.strip() == "[]"
+    assert run(program).stdout.strip() == "[]"
+
+
+def test_a_wrong_number_of_threads_is_named() -> None:
+    for number in ("0", "-1"):
+        said = run(
+            "from vanelock.nonlinear import frequency_response", NUMBA_NUM_THREADS=number
+        ).stderr
+        line = f"NUMBA_NUM_THREADS = {number}: must be a whole number above 0"
+        assert said.splitlines()[-1] == f"vanelock.common.errors.InputError: {line}"
 
 
 def test_cached_kernels_are_kept_by_all_their_sources() -> None:
@@ -32,11 +48,4 @@ def test_where_nothing_can_be_kept_kernels_are_compiled_all_the_same() -> None:
         "from vanelock.nonlinear.fourier.trigonometric import value\n"
         "print(type(value._cache).__name__, value(np.array([1.0, 3.0, 4.0]), 0.0))"
     )
-    shown = subprocess.run(
-        [sys.executable, "-c", program],
-        env={**os.environ, "NUMBA_CACHE_DIR": "/dev/null/kept"},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert shown.stdout.split() == ["NullCache", "4.0"]
+    assert run(program, NUMBA_CACHE_DIR="/dev/null/kept").stdout.split() == ["NullCache", "4.0"]

@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 
 from vanelock.commands.guidance import study_files
+from vanelock.common.errors import InputError
+from vanelock.common.files.files import possible
 
 
 class Shell(StrEnum):
@@ -21,6 +23,10 @@ def given_path(text: str) -> Path:
     """A path that was given, not left out: an empty one would be the current folder."""
     if not text.strip():
         raise typer.BadParameter("must not be empty")
+    try:
+        possible(text, f"{text[:40]}...")
+    except InputError as error:
+        raise typer.BadParameter(str(error)) from None
     return Path(text)
 
 

@@ -6,6 +6,7 @@ indices, indptr of compressed columns and the attribute shape, as vanelock's res
 leads out of the file - external links and storage, virtual data sets - is not followed.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,8 @@ def read_hdf5(path: Path, wanted: WantedMatrix) -> Entries:
 def split_path(path: Path) -> tuple[Path, str | None]:
     """The file, and the place in it behind a colon."""
     name, colon, inside = str(path).rpartition(":")
-    if colon and inside and not path.exists() and name.lower().endswith((".h5", ".hdf5", ".mat")):
+    of_tables = name.lower().endswith((".h5", ".hdf5", ".mat"))
+    if colon and inside and of_tables and not os.path.exists(path):
         return Path(name), inside
     return path, None
 

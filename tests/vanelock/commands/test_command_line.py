@@ -6,7 +6,11 @@ import sys
 import pytest
 
 import vanelock
-from vanelock import parse_study, template_text
+from vanelock import check_file, compare_runs, load_study, parse_study, run_study, template_text
+from vanelock.common.errors import InputError
+from vanelock.fem.matrix_files import load_matrices
+from vanelock.mesh import read_mesh
+from vanelock.rom import System
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
 
@@ -44,13 +48,33 @@ def test_help_is_plain_where_nothing_is_asked(called):
     assert out.startswith("Usage: vanelock ")
 
 
-def test_empty_paths_are_refused(tmp_path, refused):
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("", "must not be empty"),
+        ("x" * 5000, f"{'x' * 40}...: no path of a file: File name too long"),
+    ],
+)
+def test_what_cannot_be_a_path_is_refused(tmp_path, refused, path, reason):
     (tmp_path / "a.toml").write_text("")
-    refusal = "vanelock: Invalid value for {}: must not be empty"
-    assert refused("run", "a.toml", "-o", "") == refusal.format("'--output' / '-o'")
-    assert refused("run", "") == refusal.format("'STUDY'")
-    assert refused("init", "") == refusal.format("'PATH'")
+    refusal = f"vanelock: Invalid value for {{}}: {reason}"
+    for command in ("run", "mesh", "converge", "fit", "optimise"):
+        assert refused(command, "a.toml", "-o", path) == refusal.format("'--output' / '-o'")
+        assert refused(command, path) == refusal.format("'STUDY'")
+    assert refused("compare", path, "b") == refusal.format("'A'")
+    assert refused("init", path) == refusal.format("'PATH'")
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
+
+
+def test_python_refuses_too_long_a_path_as_one_that_is_not_there():
+    long = "x" * 300 + ".mtx"
+    for door in (
+        *(check_file, load_study, load_matrices, read_mesh, System.load),
+        lambda path: compare_runs(path, "b"),
+        lambda path: run_study(parse_study(""), path),
+    ):
+        with pytest.raises(InputError, match="File name too long|no such f"):
+            door(long)
 
 
 @pytest.mark.parametrize(

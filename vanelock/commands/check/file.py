@@ -31,7 +31,7 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
         As running it, or comparing the results, would.
     """
     place = Path(path)
-    if place.is_dir() or is_hdf5(place):
+    if os.path.isdir(place) or is_hdf5(place):
         from vanelock.commands.check.stored import stored
 
         rows, title = stored(place)

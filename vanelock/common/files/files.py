@@ -45,11 +45,10 @@ def beside(folder: str | os.PathLike[str], given: str, key: str, outside: bool =
     place = Path(folder) / given
     try:
         real, root = place.resolve(), Path(folder).resolve()
-        with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
-            os.lstat(place)
-    except (OSError, RuntimeError, ValueError) as error:  # a loop of links, a NUL, too long
+    except (OSError, RuntimeError, ValueError) as error:  # a loop of links
         reason = getattr(error, "strerror", None) or str(error).splitlines()[0]
         raise InputError(f"{where}: no path of a file: {reason}") from None
+    possible(place, where)
     if not outside and not real.is_relative_to(root):
         how = "a link leads" if Path(os.path.normpath(root / given)).is_relative_to(root) else "is"
         raise InputError(
@@ -57,6 +56,22 @@ def beside(folder: str | os.PathLike[str], given: str, key: str, outside: bool =
             "--allow-outside"
         )
     return place
+
+
+def possible(place: str | os.PathLike[str], where: str) -> None:
+    """Refuse what can be no path: too long, or with a NUL; `where` is what errors call it.
+
+    Raises
+    ------
+    InputError
+        With the system's reason.
+    """
+    try:
+        with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
+            os.lstat(place)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(f"{where}: no path of a file: {reason}") from None
 
 
 def contents(path: str | os.PathLike[str], needed: str, largest: int = LARGEST) -> bytes:

@@ -31,7 +31,7 @@ def claimed(folder: Path) -> Generator[str, None, None]:
     InputError
         If it cannot be made or written, another run is using it, or what is in it is not ours.
     """
-    fresh = not folder.exists()
+    fresh = not os.path.exists(folder)
     try:
         _refuse_foreign(folder)
         folder.mkdir(parents=True, exist_ok=True)
@@ -60,7 +60,7 @@ def claimed(folder: Path) -> Generator[str, None, None]:
 
 def _refuse_foreign(folder: Path) -> None:
     """Refuse a folder that holds other things and no run, such as the root; hidden ones may be."""
-    if not folder.is_dir() or any(os.path.lexists(folder / name) for name in OWN):
+    if not os.path.isdir(folder) or any(os.path.lexists(folder / name) for name in OWN):
         return
     other = next((each.name for each in folder.iterdir() if not each.name.startswith(".")), None)
     if other is not None:

@@ -1,6 +1,7 @@
 """What a run's folder holds, read back."""
 
 import json
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -105,7 +106,7 @@ def load_run(folder: Path, label: str) -> Loaded:
     InputError
         If it is no folder, or holds no results.
     """
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise InputError(f"{folder}: no such folder")
     path = folder / NAME
     if not path.exists():
