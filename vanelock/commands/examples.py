@@ -26,25 +26,7 @@ def example_names(incomplete: str) -> list[str]:
 
 
 def write_example(name: str, path: Path | None = None) -> Path:
-    """Write an example, all of it or nothing.
-
-    Parameters
-    ----------
-    name : str
-        Of the example.
-    path : path, optional
-        File or folder that is not there yet; by default called like the example.
-
-    Returns
-    -------
-    path
-        Where it is.
-
-    Raises
-    ------
-    InputError
-        If there is no such example, or `path` exists or cannot be written.
-    """
+    """Write an example, all of it or nothing."""
     if name not in examples():
         raise InputError(f'--example "{name}": expected one of {", ".join(examples())}')
     source = examples()[name]

@@ -54,11 +54,6 @@ def page_text(name: str) -> str:
     """A page in Markdown, as it can be read without the others beside it.
 
     Links to pages become their names, pictures what they show.
-
-    Raises
-    ------
-    InputError
-        If there is no such page; what there are is listed.
     """
     if name not in pages():
         guides = ", ".join(each for each in pages() if posixpath.dirname(each) in ("", "start"))

@@ -18,13 +18,7 @@ def rows(sweep: Sweep) -> NDArray[np.float64]:
 
 
 def notes(sweeps: Sequence[Sweep]) -> Iterator[str]:
-    """What to know of a case's several solutions, a line each.
-
-    Parameters
-    ----------
-    sweeps : sequence of Sweep
-        That of the case's peak, and the other one where both directions were swept.
-    """
+    """What to know of a case's several solutions, a line each."""
     for sweep in sweeps:
         if not sweep.jumps:
             continue

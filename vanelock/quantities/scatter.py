@@ -76,17 +76,7 @@ class Scattered(Product):
 def scattered(
     every: Sequence[Case], found: Sequence[Summary], spacings: Sequence[float] = ()
 ) -> Scattered | None:
-    """Percentiles over all cases of a study; None where too few have a peak.
-
-    Parameters
-    ----------
-    every : sequence of Case
-        The samples.
-    found : sequence of Summary
-        Those that were computed.
-    spacings : sequence of float
-        How far apart the frequencies at the peaks are, Hz, where the study gives them.
-    """
+    """Percentiles over all cases of a study; None where too few have a peak."""
     keys = tuple(every[0].values)
     peaks = {each.case: each.peak for each in found if each.peak is not None}
     if len(peaks) < FEWEST:

@@ -131,16 +131,7 @@ def _relative(found: PeakGradient, planned: Planned, moduli: Moduli) -> Sensitiv
 def effects(
     gradient: AmplitudeGradient, joints: str, modal: Mapping[str, Mapping[int, Array]]
 ) -> dict[str, float]:
-    """By key p its effect p dA/dp on an amplitude, m.
-
-    Parameters
-    ----------
-    gradient : AmplitudeGradient
-    joints : str
-        What keys of joints begin with.
-    modal : dict of str to dict of int to (n, n)
-        What moduli add to the modal stiffness of each harmonic, by key, N/m.
-    """
+    """By key p its effect p dA/dp on an amplitude, m."""
     ratio = gradient.structure.system.damping_ratio or 0.0
     return {
         EXCITATION: gradient.by_force(),
@@ -187,18 +178,7 @@ def by_moduli(
     excess: Sequence[MeshExcess | None],
     factors: Sequence[float] = (1.0, 1.0),
 ) -> Moduli:
-    """What the moduli of vane and casing add to the stiffness, p dK/dp.
-
-    Parameters
-    ----------
-    vane : Component
-    casings : sequence of (int, Component)
-        Nodal diameters, and a casing that holds each.
-    excess : sequence of MeshExcess or None
-        What the meshes add there, which is taken off.
-    factors : sequence of float
-        Moduli over those that the excess was found with.
-    """
+    """What the moduli of vane and casing add to the stiffness, p dK/dp."""
     found: Moduli = {f"material.{part}.E": {} for part in PARTS}
     for (k, casing), added in zip(casings, excess, strict=True):
         for i, (part, K) in enumerate(zip(PARTS, joined_stiffness(vane, casing, k), strict=True)):

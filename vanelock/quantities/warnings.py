@@ -261,19 +261,7 @@ def beyond_band(response: Response, peak: Peak, band: float | None) -> list[str]
 def large(
     response: Response, peak: Peak, length: float, what: str, points: Floats | None
 ) -> list[str]:
-    """Whether the motion at the peak is more than small displacements allow.
-
-    Parameters
-    ----------
-    response : Response
-    peak : Peak
-    length : float
-        What the outputs' amplitude must stay below, m; NaN where it is not known.
-    what : str
-        That length in words.
-    points : (c, 3) float or None
-        Places of the contacts, m; NaN where they are not known.
-    """
+    """Whether the motion at the peak is more than small displacements allow."""
     lines = []
     moved = float(np.linalg.norm(response.amplitude[peak.point], axis=-1).max(initial=0.0))
     if moved > length:

@@ -37,18 +37,7 @@ OPEN = ("summary", "scatter", "moves", "certainty", "damped_modes", "shapes")
 def write_report(
     content: PageContent, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
 ) -> Path:
-    """Write the page of a run into its folder, unless it is there and shows the same already.
-
-    Parameters
-    ----------
-    content : PageContent
-        The run.
-    first : callable
-        Makes sections that go with the run's own, a campaign's: the first of them stands before
-        the summary, the others after it.
-    shows : JSON
-        All that those depend on.
-    """
+    """Write the page of a run into its folder, unless it is there and shows the same already."""
     output_files = content.run_data.output_files
     depends = [shown(content), shows] if shows else shown(content)
     return output_files.draw(REPORT, depends, lambda path: write_page(path, page(content, first())))

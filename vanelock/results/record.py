@@ -47,15 +47,7 @@ LIBRARIES = (
 
 
 class Record:
-    """The results file of a run, written part by part as they come.
-
-    Parameters
-    ----------
-    folder : Path
-        The run's folder.
-    stages : Stages
-        Where the products come from.
-    """
+    """The results file of a run, written part by part as they come."""
 
     def __init__(self, folder: Path, stages: Stages) -> None:
         self._file = Results(folder / NAME)

@@ -32,13 +32,7 @@ class _Unkept(Cache):
 
 
 def own_meshes(studies: Iterable[Study]) -> dict[str, Part]:
-    """Both parts of the first of some studies; those of the others are read and matched, too.
-
-    Raises
-    ------
-    InputError
-        If one of them cannot be used.
-    """
+    """Both parts of the first of some studies; those of the others are read and matched, too."""
     stages = Stages(_Unkept(Path(), lambda text: None), silent)
     first: dict[str, Part] = {}
     known = set()

@@ -22,13 +22,7 @@ LISTED = 5
 
 
 def stored(path: Path) -> tuple[list[Row], str]:
-    """What an HDF5 file, or the one in a run's folder, holds, and what it is.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or the folder holds none.
-    """
+    """What an HDF5 file, or the one in a run's folder, holds, and what it is."""
     if path.is_dir():
         path, folder = path / results_file.NAME, path
         if not path.exists():

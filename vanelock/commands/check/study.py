@@ -22,13 +22,7 @@ Row = tuple[str, str]
 
 
 def planned_study(path: Path, outside: bool) -> Iterator[Row]:
-    """What a study would compute, by rows.
-
-    Raises
-    ------
-    InputError
-        As running it would.
-    """
+    """What a study would compute, by rows."""
     study = load_study(path, outside, _of_curves)
     found = cases(study)
     yield "name", study.name

@@ -69,15 +69,7 @@ class NumericalSetting:
 
 
 def settings_of(study: Study, dofs: float = DOFS) -> tuple[NumericalSetting, ...]:
-    """All settings that a study has.
-
-    Parameters
-    ----------
-    study : Study
-        One case, nothing swept.
-    dofs : float
-        Largest meshes tried.
-    """
+    """All settings that a study has."""
     return tuple(setting for setting in _every(study, dofs) if len(setting.levels) > 1)
 
 
@@ -213,13 +205,7 @@ def _same(own: Any, value: Any) -> bool:
 
 
 def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[NumericalSetting, ...]:
-    """The settings of some names, all where none is named.
-
-    Raises
-    ------
-    InputError
-        If the study has no such setting.
-    """
+    """The settings of some names, all where none is named."""
     every = settings_of(study, dofs)
     known = [setting.key for setting in every]
     for name in names:

@@ -53,13 +53,7 @@ class FitParameter:
 
 
 def varied_parameters(study: Study, table: Literal["fit", "optimise"]) -> list[FitParameter]:
-    """Start and bounds of each key that a table varies, which must be possible values of the study.
-
-    Raises
-    ------
-    InputError
-        If the start lies outside of the bounds, or a bound is no possible value.
-    """
+    """Start and bounds of each key that a table varies, possible values of the study."""
     varied: Varied | None = getattr(study, table)
     assert varied is not None
     found = []

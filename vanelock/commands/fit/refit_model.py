@@ -42,23 +42,7 @@ KEPT = 8
 
 @dataclass
 class Rejoined:
-    """A case whose joints, load, damping and moduli may be others.
-
-    Parameters
-    ----------
-    study : Study
-        The case, its temperatures known.
-    vane, casing : Component
-        Its reduced parts.
-    monitor : Monitor
-        The displacement that is measured.
-    gauges : Gauges or None
-        The strain gauges, where strains are.
-    excess : MeshExcess or None
-        What the meshes add to the stiffness of the parts, if it is taken off.
-    loads : tuple of RestLoad
-        Loads at rest of the vane, which its component holds in unit size.
-    """
+    """A case whose joints, load, damping and moduli may be others."""
 
     study: Study
     vane: Component

@@ -62,27 +62,7 @@ class NoiseTest:
 def noise_tests(
     left: Floats, J: Floats, lengths: Sequence[int], known: bool, names: Sequence[str]
 ) -> tuple[NoiseTest, ...]:
-    """Test residuals for being noise.
-
-    Parameters
-    ----------
-    left : (n,) float
-        Residuals over their standard deviations, or over weights.
-    J : (n, p) float
-        Their derivatives by the parameters.
-    lengths : sequence of int
-        Points of each curve, next to one another within it; their sum is n.
-    known : bool
-        Whether standard deviations are given.
-    names : sequence of str
-        What texts call the points.
-
-    Returns
-    -------
-    tuple of NoiseTest
-        None if there is nothing to test: two points more than parameters are needed, and, given σ,
-        residuals whose norm exceeds 1.
-    """
+    """Test residuals for being noise."""
     n, p = J.shape
     # Given σ, what remains can move a value by its norm in standard errors: by less than one here.
     if n - p < 2 or np.linalg.norm(left) <= (1.0 if known else np.finfo(float).eps):

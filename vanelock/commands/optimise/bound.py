@@ -74,19 +74,7 @@ def least_bound(
     bounds: Callable[[Floats], PeakBounds],
     listener: Listener = silent,
 ) -> Optimum:
-    """Where the upper bound of the peak is smallest.
-
-    Parameters
-    ----------
-    peaks : Peaks
-        With sliders assembled at zero.
-    begun : Optimum
-        Where the largest of these is smallest.
-    bounds : callable
-        The bounds of the peak at x.
-    listener : callable
-        As of `optimise_study`.
-    """
+    """Where the upper bound of the peak is smallest."""
     x = np.array([p.inner(v) for p, v in zip(peaks.parameters, begun.value, strict=True)])
     own = np.array([each.inner(each.start) for each in peaks.parameters])
     first = bounds(own)

@@ -125,27 +125,7 @@ def front(
     starts: int = 0,
     listener: Listener = silent,
 ) -> list[FrontPoint]:
-    """The front from where the largest peak is smallest towards less wear.
-
-    Parameters
-    ----------
-    peaks : Peaks
-    begun : Optimum
-        Where the largest peak is smallest, its peaks the known ones.
-    coefficient : mapping of str to float
-        Wear coefficient by joint, m²/N.
-    count : int
-        Points at most, that one included.
-    starts : int
-        How many places are tried with one harmonic.
-    listener : callable
-        As of `optimise_study`.
-
-    Returns
-    -------
-    list of FrontPoint
-        By falling wear. Fewer where nothing wears, or ratios lead to the same values.
-    """
+    """The front from where the largest peak is smallest towards less wear."""
 
     def point(x: Floats, settled: bool) -> FrontPoint:
         largest = max(each.amplitude for each in peaks.known)

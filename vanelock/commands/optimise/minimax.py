@@ -89,20 +89,7 @@ def minimax(
     tolerance: float = 1e-4,
     most: int = 40,
 ) -> Minimax | None:
-    """Find it from a start; None where there is no value at the start.
-
-    Parameters
-    ----------
-    evaluate : callable
-        The functions at x; None where there are none.
-    start : (p,) float
-        Within the bounds.
-    bounds : (p,) float, (p,) float
-    tolerance : float
-        Relative fall of the largest value below which the search ends.
-    most : int
-        Evaluations.
-    """
+    """Find it from a start; None where there is no value at the start."""
     low, high = bounds
     x, here = np.asarray(start, float), evaluate(np.asarray(start, float))
     trials = [TriedPlace(x, np.inf if here is None else here.largest)]

@@ -105,13 +105,7 @@ def optimise_study(
 
 
 def case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Optimum:
-    """The optimum of a case; its tables go to the listener.
-
-    Raises
-    ------
-    InputError
-        If no peak lies in the range.
-    """
+    """The optimum of a case; its tables go to the listener."""
     study = case.study
     keys, name = study.optimise, ", ".join([study.name, *[case.name] * bool(case.values)])
     assert keys is not None

@@ -161,21 +161,7 @@ class Progress:
 
 
 def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optimum:
-    """The smallest largest peak: from the parameters' own values, or the lowest of other starts.
-
-    Parameters
-    ----------
-    peaks : Peaks
-    starts : int
-        How many places all over the bounds are tried with one harmonic.
-    listener : callable
-        As of `optimise_study`.
-
-    Raises
-    ------
-    InputError
-        If no peak lies in the range at any start.
-    """
+    """The smallest largest peak: from the parameters' own values, or the lowest of other starts."""
     parameters = peaks.parameters
     low, high = bounds_of(parameters)
     own = np.array([each.inner(each.start) for each in parameters])

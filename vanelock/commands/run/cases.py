@@ -76,25 +76,7 @@ MOST_TABLES = 8
 
 
 class OngoingRun:
-    """A run under way.
-
-    Parameters
-    ----------
-    given : Study or Scene
-        What to compute.
-    folder : Path
-        The run's folder, claimed.
-    listener : callable
-        Called with tables, points and notices.
-    stages : Stages
-        What computes or finds each product.
-    found : sequence of Case, optional
-        The cases, where they are not those of the study's sweep.
-    executor : callable, optional
-        Gets the processes that compute the cases; without, this one does.
-    memory : float, optional
-        Bytes that meshes chosen for an accuracy may take, see `run_study`.
-    """
+    """A run under way."""
 
     def __init__(
         self,
@@ -137,13 +119,7 @@ class OngoingRun:
         self._turned: set[str] = set()
 
     def background(self, more: Sequence[Job] = ()) -> AbstractContextManager[None]:
-        """Have other processes compute all cases, and more, where that is wanted.
-
-        Raises
-        ------
-        InputError
-            If a mesh cannot be used, before the long stages.
-        """
+        """Have other processes compute all cases, and more, where that is wanted."""
         for each in self.planned:
             study = each.case.given
             if isinstance(study, Study) and isinstance(study.vane, OwnVane):

@@ -16,17 +16,7 @@ from vanelock.stages.sweep.retries import Solved
 
 
 def write_unshown(planned: Sequence[Planned], shown: Shown, cache: Cache, record: Record) -> None:
-    """Write cases whose responses the cache holds, without what would have followed on them.
-
-    Parameters
-    ----------
-    planned : sequence of Planned
-        All cases of the run.
-    shown : Shown
-        What those that are written have left.
-    cache, record
-        The run's.
-    """
+    """Write cases whose responses the cache holds, without what would have followed on them."""
     held, stages, monitor = cache.held(), Stages(cache, silent), shown.monitor
     for each in planned:
         steps = (*each.responses, each.preload)

@@ -77,19 +77,7 @@ def balance(system: System, response: Response, point: int = 0) -> EnergyBalance
 
 
 def half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | None:
-    """Frequencies on either side of the largest point at 1/√2 of it, Hz, or None.
-
-    Parameters
-    ----------
-    frequency, amplitude : (p,) float
-        Of a response curve; NaN where it is not known.
-
-    Returns
-    -------
-    tuple or None
-        By straight lines between points; None where the curve ends before it falls that far, or
-        a point in between is not known.
-    """
+    """Frequencies on either side of the largest point at 1/√2 of it, Hz, or None."""
     known = np.isfinite(amplitude) & np.isfinite(frequency)
     order = np.argsort(frequency[known], kind="stable")
     f, a = frequency[known][order], amplitude[known][order]

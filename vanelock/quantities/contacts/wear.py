@@ -103,21 +103,7 @@ def wear(
     coefficient: Floats | None = None,
     samples: int = SAMPLES,
 ) -> Wear:
-    """Wear indicators of every contact at a converged point.
-
-    Parameters
-    ----------
-    response : Response
-        Nonlinear.
-    point : int
-        Which of its frequencies.
-    area : (c,) float, optional
-        Of each contact, m².
-    coefficient : (c,) float, optional
-        Wear coefficient of each, m²/N.
-    samples : int
-        Steps of the period.
-    """
+    """Wear indicators of every contact at a converged point."""
     count = len(response.mu)
     unknown = np.full(count, np.nan)
     slip, touching = unknown.copy(), response.state[point] != ELEMENT
@@ -150,15 +136,7 @@ def exact(response: Response) -> bool:
 
 
 def travel(displacement: Floats, force: Floats, stiffness: Floats) -> float:
-    """Slip distance ∮ |dw| under load of a contact's loop, m.
-
-    Parameters
-    ----------
-    displacement, force : (s, 3) float
-        (v, u1, u2) and (n, t1, t2) at even steps of a period, as of `nonlinear.contact_loop`.
-    stiffness : (3,) float
-        N/m.
-    """
+    """Slip distance ∮ |dw| under load of a contact's loop, m."""
     w = displacement[:, 1:] - force[:, 1:] / stiffness[1:]
     n = force[:, 0]
     moved = np.linalg.norm(np.roll(w, -1, axis=0) - w, axis=1)

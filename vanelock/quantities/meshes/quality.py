@@ -63,13 +63,7 @@ class Figures:
 
 
 def figures(part: Part) -> Figures:
-    """Figures of a part of tetrahedra or hexahedra, linear or quadratic.
-
-    Raises
-    ------
-    InputError
-        If it has other elements.
-    """
+    """Figures of a part of tetrahedra or hexahedra, linear or quadratic."""
     kind = "tetra" if part.cell_type.startswith("tetra") else "hexahedron"
     reference, straight = reference_element(part.cell_type), reference_element(kind)
     weighed = np.linalg.det(_jacobians(part, reference.gradients)) * reference.weights

@@ -47,13 +47,7 @@ class Strength:
     tensile: float
 
     def reserve(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
-        """Safety factor n on both stresses; infinite where there are none.
-
-        Examples
-        --------
-        >>> float(Strength(250e6, 900e6).reserve(50e6, 180e6))
-        2.5
-        """
+        """Safety factor n on both stresses; infinite where there are none."""
         used = np.asarray(amplitude) / self.limit + np.maximum(mean, 0.0) / self.tensile
         return np.divide(1.0, used, out=np.full(used.shape, np.inf), where=used > 0)[()]
 
@@ -87,13 +81,7 @@ class Cycle(Product):
 
 
 def cycle(harmonics: Stress) -> Cycle:
-    """Equivalent stresses of a period.
-
-    Parameters
-    ----------
-    harmonics : (H+1, n, 6) complex
-        Stress of harmonics 0, the mean, to H, as in `fem.stresses`, Pa.
-    """
+    """Equivalent stresses of a period."""
     mean = harmonics[0].real
     alternating = harmonics.copy()
     alternating[0] = 0

@@ -62,19 +62,7 @@ def draw_campbell(
     subtitle: str = "",
     measured: Sequence[Measured] = (),
 ) -> Path:
-    """Draw a Campbell diagram, and return the path.
-
-    Parameters
-    ----------
-    path : path
-        PNG file to write.
-    diagram : Campbell
-        What it shows.
-    title, subtitle : str
-        Heading, and what distinguishes the case from others.
-    measured : sequence of Measured
-        Measured curves, laid over it as black circles.
-    """
+    """Draw a Campbell diagram, and return the path."""
     lines = diagram.lines
     families = [
         render.LineFamily(int(k), lines.free[i], lines.stuck[i] if lines.interlock else None)

@@ -65,19 +65,7 @@ WHOLE = "whole"
 
 
 def check_results(path: Path) -> str:
-    """Refuse to go on where `path` is something that this program did not write.
-
-    Returns
-    -------
-    str
-        What is to be said of files that it leads to and that are damaged or gone; "" if all are
-        whole. They are written again.
-
-    Raises
-    ------
-    InputError
-        If the file is there and is not readable, or is not a results file of this version.
-    """
+    """Refuse to go on where `path` is something that this program did not write."""
     if not os.path.lexists(path):
         return ""
     with open_results(path, whole=False, follow=False):
@@ -130,13 +118,7 @@ def open_results(
 
 
 def verify_all(path: Path, file: h5py.File) -> None:
-    """Refuse an open results file if it, or a file that it needs, is not what was written.
-
-    Raises
-    ------
-    InputError
-        Naming the file.
-    """
+    """Refuse an open results file if it, or a file that it needs, is not what was written."""
     verify_file(path)
     known: set[Path] = set()
     for name in sorted(_linked(file)):
@@ -165,13 +147,7 @@ MOST_NAMED = 20
 
 
 def response_group(file: h5py.File, case: str) -> h5py.Group:
-    """What an open results file has of a case, or of a linear limit such as "free".
-
-    Raises
-    ------
-    InputError
-        If it has none of that name: the line lists those that it has.
-    """
+    """What an open results file has of a case, or of a linear limit such as "free"."""
     names = list(file.get("response", {}))
     if case in names:
         return file["response"][case]

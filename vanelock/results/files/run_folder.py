@@ -19,18 +19,7 @@ OWN = (".lock", results_file.NAME, *PLACES[:-1])
 
 @contextmanager
 def claimed(folder: Path) -> Generator[str, None, None]:
-    """Hold a folder for one run.
-
-    Yields
-    ------
-    str
-        What is to be said of earlier results, of `check_results`.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made or written, another run is using it, or what is in it is not ours.
-    """
+    """Hold a folder for one run."""
     fresh = not os.path.exists(folder)
     try:
         _refuse_foreign(folder)
@@ -103,12 +92,6 @@ def _sweep_up(folder: Path) -> None:
 
 
 def record(path: Path, text: str) -> None:
-    """Write a small text file as a whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """Write a small text file as a whole or not at all."""
     with placed(path) as temporary:
         temporary.write_text(text, "utf-8")

@@ -41,11 +41,6 @@ class Results:
     first addition, at the end, and between them so seldom that it takes little of the time. So all
     is whole at any moment; of a sweep the last cases may be lacking, whose products are in the
     cache.
-
-    Parameters
-    ----------
-    path : Path
-        The index; what was there is replaced when the first part is written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -82,14 +77,7 @@ class Results:
 
     @contextmanager
     def edit(self, *places: str) -> Generator[h5py.File, None, None]:
-        """A file, open for additions that appear all at once or not at all, if not at once.
-
-        Parameters
-        ----------
-        places : str
-            Groups that are written here, into a file of their own; or, where the first of them was
-            written before, into that one. Without any: the index.
-        """
+        """A file, open for additions that appear all at once or not at all, if not at once."""
         with held(), self._opened() if self._file is None else nullcontext(self._file) as index:
             if not places:
                 yield index

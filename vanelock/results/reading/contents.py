@@ -99,13 +99,7 @@ class Loaded:
 
 
 def load_run(folder: Path, label: str) -> Loaded:
-    """Read a run's folder.
-
-    Raises
-    ------
-    InputError
-        If it is no folder, or holds no results.
-    """
+    """Read a run's folder."""
     if not os.path.isdir(folder):
         raise InputError(f"{folder}: no such folder")
     path = folder / NAME
@@ -118,13 +112,7 @@ def load_run(folder: Path, label: str) -> Loaded:
 
 
 def load_file(folder: Path, label: str, file: h5py.File) -> Loaded:
-    """Read an open results file.
-
-    Raises
-    ------
-    InputError
-        If it lacks what a run writes, or holds something else in its place.
-    """
+    """Read an open results file."""
     try:
         return _loaded(folder, label, file)
     except KeyError as error:
