@@ -4,6 +4,7 @@ By ansys-mapdl-reader (an optional library), which makes of the elements that An
 tetrahedron of a SOLID186 for one, what they are.
 """
 
+import re
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,21 @@ MESH_ONLY = 200
 """Ansys's element type MESH200, which has no stiffness."""
 TYPE, HEAD = 1, 10
 """Of an element as the library has it: the place of its type, and where its nodes begin."""
+_SOLIDS = {
+    5, 45, 46, 62, 64, 65, 69, 70, 73, 87, 90, 92, 95, 96, 97, 98, 122, 123, 127, 128, 147, 148,
+    185, 186, 187, 226, 227, 231, 232, 236, 237, 239, 240, 278, 279, 285, 291,
+}  # fmt: skip
+_SHELLS = {28, 41, 43, 57, 63, 91, 93, 99, 131, 132, 143, 150, 157, 163, 181, 281}
+"""They serve sets, unless a section or a real constant gives them a thickness."""
+_WITHOUT = {MESH_ONLY, *range(151, 157), *range(169, 179), 201}
+"""Surface, contact and target elements, and those that a load follows."""
+_NAMES = {
+    "MASS": {21}, "COMBIN": {7, 14, 37, 39, 40, 214}, "MATRIX": {27, 50}, "MPC": {184},
+    "LINK": {1, 8, 10, 11, 160, 180}, "BEAM": {3, 4, 23, 24, 44, 54, 161, 188, 189},
+    "PIPE": {16, 17, 18, 20, 59, 60, 288, 289}, "ELBOW": {290}, "SOLSH": {190},
+    "INTER": {192, 193, 194, 195, 202, 203, 204, 205}, "SHELL": _SHELLS, "REINF": {263, 264, 265},
+}  # fmt: skip
+_THICKNESS = re.compile(rb"^ *(SECT[A-Z]*,[^,]*, *SHEL|SECB|RLBLOCK)", re.IGNORECASE | re.MULTILINE)
 _VTK = {
     1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron", 13: "wedge",
     14: "pyramid", 21: "line3", 22: "triangle6", 23: "quad8", 24: "tetra10", 25: "hexahedron20",
@@ -52,7 +68,14 @@ def _contents(reader: Any, source: str, path: Path) -> RawMesh:
         raw.node_sets[str(name).strip()] = distinct(nodes)
     for name, elements in archive.element_components.items():
         raw.element_sets[str(name).strip()] = distinct(elements)
-    _add_cells(raw, reader.Archive(str(path)).grid)
+    thick = _THICKNESS.search(path.read_bytes()) is not None
+    called = dict(np.asarray(archive.ekey)[:, :2].tolist())
+    for kind in (called[int(element[TYPE])] for element in archive.elem):
+        if kind not in _SOLIDS | _WITHOUT and (thick or kind not in _SHELLS):
+            name = next((name for name, kinds in _NAMES.items() if kind in kinds), "type ")
+            raw.unread[f"{name}{kind}"] += 1
+    if not raw.unread:
+        _add_cells(raw, reader.Archive(str(path)).grid)
     return raw
 
 

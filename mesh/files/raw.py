@@ -1,5 +1,6 @@
 """What a mesh file says, before anything is made of it: numbered nodes, elements and sets."""
 
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -51,6 +52,8 @@ class RawMesh:
         Corner nodes of faces.
     repeated : bool
         Whether the format repeats an element for each set that it belongs to.
+    unread : Counter
+        Elements that have stiffness or mass and are not in the blocks, by the file's names.
     """
 
     source: str
@@ -61,6 +64,7 @@ class RawMesh:
     element_sets: dict[str, Integers] = field(default_factory=dict)
     face_sets: dict[str, list[Integers]] = field(default_factory=dict)
     repeated: bool = False
+    unread: Counter[str] = field(default_factory=Counter)
 
 
 def distinct(numbers: Iterable[int] | Integers) -> Integers:

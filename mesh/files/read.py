@@ -60,7 +60,7 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
                 allowed = ", ".join((*DECKS, ARCHIVE, *FORMATS))
                 raise InputError(f"{source}: no mesh format that is read; allowed are {allowed}")
             return solid_mesh(read_exchange(source, path), factor)
-        text = path.read_bytes().decode("utf-8", "replace")
+        text = path.read_bytes().decode("utf-8-sig", "replace")
     except OSError as error:
         raise InputError(f"{source}: cannot be read: {error.strerror or error}") from None
     if "\0" in text:

@@ -1,7 +1,5 @@
 """From a file's contents to one kind of solid elements, checked and without what is unused."""
 
-from collections import Counter
-
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
@@ -14,7 +12,8 @@ from vanelock.mesh.files.file_sets import file_sets
 from vanelock.mesh.files.raw import Array, CellBlock, Integers, RawMesh
 from vanelock.mesh.refinement.dof_estimate import MOST
 
-_LOWER = ("vertex", "line", "triangle", "quad", "polygon", "pixel", "empty")
+_LOWER = ("vertex", "line", "triangle", "quad", "polygon", "poly_", "pixel", "empty")
+"""Elements that serve sets, those of a deck where they have no section."""
 FURTHEST = 100.0
 """Largest coordinate, m."""
 LEAST = 2e-3
@@ -98,20 +97,18 @@ def _rows(raw: RawMesh, nodes: Integers) -> Integers:
 
 
 def _only_solid(raw: RawMesh) -> tuple[str, CellBlock]:
-    counts: Counter[str] = Counter()
+    counts = raw.unread.copy()
     for block in raw.blocks:
         counts[block.cell_type] += len(block.numbers)
     kinds = [kind for kind in counts if kind in SOLIDS and counts[kind]]
-    # What connects nodes without being a solid, such as a spring or a mass, is left out.
-    others = [
-        kind
-        for kind in counts
-        if kind not in SOLIDS and not kind.startswith(_LOWER) and _is_solid(kind)
-    ]
+    others = [kind for kind in counts if kind not in SOLIDS and not kind.startswith(_LOWER)]
     allowed = ", ".join(SOLIDS)
     if others:
         listed = ", ".join(f"{counts[kind]} {kind}" for kind in others)
-        raise InputError(f"{raw.source}: {listed} elements: allowed are {allowed}")
+        raise InputError(
+            f"{raw.source}: {listed} elements: allowed are {allowed}; leave others out, or give "
+            "the part as matrices, which a scene takes (vanelock manual own_matrices)"
+        )
     if not kinds:
         listed = ", ".join(f"{count} {kind}" for kind, count in counts.items()) or "none"
         raise InputError(f"{raw.source}: no solid elements ({listed}): allowed are {allowed}")
@@ -121,12 +118,6 @@ def _only_solid(raw: RawMesh) -> tuple[str, CellBlock]:
     blocks = [block for block in raw.blocks if block.cell_type == kinds[0]]
     numbers = np.concatenate([block.numbers for block in blocks])
     return kinds[0], CellBlock(kinds[0], numbers, np.concatenate([block.nodes for block in blocks]))
-
-
-def _is_solid(kind: str) -> bool:
-    """Whether an element that cannot be used carries stiffness of its volume."""
-    names = ("tetra", "hexa", "wedge", "pyramid", "polyhedron", "penta", "VTK_", "C3D", "DC3D")
-    return kind.startswith(names)
 
 
 def _once(raw: RawMesh, cells: Integers, elements: Integers) -> tuple[Integers, Integers]:

@@ -37,6 +37,9 @@ def read_abaqus(source: str, text: str) -> RawMesh:
             _elements(deck, where, options, lines)
         elif keyword in ("NSET", "ELSET"):
             _set(deck, where, keyword, options, lines)
+        elif keyword.endswith("SECTION"):
+            if keyword != "SURFACESECTION" or "DENSITY" in options:
+                deck.sections.append(options.get("ELSET", "").upper())
         elif keyword == "SURFACE":
             _surface(deck, where, options, lines)
         elif keyword == "INSTANCE":

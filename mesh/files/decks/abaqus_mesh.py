@@ -19,6 +19,8 @@ _SOLIDS = {
     "C3D15": ("wedge15", 15),
     "C3D5": ("pyramid", 5),
 }
+_MARKS = re.compile(r"(S|STRI|SFM3D|M3D|CPS|CPE|R3D|T3D|T2D)\d")
+"""Elements that without a section have no stiffness."""
 _FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
 # Corners of the faces S1, S2, ... of a tetrahedron and of a hexahedron (Abaqus Analysis User's
 # Guide, Three-dimensional solid element library).
@@ -44,6 +46,8 @@ class Deck:
         Members: numbers, or the name of another set; "elements X" are the nodes of set X.
     surfaces : dict of str to list of (str, str)
         Element or set of elements, and its face.
+    sections : list of str
+        Sets of elements that a section gives stiffness or mass.
     instances : int
         How many parts the assembly has.
     listed : int
@@ -57,6 +61,7 @@ class Deck:
     node_sets: dict[str, list[str | Integers]] = field(default_factory=dict)
     element_sets: dict[str, list[str | Integers]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
+    sections: list[str] = field(default_factory=list)
     instances: int = 0
     listed: int = 0
 
@@ -87,10 +92,14 @@ def resolved(deck: Deck) -> RawMesh:
             both[1].append(own)
         for count, (some, tables) in by_count.items():
             solid = _solid(name)
-            kind = solid[0] if solid else _flat(name, count)
+            kind = solid[0] if solid else _mark(name, count)
             raw.blocks.append(CellBlock(kind, np.array(some, np.int64), np.array(tables, np.int64)))
     for name in deck.element_sets:
         raw.element_sets[name] = distinct(_members(deck, name, deck.element_sets, ()))
+    stiff = [raw.element_sets[name] for name in deck.sections if name in raw.element_sets]
+    for name, (numbers, _) in deck.elements.items():
+        if not _solid(name) and stiff and (count := np.isin(numbers, np.concatenate(stiff)).sum()):
+            raw.unread[name] += int(count) if _MARKS.match(name) else 0
     nodes_of = _ElementNodes(raw.blocks)
     for name in deck.node_sets:
         raw.node_sets[name] = distinct(_members(deck, name, deck.node_sets, (), nodes_of))
@@ -101,10 +110,9 @@ def resolved(deck: Deck) -> RawMesh:
     return raw
 
 
-def _flat(name: str, count: int) -> str:
-    """Shells and membranes can mark faces; anything else keeps the file's name."""
-    shell = re.match(r"(S|STRI|SFM3D|M3D|CPS|CPE|R3D)\d", name)
-    return _FLAT.get(count, name) if shell else name
+def _mark(name: str, count: int) -> str:
+    """Shells, membranes and rods can mark faces and lines; anything else keeps the file's name."""
+    return {**_FLAT, 2: "line"}.get(count, name) if _MARKS.match(name) else name
 
 
 class _ElementNodes:

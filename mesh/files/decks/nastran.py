@@ -27,6 +27,14 @@ _FLAT = {
     "CQUAD8": (8, "quad8"),
     "CQUADR": (4, "quad"),
 }
+_RODS = ("CBAR", "CBEAM", "CROD")
+_PROPERTY = re.compile(r"P(SHELL|COMP|BAR|BEAM|ROD)")
+"""Flat elements and rods without one of these have no stiffness: they serve sets."""
+_OTHER = re.compile(
+    r"C(ELAS|BUSH|DAMP|VISC|GAP|MASS|ONM|ONROD|TUBE|BEND|BEAM3|SHEAR|FAST|WELD|SEAM|IHEX|IFHEX|IFPENT|"
+    r"HEXCZ|PENTCZ|RAC|TRIAX|QUADX)|RBE[12]$|RBAR|RROD|RTRPLT|RJOINT|GENEL"
+)
+"""Elements with stiffness, mass or damping that are not read."""
 # Nastran lists a hexahedron's upright sides before those of its top, VTK after them.
 _TO_VTK = {"hexahedron20": [*range(12), *range(16, 20), *range(12, 16)]}
 
@@ -46,6 +54,8 @@ def read_nastran(source: str, text: str) -> RawMesh:
     sets = _case_sets(source, lines)
     numbers, places, listed = [], [], 0
     elements: dict[str, tuple[list[int], list[list[int]]]] = {}
+    others: list[tuple[str, str]] = []
+    properties: set[str] = set()
     for number, name, fields in cards(lines):
         at = f"{source}: line {number}"
         if name == "INCLUDE":
@@ -60,7 +70,13 @@ def read_nastran(source: str, text: str) -> RawMesh:
             places.append([real(_field(fields, i) or "0", at) for i in (2, 3, 4)])
         elif name == "GRDSET" and _field(fields, 1) not in ("", "0"):
             raise InputError(f"{at}: GRDSET: write the nodes in the basic coordinate system")
-        elif name in _SOLIDS or name in _FLAT:
+        elif _PROPERTY.match(name):
+            properties.add(_field(fields, 0))
+        elif _OTHER.match(name):
+            others.append((name, ""))
+        elif name in _RODS or name in _FLAT:
+            others.append((name, _field(fields, 1) or _field(fields, 0)))
+        if name in _SOLIDS or name in _FLAT:
             kind, nodes = _element(name, fields[2:], at)
             both = elements.setdefault(kind, ([], []))
             both[0].append(whole(_field(fields, 0), at))
@@ -73,6 +89,7 @@ def read_nastran(source: str, text: str) -> RawMesh:
             listed = counted(listed, members, at)
             sets.setdefault(_field(fields, 0), []).append(members)
     raw = RawMesh(source, np.array(numbers, np.int64), np.array(places, float).reshape(-1, 3))
+    raw.unread.update(name for name, by in others if not by or by in properties)
     for kind, (own_numbers, lists) in elements.items():
         table = np.array(lists, np.int64)
         table = table[:, _TO_VTK.get(kind, slice(None))]

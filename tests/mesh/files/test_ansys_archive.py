@@ -118,6 +118,31 @@ def test_a_component_of_surface_elements_is_a_set_of_faces(tmp_path, lattice):
     assert set(found.node_sets["SIDE"].tolist()) == set(part.node_sets["x0"].tolist())
 
 
+@pytest.mark.parametrize(
+    ("kind", "section", "named"),
+    [
+        (21, "", "MASS21"),
+        (14, "", "COMBIN14"),
+        (188, "", "BEAM188"),
+        (190, "", "SOLSH190"),
+        (181, "SECTYPE,1,SHELL", "SHELL181"),
+        (181, "", ""),
+        (174, "", ""),
+        (200, "", ""),
+    ],
+)
+def test_what_has_stiffness_or_mass_and_is_no_solid_is_named(
+    tmp_path, lattice, kind, section, named
+):
+    part = lattice((1, 1, 1), bent, "hexahedron", curved=True)
+    path = with_surface(tmp_path / "part.cdb", part, part.cells[:, :4], "side")
+    path.write_text(path.read_text().replace("ET,2,154", f"ET,2,{kind}\n{section}"))
+    if named:
+        assert complaint(path).startswith(f"part.cdb: 1 {named} elements: allowed are tetra, ")
+    else:
+        assert len(read_mesh(path, "mm").cells) == 1
+
+
 def complaint(path: Path) -> str:
     with pytest.raises(InputError) as caught:
         read_mesh(path, "mm")

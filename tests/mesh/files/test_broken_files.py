@@ -40,6 +40,8 @@ def deck(nodes=None, element="1, 1,2,3,4", kind="C3D4"):
 
 GRIDS = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n"
 
+CARDS = ("CELAS1", "CBUSH", "RBE2", "CONM2", "CIHEX1", "CMASS2", "CONROD")
+
 BROKEN = {
     "an absent node": (deck(element="1, 1,2,3,7"), "an element has node 7, which is not in"),
     "inverted": (
@@ -104,6 +106,38 @@ def test_broken_bulk_data(tmp_path, text, expected):
     path = tmp_path / "part.bdf"
     path.write_text(text)
     assert expected in complaint(path)
+
+
+SKIN = "*ELEMENT, TYPE={}, ELSET=skin\n8, 1,2,3\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "listed"),
+    [
+        *(
+            (f"*ELEMENT, TYPE={kind}\n8, 1,2\n9, 2,3\n", f"2 {kind}")
+            for kind in ("MASS", "SPRINGA", "B31", "DCOUP3D", "SC8R", "COH3D8", "CONN3D2")
+        ),
+        (SKIN.format("S3") + "*SHELL SECTION, ELSET=skin\n0.1\n", "1 S3"),
+        (SKIN.format("M3D3") + "*MEMBRANE SECTION, ELSET=skin\n0.1\n", "1 M3D3"),
+        (SKIN.format("SFM3D3") + "*SURFACE SECTION, ELSET=skin, DENSITY=1.\n", "1 SFM3D3"),
+        (SKIN.format("SFM3D3") + "*SURFACE SECTION, ELSET=skin\n", ""),
+        (SKIN.format("S3") + "*ELEMENT, TYPE=T3D2\n9, 1,2\n", ""),
+        *((f"{card},8,1,1,2\n{card},9,1,2,3\n", f"2 {card}") for card in CARDS),
+        ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPSHELL,1,1,0.1\n", "1 CTRIA3"),
+        ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPBAR,2,1,0.1\n", "1 CBAR"),
+        ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPLOTEL,10,1,2\nPSOLID,1,1\n", ""),
+    ],
+)
+def test_what_has_stiffness_or_mass_and_is_not_read_is_named(tmp_path, text, listed):
+    """With counts; elements that have neither are passed over, shells without a section, too."""
+    abaqus = text.startswith("*")
+    path = tmp_path / ("part.inp" if abaqus else "part.bdf")
+    path.write_text((deck() if abaqus else f"{GRIDS}CTETRA,1,1,1,2,3,4\n") + text)
+    if listed:
+        assert f"{path.name}: {listed} elements: allowed are tetra, " in complaint(path)
+    else:
+        assert len(read_mesh(path).cells) == 1
 
 
 def test_mixed_elements_are_refused_with_their_counts(tmp_path, lattice):

@@ -114,7 +114,7 @@ def test_middle_nodes_in_another_order_are_put_right(tmp_path, ring):
 def test_set_keeps_the_order_of_a_deck(tmp_path):
     path = tmp_path / "one.inp"
     path.write_text(
-        "*NODE, NSET=all\n5, 0,0,0\n6, 1,0,0\n7, 0,1,0\n8, 0,0,1\n9, 3,3,3\n"
+        "\ufeff*NODE, NSET=all\n5, 0,0,0\n6, 1,0,0\n7, 0,1,0\n8, 0,0,1\n9, 3,3,3\n"
         "*ELEMENT, TYPE=C3D4, ELSET=solid\n1, 5,6,7,8\n*NSET, NSET=Some\n8, 6\n"
         "*NSET, NSET=some\n5\n*NSET, NSET=steps, GENERATE\n5, 7, 2\n"
         "*NSET, NSET=both\nsteps, 6\n*NSET, NSET=of, ELSET=solid\n"
