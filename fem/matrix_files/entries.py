@@ -4,6 +4,7 @@ A file that stores one triangle of a symmetric matrix stands for A = T + Tᴴ - 
 matrices are Hermitian, A = Aᴴ, and one that is not is some other matrix or only part of it.
 """
 
+import io
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,6 +55,38 @@ class Entries:
     direction: Integers | None = None
     leaves_out: bool = False
     fixed: frozenset[tuple[int, int]] = frozenset()
+
+
+def number_table(source: str, text: str, **options: Any) -> NDArray[np.float64]:
+    """Numbers by lines, as `numpy.loadtxt` reads them; their exponents may be called D.
+
+    Raises
+    ------
+    InputError
+        If there is anything else.
+    """
+    try:
+        return np.loadtxt(io.StringIO(text.replace("D", "E").replace("d", "e")), ndmin=2, **options)
+    except (ValueError, OverflowError) as error:
+        reason = (str(error).strip().splitlines() or ["not a table of numbers"])[0][:150]
+        raise InputError(f"{source}: {reason}") from None
+
+
+def whole(source: str, values: NDArray[np.float64], what: str, least: float = -np.inf) -> Integers:
+    """Whole numbers that a table has as any others, `what` is what they count.
+
+    Raises
+    ------
+    InputError
+        If one is none, or below the least.
+    """
+    with np.errstate(invalid="ignore"):
+        wrong = ~((np.abs(values) < 1e15) & (values == np.round(values)))
+    if wrong.any():
+        raise InputError(f"{source}: {values[wrong][0]:g} is not a {what}")
+    if (outside := values[values < least]).size:
+        raise InputError(f"{source}: {what} {outside[0]:g} is outside: they count from {least}")
+    return values.astype(np.int64)
 
 
 def dense_entries(source: str, array: NDArray[Any]) -> Entries:

@@ -74,7 +74,7 @@ def read_text(path: Path) -> str:
         If it cannot be read or is not text.
     """
     try:
-        return contents(path, "a study file", LARGEST).decode("utf-8")
+        return contents(path, "a study file", LARGEST).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
 

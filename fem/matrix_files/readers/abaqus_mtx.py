@@ -6,7 +6,7 @@ triangle or both of a symmetric matrix (Abaqus Keywords Reference, *MATRIX INPUT
 boundary condition has 1e36 on the stiffness's diagonal: it is fixed, and left out.
 """
 
-import io
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.choosing import WantedMatrix, refuse_unless_alone
 from vanelock.fem.matrix_files.contents import content, text
-from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries, Integers
+from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries, number_table, whole
 from vanelock.fem.matrix_files.readers.market import read_market
 from vanelock.fem.matrix_files.readers.superelement import read_superelement
 
@@ -32,7 +32,7 @@ def read_mtx(path: Path, wanted: WantedMatrix) -> Entries:
         One line with the file's name.
     """
     source = str(path)
-    if content(path).lstrip()[:1] == b"%":
+    if content(path).removeprefix(BOM_UTF8).lstrip()[:1] == b"%":
         refuse_unless_alone(source, wanted)
         return read_market(path, wanted)
     held = text(path)
@@ -54,17 +54,19 @@ def _global(source: str, held: str) -> Entries:
             f"{source}: neither Matrix Market nor Abaqus: a line has {count} numbers, not "
             "5 (node, freedom, node, freedom, entry) or 3 (row, column, entry)"
         )
-    try:
-        table = np.loadtxt(
-            io.StringIO(held), delimiter="," if commas else None, comments="*", ndmin=2
-        )
-    except (ValueError, OverflowError) as error:
-        raise InputError(f"{source}: {_reason(error)}") from None
+    table = number_table(source, held, delimiter="," if commas else None, comments="*")
     if table.shape[1] != count:
         raise InputError(f"{source}: lines of {count} numbers are needed")
     if count == 5:
         return _labelled(source, table)
-    rows, columns = (_whole(source, table[:, k]) - 1 for k in (0, 1))
+    entries = len(table) - 1
+    sizes = first.split()[-1] == str(entries) and table[:, :2].max() == table[0, :2].max()
+    if entries and sizes:
+        raise InputError(
+            f'{source}: its first line looks like sizes, "{first.strip()[:60]}": the banner of a '
+            "Matrix Market file (%%MatrixMarket matrix coordinate real ...) is missing before it"
+        )
+    rows, columns = (whole(source, table[:, k], "row or column", 1) - 1 for k in (0, 1))
     if (table[:, 2] == FIXED).any():
         raise InputError(
             f"{source}: boundary conditions (1e36) without labels: write FORMAT=MATRIX INPUT"
@@ -75,8 +77,8 @@ def _global(source: str, held: str) -> Entries:
 
 def _labelled(source: str, table: NDArray[np.float64]) -> Entries:
     """Entries by node and freedom; the rows are in the labels' order."""
-    nodes = np.concatenate([_whole(source, table[:, k]) for k in (0, 2)])
-    freedoms = np.concatenate([_whole(source, table[:, k]) for k in (1, 3)])
+    nodes = np.concatenate([whole(source, table[:, k], "node") for k in (0, 2)])
+    freedoms = np.concatenate([whole(source, table[:, k], "freedom") for k in (1, 3)])
     if (nodes < 1).any():
         raise InputError(f"{source}: node {int(nodes.min())}: Abaqus's internal nodes are not read")
     if ((freedoms < 1) | (freedoms > 6)).any():
@@ -106,16 +108,3 @@ def _labelled(source: str, table: NDArray[np.float64]) -> Entries:
             zip((keys[fixed] // 8).tolist(), (keys[fixed] % 8 - 1).tolist(), strict=True)
         ),
     )
-
-
-def _whole(source: str, values: NDArray[np.float64]) -> Integers:
-    with np.errstate(invalid="ignore"):
-        wrong = ~((np.abs(values) < 1e15) & (values == np.round(values)))
-    if wrong.any():
-        raise InputError(f"{source}: {values[wrong][0]:g} is not a node, freedom, row or column")
-    return values.astype(np.int64)
-
-
-def _reason(error: Exception) -> str:
-    """One line of the library's message."""
-    return (str(error).strip().splitlines() or ["not a table of numbers"])[0][:150]

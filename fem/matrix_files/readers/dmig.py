@@ -45,24 +45,16 @@ def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
         One line with the file's name and the line's number.
     """
     source = str(path)
-    matrices: dict[str, _Matrix] = {}
+    found: dict[str, list[tuple[str, list[str]]]] = {}
     for number, keyword, fields in cards(lines_of(text(path))):
-        if keyword != "DMIG":
-            continue
-        where = f"{source}: line {number}: DMIG"
-        name = fields[0].upper()
-        if not re.fullmatch(r"[A-Z]\w{0,7}", name):
-            raise InputError(f"{where}: {fields[0][:16]!a} is not a matrix's name")
-        if fields[1] == "0":
-            if name in matrices:
-                raise InputError(f"{where} {name}: a second head of that name")
-            matrices[name] = _head(f"{where} {name}", fields)
-        elif name not in matrices:
-            raise InputError(f"{where} {name}: a column before the head (DMIG {name} 0 ...)")
-        else:
-            _column(f"{where} {name}", fields, matrices[name])
-    name = chosen(source, list(matrices), wanted)
-    matrix = matrices[name]
+        if keyword == "DMIG":
+            name = fields[0].upper()
+            where = f"{source}: line {number}: DMIG"
+            if not re.fullmatch(r"[A-Z]\w{0,7}", name):
+                raise InputError(f"{where}: {fields[0][:16]!a} is not a matrix's name")
+            found.setdefault(name, []).append((f"{where} {name}", fields))
+    name = chosen(source, list(found), wanted)
+    matrix = _matrix(name, found[name])
     labels = sorted(set(matrix.rows) | set(matrix.columns))
     if not labels:
         raise InputError(f"{source}: DMIG {name} has no entries")
@@ -80,6 +72,21 @@ def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
         np.where(component == 0, GENERALISED, component - 1),
         leaves_out=True,
     )
+
+
+def _matrix(name: str, lines: list[tuple[str, list[str]]]) -> _Matrix:
+    matrix: _Matrix | None = None
+    for where, fields in lines:
+        if fields[1] != "0":
+            if matrix is None:
+                raise InputError(f"{where}: a column before the head (DMIG {name} 0 ...)")
+            _column(where, fields, matrix)
+        elif matrix is not None:
+            raise InputError(f"{where}: a second head of that name")
+        else:
+            matrix = _head(where, fields)
+    assert matrix is not None
+    return matrix
 
 
 def _head(where: str, fields: list[str]) -> _Matrix:

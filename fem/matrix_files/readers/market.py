@@ -6,8 +6,8 @@ by `*EXPORT, K, MMF`, SciPy by `scipy.io.mmwrite`. SciPy's reader is not used he
 file it ends the program (SciPy 1.17, `_fast_matrix_market`: a segmentation fault).
 """
 
-import io
 import re
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,15 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.choosing import WantedMatrix
 from vanelock.fem.matrix_files.contents import content
-from vanelock.fem.matrix_files.entries import FULL, HERMITIAN, SYMMETRIC, Entries, Integers, square
+from vanelock.fem.matrix_files.entries import (
+    FULL,
+    HERMITIAN,
+    SYMMETRIC,
+    Entries,
+    number_table,
+    square,
+    whole,
+)
 
 _FORMS = {"general": FULL, "symmetric": SYMMETRIC, "hermitian": HERMITIAN}
 _FIELDS = ("real", "double", "complex", "integer", "unsigned-integer")
@@ -31,7 +39,7 @@ def read_market(path: Path, wanted: WantedMatrix) -> Entries:
     InputError
         One line with the file's name.
     """
-    source, held = str(path), content(path)
+    source, held = str(path), content(path).removeprefix(BOM_UTF8)
     banner, _, rest = held.partition(b"\n")
     words = banner[:200].decode("ascii", "replace").lower().split()
     if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
@@ -46,7 +54,7 @@ def read_market(path: Path, wanted: WantedMatrix) -> Entries:
     table = _table(source, rest[start:], given, places + parts)
     values = table[:, places] if parts == 1 else table[:, places] + 1j * table[:, places + 1]
     if places:
-        row, column = (_whole(source, table[:, k]) - 1 for k in (0, 1))
+        row, column = (whole(source, table[:, k], "row or column", 1) - 1 for k in (0, 1))
     elif symmetry == "general":
         column, row = np.divmod(np.arange(given), n)
     else:
@@ -86,24 +94,12 @@ def _table(source: str, held: bytes, rows: int, columns: int) -> NDArray[np.floa
     if not rows:
         raise InputError(f"{source}: has no entries")
     try:
-        text = io.StringIO(held.decode("ascii"))
-        table = np.loadtxt(text, comments=None, ndmin=2)
+        table = number_table(source, held.decode("ascii"), comments=None)
     except UnicodeDecodeError:
         raise InputError(f"{source}: not a text file") from None
-    except (ValueError, OverflowError) as error:
-        reason = (str(error).strip().splitlines() or ["not a table of numbers"])[0][:150]
-        raise InputError(f"{source}: {reason}") from None
     if table.shape != (rows, columns):
         raise InputError(
             f"{source}: {table.shape[0]:,} lines of {table.shape[1]} numbers follow, not the "
             f"{rows:,} of {columns} that are announced"
         )
     return table
-
-
-def _whole(source: str, values: NDArray[np.float64]) -> Integers:
-    with np.errstate(invalid="ignore"):
-        wrong = ~((np.abs(values) < 1e15) & (values == np.round(values)))
-    if wrong.any():
-        raise InputError(f"{source}: {values[wrong][0]:g} is not a row or column")
-    return values.astype(np.int64)

@@ -2,6 +2,8 @@
 
 import gzip
 import io
+import re
+from codecs import BOM_UTF8
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import scipy.io
 import scipy.sparse as sp
 
 from tests.fem.matrix_files.conftest import DATA, NODES, Model
+from vanelock.fem import matrix_files
 from vanelock.fem.matrix_files import Matrices, load_matrices
 
 
@@ -141,8 +144,11 @@ def pynastran(name: str) -> Callable[[Path, Model], Matrices]:
 
 
 def free_fields(folder: Path, model: Model) -> Matrices:
-    """One triangle in comma-separated fields, two entries a column's first continuation."""
-    lines = ["SOL 103", "CEND", "BEGIN BULK"]
+    """One triangle in comma-separated fields, two entries a column's first continuation.
+
+    Beside the loads, a rectangular matrix, which nobody asks for.
+    """
+    lines = ["SOL 103", "CEND", "BEGIN BULK", "DMIG,PAX,0,9,2,0,,,1", "DMIG,PAX,1,0,,11,1,10."]
     for name, matrix in (("KAAX", model.K), ("MAAX", model.M)):
         lines.append(f"DMIG,{name},0,6,2,0")
         for j in range(9):
@@ -246,4 +252,21 @@ WRITERS = {
 
 @pytest.mark.parametrize("name", WRITERS)
 def test_same_model(name: str, model: Model, tmp_path: Path) -> None:
+    check(WRITERS[name](tmp_path, model), model)
+
+
+@pytest.mark.parametrize("name", [name for name in WRITERS if name[:4] in ("Matr", "Abaq", "DMIG")])
+def test_exponents_called_d_behind_a_byte_order_mark(
+    name: str, model: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def respelt(*paths: Path, **options: Path) -> Matrices:
+        new = [tmp_path / path.name for path in paths]
+        for path, place in zip(paths, new, strict=True):
+            unpacked = gzip.open if path.suffix == ".gz" else open
+            with unpacked(path, "rb") as file:
+                held = re.sub(rb"(?<=\d)[eE](?=[+-]?\d)", b"D", file.read())
+            place.write_bytes((gzip.compress if path.suffix == ".gz" else bytes)(BOM_UTF8 + held))
+        return matrix_files.load_matrices(*new, **options)
+
+    monkeypatch.setitem(WRITERS[name].__globals__, "load_matrices", respelt)
     check(WRITERS[name](tmp_path, model), model)

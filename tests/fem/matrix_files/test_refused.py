@@ -43,6 +43,9 @@ TEXTS = {
     "skew": ("k.mtx", GOOD.replace("symmetric", "skew-symmetric"), "skew-symmetric"),
     "not square": ("k.mtx", GOOD.replace("3 3 3", "3 4 3"), "square"),
     "no sizes": ("k.mtx", BANNER, "sizes"),
+    "no banner": ("k.mtx", GOOD.removeprefix(BANNER), 'like sizes, "3 3 3": the banner of a'),
+    "index 0": ("k.mtx", "0 0 2.\n1 1 2.\n", "row or column 0 is outside: they count from 1"),
+    "market, index 0": ("k.mtx", GOOD.replace("1 1 2", "0 1 2"), "row or column 0 is outside"),
     "half a file": ("k.mtx", GOOD[:-8], ""),
     "all zero": ("k.mtx", GOOD.replace(" 2\n", " 0\n"), "zero"),
     "not symmetric": (
