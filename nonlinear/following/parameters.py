@@ -163,6 +163,8 @@ def checked_parameter(name: str, system: System, values: Floats, joint: Joint = 
     if name != "interference" and not positive:
         raise InputError(f"values: given {values.min():g}: {name} must be > 0")
     contacts = closed_contacts(system.contacts, "all" if joint is None else joint)
+    if name != "force" and not contacts.any():
+        raise InputError(f"parameter: given {name!r}: the system has no contacts, nothing varies")
     if name == "interference" and not positive:
         return Parameter(name, contacts, False)
     return Parameter(name, contacts, True)

@@ -33,23 +33,15 @@ FINE = 1e-13
 LIMIT = 25
 LOWER = 1e-6
 """How much lower, relatively, than its neighbours on the path a peak may be found."""
+HIGHEST = 1e3
+"""How much higher than where it began a sharp peak may be: further up, nothing bounds it."""
 FALL = 1.0
 """Change of ln A between two frequencies beyond which they are not taken for one branch."""
 
 
 @dataclass(frozen=True)
 class Reading:
-    """Amplitude at a frequency.
-
-    Attributes
-    ----------
-    solution : Solution
-    tangent : Tangent
-    amplitude : float
-        A, m.
-    slope : float
-        dA/dω, m s/rad.
-    """
+    """Amplitude A, m, and its slope dA/dω, m s/rad, at a frequency."""
 
     solution: Solution
     tangent: Tangent
@@ -181,8 +173,8 @@ class Resonance:
         found = self._secant(first, bend)
         if found is not None and not found.sharp:
             return found
-        climbed = self._climb(first, bend)
-        return found if climbed is None else climbed
+        found = self._climb(first, bend) or found
+        return found if found and found.amplitude < HIGHEST * first.amplitude else None
 
     def _secant(self, first: Reading, bend: float) -> PeakPoint | None:
         here, known = first, [first]
@@ -245,7 +237,8 @@ class Resonance:
             if before is not None and now <= 0:
                 break
             before, last = step, now
-            if count > 4 * LIMIT:
+            highest = self.measure(step.solution, step.tangent)[0]
+            if count > 4 * LIMIT or highest > HIGHEST * first.amplitude:
                 return None
         else:
             return None

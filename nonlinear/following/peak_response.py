@@ -157,8 +157,8 @@ def peak_response(
     Raises
     ------
     InputError
-        As of `frequency_response`, or if an argument is not possible, or no peak lies in the range
-        at the first value.
+        As of `frequency_response`, or if an argument is not possible, or at the first value no peak
+        lies in the range, or none is found and nothing but friction damps.
     """
     given = checked_values(values)
     is_range = isinstance(values, tuple)
@@ -192,6 +192,11 @@ def traced(
     begun = ridge.highest(values[0], swept)
     if begun is None:
         raise InputError(f"near: no peak was found in it at {ridge.varied.name} = {values[0]:g}")
+    if not (np.isfinite(begun.distance) or damped(ridge.at(values[0]).structure.system)):
+        raise InputError(
+            f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}, "
+            "and the system has no damping: friction alone may not bound it"
+        )
     first = Mark(ridge.varied.coordinate(values[0]), values[0], begun)
     tracks = [{values[0]: first}]
     report = Report(progress, values, is_range)
@@ -206,6 +211,12 @@ def traced(
         tracks.append({last: Mark(ridge.varied.coordinate(last), last, again)})
         backward(ridge, tracks[-1], before[::-1])
     return tracks, ridge
+
+
+def damped(system: System) -> bool:
+    """Whether more than friction damps a system."""
+    matrices = any(each.C is not None and np.any(each.C) for each in system.diameters.values())
+    return bool(system.damping_ratio or system.contacts.elements or matrices)
 
 
 def passed(tracks: Sequence[dict[float, Mark]]) -> list[float]:
@@ -276,14 +287,14 @@ def restarted(
 ) -> Mark | None:
     """The highest peak at a value, followed backwards.
 
-    None if no peak lies in the range; its largest amplitude stands for it.
+    None if no peak lies in the range or is found; the largest amplitude stands for it.
     """
     swept, before = ridge.sweep(value), passed(tracks)
     peak = ridge.highest(value, swept)
     mark = Mark(ridge.varied.coordinate(value), value, peak or ridge.unresolved(value, swept))
     tracks.append({value: mark})
     report(mark)
-    if peak is None:
+    if not np.isfinite(mark.peak.distance):  # no peak to follow
         return None
     backward(ridge, tracks[-1], before[::-1])
     return mark

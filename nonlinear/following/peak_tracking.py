@@ -28,15 +28,7 @@ LONGEST = 1 / 25
 
 @dataclass(frozen=True)
 class Mark:
-    """The peak at a value of the parameter.
-
-    Attributes
-    ----------
-    place : float
-        Coordinate of the parameter.
-    value : float
-    peak : PeakPoint
-    """
+    """The peak at a value of the parameter; `place` is the value's coordinate."""
 
     place: float
     value: float

@@ -62,7 +62,7 @@ def jenkins(force: float = 1.0, mu: float = 0.5, v0: float = 1.0) -> System:
     )
 
 
-def jenkins_peak(force: float, limit: float) -> tuple[float, float]:
+def jenkins_peak(force: float, limit: float, damping: float = DAMPING) -> tuple[float, float]:
     """Frequency, Hz, and amplitude of its peak at H = 1, with the friction limit μn.
 
     With the describing function of the Jenkins element, F = X |Z(X, ω)|; the peak at a given
@@ -78,9 +78,9 @@ def jenkins_peak(force: float, limit: float) -> tuple[float, float]:
             spring = KT / np.pi * (angle - 0.5 * np.sin(2 * angle))
             loss = 4 * limit / (np.pi * X) * (1 - slip / X)
         # d/dω [(k - ω²)² + (cω + b)²] = 0
-        roots = np.roots([2, 0, DAMPING**2 - 2 * (K + spring), DAMPING * loss])
+        roots = np.roots([2, 0, damping**2 - 2 * (K + spring), damping * loss])
         omega = max(roots[np.abs(roots.imag) < 1e-12].real)
-        return omega, abs(K + spring - omega**2 + 1j * (DAMPING * omega + loss))
+        return omega, abs(K + spring - omega**2 + 1j * (damping * omega + loss))
 
     X = brentq(lambda X: X * impedance(X)[1] - force, 1e-9, 1e4, xtol=1e-15, rtol=1e-14)
     return impedance(X)[0] / TURN, X
@@ -314,6 +314,20 @@ def test_peaks_survive_a_file(tmp_path: Path) -> None:
         file["rival"][...] = [2e-3, np.nan]
     old = PeakResponse.load(tmp_path / "peaks.h5")
     np.testing.assert_array_equal(old.second_peak, [2e-3, np.nan])
+
+
+def test_a_peak_that_nothing_bounds_is_said_to_be_none() -> None:
+    # A period takes 4 μn X of work and gives π F X: friction alone bounds where μn > π F/4.
+    (diameter,) = jenkins().diameters.values()
+    system = replace(jenkins(), diameters={0: replace(diameter, C=None)})
+    bound, below = 1.3 * np.pi / 8, 0.9 * np.pi / 8
+    found = peak_response(system, "mu", [bound], (0.1, 0.3), Options(1))
+    check_against_closed_form(found, [jenkins_peak(1.0, 2 * bound, 0.0)])
+    with pytest.raises(InputError, match=r"near: no largest amplitude was found in it at mu = 0.3"):
+        peak_response(system, "mu", [below], (0.1, 0.3), Options(1))
+    alone = System.from_matrices(np.eye(1), np.eye(1), damping_ratio=0.01, force={0: 1.0})
+    with pytest.raises(InputError, match=r"parameter: given 'mu': the system has no contacts"):
+        peak_response(alone, "mu", [below], (0.1, 0.3), Options(1))
 
 
 @pytest.mark.parametrize(
