@@ -231,6 +231,7 @@ def static_friction(
             low, here, high = bounds.rest_load[row].tolist()
             if high - low > RANGE * max(here, low):
                 most = f"{high:.3g} N a sector" if np.isfinite(high) else "any load"
+                most += "" if bounds.proved[row].all() else ", or beyond,"
                 lines.append(
                     f"{begin}: it can hold {name} at rest at {low if low > NONE * here else 0:.3g} "
                     f"N to {most} ({here:.3g} N if assembled unstressed, as here), and {what} "

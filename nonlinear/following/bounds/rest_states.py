@@ -15,7 +15,9 @@ long as no contact opens or closes they form a polytope, or a convex set with di
 which the joint's load Σ n is linear: its ends are found by cone programming (an interior-point
 method: Goulart and Chen, "Clarabel", 2024). Contacts with n = w_n = 0 that hold an end back then
 open or close, and the programme goes on from there, never back: no state with the same contacts
-open lies beyond an end, others may. The state at each is solved by itself.
+open lies beyond an end, others may. Of few contacts these are searched by branch and bound: where
+it is left open which a contact is, n >= 0 and w_n <= 0 may both be slack, and the programme is a
+bound. The state at each end is solved by itself.
 """
 
 from collections.abc import Mapping, Sequence
@@ -45,20 +47,16 @@ NOTHING = 1e-9
 """Of a programme's objective and multipliers, relative to the largest; of what sliders change."""
 EXACT, NEARLY = 1e-10, 1e-7
 """To which programmes are solved, and to which they may be where rounding allows no more."""
+FEW, PROGRAMMES = 24, 300
+"""Contacts up to which open and closed ones are branched on, by so many programmes at most."""
 
 
 @dataclass(frozen=True)
 class Least:
-    """Where a linear objective of w is least.
+    """Where a linear objective of w is least, (3c,) in units of `RestStates.scale`.
 
-    Attributes
-    ----------
-    place : (3c,) float
-        w, in units of `RestStates.scale`.
-    status : str
-        Of the programme, by Clarabel's names.
-    pressing : (c,) bool
-        Contacts that hold it back: closed ones with n = 0, open ones with w_n = 0.
+    `status` is the programme's, by Clarabel's names; `pressing` (c,) are contacts that hold it
+    back: closed ones with n = 0, open ones with w_n = 0.
     """
 
     place: Floats
@@ -85,24 +83,10 @@ class Least:
 class RestStates:
     """States at rest by the places w of their sliders: a polytope while no contact opens or closes.
 
-    Attributes
-    ----------
-    system : System
-        Its sliders are zero.
-    nominal : Response
-        Its state at rest.
-    closed : (c,) bool
-        Contacts that are closed.
-    share : (c,) float
-        s of each contact.
-    linear : (3c,) float
-        ũ, m.
-    receptance : (3c, 3c) float
-        R̂₀.
-    options : Options
-        As of `static_response`.
-    modes : dict of int to StuckModes
-        Those that are known, of nodal diameter 0 among them.
+    `system` has its sliders at zero, `nominal` is its state at rest, `closed` (c,) are
+    contacts that are closed, `share` (c,) their s; `linear` (3c,), m, is ũ and `receptance`
+    (3c, 3c) R̂₀. Of `modes` nodal diameter 0 is there. Of contacts in `either` (c,), taken for
+    closed, it is left open whether they are.
     """
 
     system: System
@@ -113,6 +97,7 @@ class RestStates:
     receptance: Floats
     options: Options
     modes: Mapping[int, StuckModes]
+    either: Bools | None = None
 
     @cached_property
     def scale(self) -> float:
@@ -127,6 +112,10 @@ class RestStates:
     @property
     def _isotropic(self) -> bool:
         return self.options.friction == "isotropic"
+
+    @property
+    def _either(self) -> Bools:
+        return np.zeros_like(self.closed) if self.either is None else self.either
 
     @cached_property
     def _used(self) -> Floats:
@@ -151,7 +140,7 @@ class RestStates:
         room = self.share[:, None, None] * limit
         free = self.closed & (self.share > 0) & (contacts.mu > 0)
         zero = [stretch[~self.closed, 0], *aside[~free]]
-        positive = [np.where(closed, stretch[:, 0], -place[:, 0])]
+        positive = [np.where(closed, stretch[:, 0], -place[:, 0]), -place[self._either, 0]]
         discs = np.concatenate([room[:, :1], aside], axis=1)[free]
         if not self._isotropic:
             positive += [*(room + aside)[free], *(room - aside)[free]]
@@ -172,7 +161,8 @@ class RestStates:
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = EXACT
         settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = NEARLY
         settings.reduced_tol_feas = NEARLY
-        varied = np.hstack([~self.closed[:, None], np.ones((count, 2), dtype=bool)]).ravel()
+        normal = ~self.closed | self._either
+        varied = np.hstack([normal[:, None], np.ones((count, 2), dtype=bool)]).ravel()
         weight = objective[varied] / (np.abs(objective).max() or 1.0)
         found = clarabel.DefaultSolver(
             csc_array((len(weight), len(weight))),
@@ -206,26 +196,68 @@ class RestStates:
 
         None where it has no end.
         """
-        start, by = self.stretch
-        return self._normal(mask, sign, start, by, 0.0 if sign > 0 else -np.inf)
+        return self.extreme(*self._normal(mask, sign, *self.stretch, 0.0 if sign > 0 else -np.inf))
+
+    def proved_load(self, mask: Bools, sign: float) -> tuple[Floats | None, bool]:
+        """As `least_load`, and whether no state has another end, whichever contacts are open."""
+        objective, floor = self._normal(mask, sign, *self.stretch, 0.0 if sign > 0 else -np.inf)
+        if self._fixed(objective):
+            return self.zero, True
+        if (last := self._last(objective, floor)) is None:
+            return None, True
+        (states, best), every = last, np.ones_like(self.closed)
+        left, proved = [replace(self, closed=every, either=every)], len(every) <= FEW
+        for _ in range(PROGRAMMES if proved else 0):
+            reached = objective @ best.place
+            if not left or reached <= floor + NOTHING * np.abs(objective).max():
+                return states.slider(best.place), proved
+            node = left.pop()
+            found, either = node.least(objective), node._either.copy()
+            if found.solved:
+                if not reached - objective @ found.place > BETTER * abs(reached):
+                    continue
+                start, by = self.stretch
+                n, off = (start + by @ found.place)[::3], -found.place[::3]
+                slack = np.where(either, np.minimum(n, off), 0.0)
+                branch = int(slack.argmax())
+                if slack[branch] <= NEARLY:
+                    closed = np.where(either, n >= off, node.closed)
+                    other = replace(self, closed=closed)
+                    exact = other.least(objective)
+                    proved = proved and exact.solved
+                    states, best = (other, exact) if exact.solved else (states, best)
+                    continue
+            elif found.endless:
+                if not either.any():
+                    return None, True
+                branch = int(either.argmax())
+            else:
+                proved = proved and found.impossible
+                continue
+            either[branch] = False
+            open_there = node.closed & (np.arange(len(either)) != branch)
+            left += [
+                replace(node, closed=each, either=either) for each in (open_there, node.closed)
+            ]
+        return states.slider(best.place), False
 
     def widest(self, mask: Bools) -> Floats | None:
         """(c, 2) sliders, m, at which some contacts are furthest from each other."""
-        return self._normal(mask, 1.0, self.linear / self.scale, self.receptance, -np.inf)
+        start = self.linear / self.scale
+        return self.extreme(*self._normal(mask, 1.0, start, self.receptance, -np.inf))
 
     def _normal(
         self, mask: Bools, sign: float, start: Floats, by: Floats, floor: float
-    ) -> Floats | None:
-        """Sliders at which sign·Σ kn (start + by w) of some contacts is least.
-
-        Zero where no slider changes it: of a joint that alone carries what presses it.
-        """
+    ) -> tuple[Floats, float]:
+        """Objective and floor of sign·Σ kn (start + by w) of some contacts."""
         weight = sign * np.where(mask, self.system.contacts.kn, 0.0)
         weight /= np.abs(weight).sum()
-        objective = weight @ by[::3]
-        if np.abs(objective).max() < NOTHING:
-            return self.zero
-        return self.extreme(objective, floor - float(weight @ start[::3]))
+        return weight @ by[::3], floor - float(weight @ start[::3])
+
+    def _fixed(self, objective: Floats) -> bool:
+        """Whether no slider changes it: as of a joint that alone carries what presses it."""
+        moves = self.share.any() and self.system.contacts.mu.any()
+        return not moves or bool(np.abs(objective).max() < NOTHING)
 
     def extreme(
         self, objective: Floats, floor: float = -np.inf, closed: Bools | None = None
@@ -240,8 +272,15 @@ class RestStates:
         InputError
             If the programme has no solution.
         """
-        if not self.share.any() or not self.system.contacts.mu.any():
+        if self._fixed(objective):
             return self.zero
+        last = self._last(objective, floor, closed)
+        return None if last is None else last[0].slider(last[1].place)
+
+    def _last(
+        self, objective: Floats, floor: float, closed: Bools | None = None
+    ) -> tuple["RestStates", Least] | None:
+        """The states of contacts that open and close, and where in them `extreme` ends."""
         states = self if closed is None else replace(self, closed=closed)
         found, nothing = states.least(objective), NOTHING * np.abs(objective).max()
         if found.impossible and closed is not None:
@@ -261,7 +300,7 @@ class RestStates:
             if not gain > BETTER * abs(objective @ found.place):
                 break
             states, found = other, reached
-        return states.slider(found.place)
+        return states, found
 
     def closed_at(self, slider: Floats) -> Bools:
         """(c,) contacts that are closed at rest with sliders assembled at (c, 2), m."""

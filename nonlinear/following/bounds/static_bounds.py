@@ -33,12 +33,16 @@ class StaticBounds(Product):
         Where the sliders were assembled for them, m; zeros where there is no such state.
     converged : (j, 3) bool
         Whether each was found, and its state at rest and that with sliders at zero are solved.
+    proved : (j, 3) bool
+        Whether no state lies beyond, whichever contacts are open; else it is the end of states
+        that contacts reach by opening or closing one after another, and others may lie beyond.
     """
 
     joints: tuple[str, ...]
     rest_load: Floats = field(metadata={"unit": "N"})
     slider: Floats = field(metadata={"unit": "m"})
     converged: Bools
+    proved: Bools
 
 
 @one_thread
@@ -84,24 +88,25 @@ def static_bounds(
         found.append([_end(states, mask, sign) for sign in (1.0, 0.0, -1.0)])
     return StaticBounds(
         joints=tuple(names),
-        rest_load=np.array([[load for _, load, _ in ends] for ends in found]).reshape(-1, 3),
-        slider=np.array([[slider for slider, _, _ in ends] for ends in found]),
-        converged=np.array([[known for _, _, known in ends] for ends in found]).reshape(-1, 3),
+        rest_load=np.array([[end[1] for end in ends] for ends in found]).reshape(-1, 3),
+        slider=np.array([[end[0] for end in ends] for ends in found]),
+        converged=np.array([[end[2] for end in ends] for ends in found]).reshape(-1, 3),
+        proved=np.array([[end[3] for end in ends] for ends in found]).reshape(-1, 3),
     )
 
 
-def _end(states: RestStates, mask: Bools, sign: float) -> tuple[Floats, float, bool]:
-    """Sliders (c, 2), m, and load, N, where it is least (1) or largest (-1); whether it was found.
+def _end(states: RestStates, mask: Bools, sign: float) -> tuple[Floats, float, bool, bool]:
+    """Sliders (c, 2), m, and load, N, where it is least (1) or largest (-1); if found; if proved.
 
     With 0 those assembled at zero.
     """
     try:
-        slider = states.least_load(mask, sign) if sign else states.zero
+        slider, proved = states.proved_load(mask, sign) if sign else (states.zero, True)
     except InputError:
-        return states.zero, np.nan, False
+        return states.zero, np.nan, False, False
     if slider is None:
-        return states.zero, np.inf, True
+        return states.zero, np.inf, True, True
     state = states.solved(slider) if sign else states.nominal
     load = state.force[0, 0, mask, 0].real.sum()
     known = state.converged.all() and states.nominal.converged.all()
-    return slider, max(float(load), 0.0), bool(known)
+    return slider, max(float(load), 0.0), bool(known), proved

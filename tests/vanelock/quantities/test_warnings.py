@@ -112,7 +112,8 @@ def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip
     """A pad that slips beside a clamp that sticks, or across itself; at the peak or beside it."""
     at = Peak(0, 50.0, 1.0, False)
     loads = np.array([[0.0, 12.2, 229.0], [16e3, 16e3, 16e3]])
-    bounds = StaticBounds(("pad", "clamp"), loads, np.zeros((2, 3, 2, 2)), np.ones((2, 3), bool))
+    yes = np.ones((2, 3), bool)
+    bounds = StaticBounds(("pad", "clamp"), loads, np.zeros((2, 3, 2, 2)), yes, yes)
     joints = ["pad", "clamp"]
 
     def warned(states, loads=loads, beside=(STUCK, STUCK), across=False):
@@ -134,6 +135,9 @@ def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip
     (line,) = warned([SLIP, STUCK], np.array([[0.0, 12.2, np.inf], [1.0, 1.0, 1.0]]))
     assert "at 0 N to any load (12.2 N" in line
     assert warned([SLIP, STUCK], np.array([[0.0, 12.2, np.nan], [1.0, 1.0, 1.0]])) == []
+    bounds = replace(bounds, proved=~yes)
+    (line,) = warned([SLIP, STUCK])
+    assert "at 0 N to 229 N a sector, or beyond, (12.2 N" in line
     bounds = replace(bounds, converged=np.array([[True, True, False], [True, True, True]]))
     (line,) = warned([SLIP, STUCK])  # without the numbers
     assert line.endswith("at which loads it can hold pad at rest was not found")

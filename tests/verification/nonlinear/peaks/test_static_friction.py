@@ -79,7 +79,9 @@ def test_loads_are_those_that_branch_and_bound_proves(record_property):
         system = replace(system, contacts=replace(system.contacts, joint=tuple("abbb")))
         chosen = np.arange(4) == 0
         by_proof.append(proved_loads(system, chosen))
-        by_search.append(static_bounds(system, "a").rest_load[0, [0, 2]])
+        bounds = static_bounds(system, "a")
+        assert bounds.proved.all()
+        by_search.append(bounds.rest_load[0, [0, 2]])
     proved, found = np.array(by_proof), np.array(by_search)
     size = np.maximum(proved[:, 1:], 1e-9)
     same = np.abs(found - proved) < 1e-6 * size
@@ -91,11 +93,7 @@ def test_loads_are_those_that_branch_and_bound_proves(record_property):
         assert proved_loads(system, np.arange(4) == 0, 2 * FAR)[1] > 1.5 * proved[seed, 1]
         same[seed, 1], found[seed, 1] = True, proved[seed, 1]
     record_property("those that are proved to be the last", int(same.sum()))
-    inside = (found[:, 0] >= proved[:, 0] - 1e-6 * size[:, 0]) & (
-        found[:, 1] <= proved[:, 1] + 1e-6 * size[:, 0]
-    )
-    assert inside.all()
-    assert same.mean() > 0.8
+    assert same.all()
 
 
 def peak_of(system, hertz, direction):
