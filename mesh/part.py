@@ -1,5 +1,6 @@
 """The product of the mesh stage: nodes, elements and named node sets of one part."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -69,14 +70,22 @@ class Part(Product):
     cad_volume: float | None = field(default=None, metadata={"unit": "m^3"})
 
     def nodes(self, node_set: str) -> NDArray[np.int64]:
-        """(k,) nodes of a set.
+        """(k,) nodes of a set; case counts only where two names differ by nothing else.
 
         Raises
         ------
         InputError
             If the part has no such set.
         """
-        if node_set not in self.node_sets:
+        if (own := called(self.node_sets, node_set)) is None:
             have = ", ".join(sorted(self.node_sets)) or "none"
             raise InputError(f"{self.name}: no node set {node_set!r}; it has {have}")
-        return self.node_sets[node_set]
+        return self.node_sets[own]
+
+
+def called(names: Collection[str], wanted: str) -> str | None:
+    """The name itself, or the only one that differs from it in case: decks have capitals alone."""
+    if wanted in names:
+        return wanted
+    alike = [name for name in names if name.casefold() == wanted.casefold()]
+    return alike[0] if len(alike) == 1 else None

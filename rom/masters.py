@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.mesh import Part
+from vanelock.mesh.part import called
 
 
 @dataclass(frozen=True)
@@ -56,9 +57,9 @@ class Masters(Product):
         InputError
             If the part has no such set among its masters.
         """
-        if name not in self.node_sets:
+        if (own := called(self.node_sets, name)) is None:
             raise InputError(f"{self.part}: no node set {name!r} among its masters")
-        return self.node_sets[name]
+        return self.node_sets[own]
 
     def places(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
         """Where nodes stand in `nodes`.
@@ -98,6 +99,9 @@ def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Ma
         If the part lacks a set, or an averaged one has no patches.
     """
     none = np.empty(0, np.int64)
+    names, averaged = (
+        [called(part.node_sets, each) or each for each in given] for given in (names, averaged)
+    )
     found = np.concatenate([none, *map(part.nodes, names)])
     nodes = found[np.sort(np.unique(found, return_index=True)[1])]
     places = _places(part, averaged)

@@ -19,6 +19,7 @@ from vanelock.fem.elements.reference import ReferenceElement, reference_element
 from vanelock.fem.material import Material
 from vanelock.fem.model import Model
 from vanelock.mesh import FileMesh, Part
+from vanelock.mesh.part import called
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.signedinteger[Any]]
@@ -76,11 +77,11 @@ def assemble(part: Part | FileMesh, material: Material, fixed: str | None = "fix
 def _free_numbers(part: Part, fixed: str | None) -> Integers:
     """Consecutive numbers of the free nodes, -1 for clamped ones."""
     clamped: Integers = np.empty(0, np.int64)
-    if fixed is not None and (fixed != "fixed" or "fixed" in part.node_sets):
-        if fixed not in part.node_sets:
-            have = ", ".join(sorted(part.node_sets)) or "none"
-            raise InputError(f"{part.name}: fixed = {fixed!r}: no such node set; it has {have}")
-        clamped = part.node_sets[fixed]
+    if fixed is not None and (own := called(part.node_sets, fixed)) is not None:
+        clamped = part.node_sets[own]
+    elif fixed not in (None, "fixed"):
+        have = ", ".join(sorted(part.node_sets)) or "none"
+        raise InputError(f"{part.name}: fixed = {fixed!r}: no such node set; it has {have}")
     free = np.ones(len(part.points), bool)
     free[clamped] = False
     if not free.any():

@@ -9,6 +9,7 @@ from vanelock.common.cyclic import phase_factor, turn
 from vanelock.common.errors import InputError
 from vanelock.fem.model import Model
 from vanelock.mesh import Part
+from vanelock.mesh.part import called
 
 Integers = NDArray[np.int64]
 
@@ -102,9 +103,9 @@ def cyclic_faces(part: Part, sectors: int) -> tuple[Integers, Integers]:
     if sectors < 2:
         raise InputError(f"{part.name}: sectors = {sectors}: cyclic symmetry needs at least 2")
     for name in ("left", "right"):
-        if name not in part.node_sets:
+        if called(part.node_sets, name) is None:
             raise InputError(f"{part.name}: cyclic symmetry needs a node set {name!r}")
-    left, right = part.node_sets["left"], part.node_sets["right"]
+    left, right = part.nodes("left"), part.nodes("right")
     if len(left) != len(right):
         raise InputError(
             f"{part.name}: {len(left)} nodes in `left`, {len(right)} in `right`: they must match"

@@ -10,6 +10,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.mesh.files.file_mesh import FileMesh
 from vanelock.mesh.files.raw import distinct
+from vanelock.mesh.part import called
 
 Integers = NDArray[np.int64]
 
@@ -88,7 +89,8 @@ def own_part(
             continue
         wanted = given.get(each, each)
         if isinstance(wanted, str):
-            found = called(mesh, wanted) or called(mesh, FORMER.get(wanted, wanted))
+            there = mesh.node_sets
+            found = called(there, wanted) or called(there, FORMER.get(wanted, wanted))
             if found is None:
                 if each in OPTIONAL[name] and each not in needed and each not in given:
                     continue
@@ -111,14 +113,6 @@ def own_part(
     _check_key(part)
     _check_apart(part)
     return part
-
-
-def called(mesh: FileMesh, wanted: str) -> str | None:
-    """The file's set of that name, or of the only name that differs from it in case."""
-    if wanted in mesh.node_sets:
-        return wanted
-    alike = [name for name in mesh.node_sets if name.casefold() == wanted.casefold()]
-    return alike[0] if len(alike) == 1 else None
 
 
 def _listed(mesh: FileMesh, name: str, numbers: Sequence[int]) -> Integers:

@@ -8,10 +8,10 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.mesh.files.read import read_mesh
 from vanelock.mesh.matching.cut_faces import check_cut_faces
-from vanelock.mesh.matching.own_part import OwnPart, called
+from vanelock.mesh.matching.own_part import OwnPart
 from vanelock.mesh.matching.pairing import TOLERANCE, follow
 from vanelock.mesh.matching.side import Side
-from vanelock.mesh.part import Part
+from vanelock.mesh.part import Part, called
 
 _KNOWN = ("fixed", "left", "right", "force", "output")
 
@@ -58,7 +58,7 @@ def read_sector(
     found = read_mesh(path, unit)
     sets = dict(found.node_sets)
     for name in _KNOWN:
-        if (alike := called(found, name)) is not None:
+        if (alike := called(found.node_sets, name)) is not None:
             sets[name] = found.node_sets[alike]
     side = Side(OwnPart(Path(path).stem, found, sets, {}), sectors)
     if sectors > 1:

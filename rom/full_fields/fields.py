@@ -74,7 +74,7 @@ def _strain(
     total, volume = fem.strain_sums(part, u, growth)
     if recovery.component.cyclic:
         # right[i] of this sector is left[i] of the next, where the field is turned and delayed.
-        left, right = part.node_sets["left"], part.node_sets["right"]
+        left, right = part.nodes("left"), part.nodes("right")
         off_axis = left != right
         left, right = left[off_axis], right[off_axis]
         phase = phase_factor(nodal_diameter, part.sectors)

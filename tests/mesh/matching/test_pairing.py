@@ -11,6 +11,7 @@ from vanelock.common.errors import InputError
 from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.cells import SOLIDS
 from vanelock.mesh.matching.own_part import own_part
+from vanelock.rom.masters import choose
 
 SECTORS = 12
 RADIUS = 1.0
@@ -289,6 +290,16 @@ def test_anyones_sector(tmp_path, ring, write_mesh):
     own, other = (fem.modes(fem.assemble(p, steel), 5, 2).frequency for p in (part, found))
     assert np.abs(other / own - 1).max() < 1e-10
     assert read_sector(path, unit="mm").sectors == 1
+    # A deck's own names have capitals alone; whoever names a set need not.
+    deck = read_mesh(path, "mm")
+    assert "FIXED" in deck.node_sets
+    np.testing.assert_array_equal(found.nodes("solid"), found.node_sets["SOLID"])
+    np.testing.assert_array_equal(choose(deck.part(), ["Left"]).set("left"), deck.node_sets["LEFT"])
+    for fixed in ("fixed", "Fixed"):
+        assert fem.assemble(deck, steel, fixed).K.shape == fem.assemble(found, steel).K.shape
+    capitals = replace(found, node_sets={n.upper(): each for n, each in found.node_sets.items()})
+    again = fem.modes(fem.assemble(capitals, steel), 5, 2).frequency
+    assert np.abs(again / own - 1).max() < 1e-10
     (line,) = complaints(lambda: read_sector(path, SECTORS - 1, "mm"))
     assert ", right: 27 of 27 nodes are further than" in line
     write_mesh(path, replace(part, node_sets={"left": part.node_sets["left"]}))
