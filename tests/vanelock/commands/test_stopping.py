@@ -12,6 +12,7 @@ import time
 import weakref
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import h5py
 import pytest
@@ -245,7 +246,12 @@ def dropped_by_a_weak_reference():
 
 def dropped_by_c_code():
     compare = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
-    order = compare(lambda *_: os.kill(os.getpid(), signal.SIGTERM) or 0)
+
+    def killing(*_):
+        os.kill(os.getpid(), signal.SIGTERM)
+        return 0
+
+    order = compare(killing)
     ctypes.CDLL(None).qsort((ctypes.c_int * 2)(2, 1), 2, 4, order)
 
 
@@ -261,7 +267,7 @@ def test_a_signal_that_is_dropped_is_raised_again(drop):
     """A moment later, if Python drops it; at the next step; at the end of the command."""
     later = [] if drop is dropped_by_a_library else [lambda: time.sleep(60)]
     for step in (raise_dropped, *later, None):
-        went_on = []
+        went_on: list[Any] = []
 
         def work(step=step, went_on=went_on):
             with raised():

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -220,7 +221,7 @@ def test_jumps_and_neglected_harmonics_are_said(small_model):
     assert not [text for text in remarks(small_model, [rough], made) if text.startswith("HARM")]
     # Two per cent of 10 um are two standard deviations of 0.1 um, whatever was measured.
     share, um = np.array([0.01, 0.02, np.nan]), 1e-6 * np.array([1.0, 10.0, np.nan])
-    known = SimpleNamespace(
+    known: Any = SimpleNamespace(
         study=small_model.study,
         jumps=lambda *_: [],
         neglected=lambda *_: share,

@@ -12,7 +12,7 @@ from tests.vanelock.scenes.conftest import chain
 from vanelock import load_scene, load_system, open_results, run_scene
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response
-from vanelock.pipeline.progress import Notice
+from vanelock.pipeline.progress import Event, Notice
 from vanelock.results.files.results_file import check_results
 from vanelock.results.files.writer import Results
 from vanelock.rom import System
@@ -134,7 +134,8 @@ def test_a_damaged_part_is_reported_and_written_again(tmp_path, damage):
     text += '[[loads]]\ncomponent = "rod"\nnodes = [3]\ndirection = [0, 1, 0]\namplitude = 1\n'
     text += "[response]\nfrequencies = [3]\n[outputs]\nloops = false\nreport = false\n"
     (tmp_path / "scene.toml").write_text(text)
-    scene, folder, said = load_scene(tmp_path / "scene.toml"), tmp_path / "run", []
+    scene, folder = load_scene(tmp_path / "scene.toml"), tmp_path / "run"
+    said: list[Event] = []
     (before,) = run_scene(scene, folder)
     (part,) = (folder / "results").glob("preload-*.h5")
     damage(part)

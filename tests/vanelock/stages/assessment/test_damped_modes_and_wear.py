@@ -111,7 +111,8 @@ def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
 
     monkeypatch.setattr(nonlinear, "damped_mode", followed)
     planned = planned_of(f"{run.text}\n[response]\nharmonics = 9\n[damped_modes]\n")
-    planned = replace(planned, chosen_mesh=planned.response)  # an accuracy has chosen
+    chosen: Any = planned.response  # an accuracy has chosen
+    planned = replace(planned, chosen_mesh=chosen)
     (step,) = damped_mode_steps(planned, planned, planned.system, lambda *_: None)
     assert planned.response in step.needs
     with open_results(run.folder / "results.h5") as file:
