@@ -5,7 +5,7 @@ step away in units of what a drawn curve forgives. The direction of the path fol
 of the determinant of all equations' derivatives, the path's own tangent as the last row: it is
 constant along the path, through folds and across the kinks of the law. A step that fails is made
 shorter; where even the shortest fails, a contact changes its state right there, and the path goes
-on as the other state has it.
+on as the other state has it, or, where that has no derivative, as the law itself does.
 """
 
 from collections.abc import Iterator
@@ -32,6 +32,10 @@ NEAR = 0.3
 """How far a point may lie from where its tangent led, in steps."""
 EASY = 4
 """Pairs (ω, ξ) tried for a point up to which the next step is longer."""
+ACROSS = 1e-3
+"""Of the amplitude: how far beyond an onset that has no tangent a point is looked for ..."""
+ROUNDS = 60
+"""... after so many rounds of the law, half a step each."""
 MOST = 1000
 """Points of a path."""
 
@@ -182,7 +186,26 @@ class ModePath:
                     self._before, self.length = turned, length
                     return found
                 self.failed += 1
-        return None
+        return self._across(here, units)
+
+    def _across(self, here: ModePoint, units: StepUnits) -> ModePoint | None:
+        """The point a little beyond an amplitude at which sliders begin to move all the way round.
+
+        On a circle |w| grows there as a root, to which no derivative leads, but the law itself.
+        """
+        amplitude, w = (1 + ACROSS) * here.amplitude, here.solution.w
+        balance = here.held.balance(amplitude)
+        for _ in range(ROUNDS):
+            w = 0.5 * (w + self.solver.friction(balance.displacement(w), here.omega).w)
+        plane = self.solver.given(amplitude)
+        found = self.solver.point(here.held, w, plane, here.solution.kept)
+        if found is None:
+            return None
+        moved, aside = found.solution.w - here.solution.w, found.omega - here.omega
+        change = Change(moved, found.amplitude - here.amplitude, aside)
+        self.length = units.length(change)
+        self._before = change * (1 / self.length)
+        return found if self.length < 1.0 else None
 
     def _units(self, here: ModePoint) -> StepUnits:
         """What a step is measured by at a point."""

@@ -20,7 +20,7 @@ from vanelock.nonlinear import (
     System,
     damped_mode,
 )
-from vanelock.rom.system.system import Force
+from vanelock.rom.system.system import Contacts, Diameter, Force
 
 RING = spring_ring(0)
 
@@ -95,6 +95,29 @@ def test_contacts_open_at_rest_leave_the_linear_mode_when_they_close():
     assert found.complete
     assert found.response.state[0, 1] == OPEN
     assert found.response.state[-1, 1] == SLIP_OPEN
+
+
+@pytest.mark.parametrize("amplitudes", [None, [1.2, 2.0, 30.0]])
+def test_a_contact_on_a_circle_slips_all_the_way_round_at_once(amplitudes):
+    # The slider is on a circle, too, its disc's edge tangent to it (test_isotropic_law):
+    # k = kt r (r + i √(U² - r²))/U² from U = r on, where the damping begins as a root.
+    g, kt, r, c = 0.1, 0.25, 0.5 * 0.4 / 0.25, 0.01
+    own = np.zeros((1, 3, 3))
+    own[0, [0, 1, 2], [2, 0, 1]] = 1.0
+    K = np.eye(3, dtype=complex)
+    K[0, 1], K[1, 0] = 1j * g, -1j * g
+    blocks = {k: Diameter(K=K if k == 1 else K.real, M=np.eye(3), own=own) for k in (0, 1, 2)}
+    contacts = Contacts(np.ones(1), np.full((1, 2), kt), np.array([0.5]), np.array([0.8]))
+    system = System(4, 1, blocks, contacts, {}, damping_ratio=c)
+    found = damped_mode(system, 1, amplitudes, Options(1, friction="isotropic"))
+    U = found.amplitude / np.sqrt(2)
+    slid = np.maximum(U, r)
+    omega = np.sqrt(1 - g + kt * (r / slid) ** 2)
+    loss = 2 * c * np.sqrt(1 - g + kt) * omega + kt * r * np.sqrt(slid**2 - r**2) / slid**2
+    assert found.complete
+    assert U[-1] > 20 * r
+    np.testing.assert_allclose(2 * np.pi * found.frequency, omega, rtol=1e-9)
+    np.testing.assert_allclose(found.damping_ratio, loss / (2 * omega**2), rtol=1e-8)
 
 
 def test_it_is_saved_and_loaded(tmp_path):
