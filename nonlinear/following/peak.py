@@ -149,23 +149,9 @@ class Resonance:
     def peak(
         self, omega: float, start: Floats, bend: float, kept: Kept | None = None
     ) -> PeakPoint | None:
-        """The peak near a frequency, by a safeguarded secant of the slope.
+        """The peak near a frequency, by a safeguarded secant of the slope, from guesses.
 
-        Parameters
-        ----------
-        omega : float
-            First guess, rad/s.
-        start : (c, 3, 2H + 1) float
-            First guess of w there, m.
-        bend : float
-            First guess of A''/A, s²/rad².
-        kept : Kept, optional
-            Of a neighbouring solution.
-
-        Returns
-        -------
-        Peak or None
-            None where solutions are lost, or no maximum is near.
+        Of ω, of w there and of `bend`, A''/A; None where solutions are lost or no maximum is near.
         """
         first = self.read(omega, start, kept)
         if first is None:

@@ -42,13 +42,7 @@ MOST = 1000
 
 @dataclass(frozen=True)
 class StepUnits:
-    """Inverse of what counts as a step of length 1.
-
-    Attributes
-    ----------
-    w : (2H + 1,) float
-    amplitude, omega, xi : float
-    """
+    """Inverse of what counts as a step of length 1; of w by harmonic, (2H + 1,)."""
 
     w: Floats
     amplitude: float

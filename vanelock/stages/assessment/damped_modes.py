@@ -55,19 +55,7 @@ class FollowedMode(Product):
 def damped_mode_steps(
     planned: Planned, first: Planned, whole: Step[System], count: Count
 ) -> Iterator[Step[FollowedMode]]:
-    """One for each mode of each nodal diameter.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case.
-    first : Planned
-        The one whose linear response says which displacement is monitored.
-    whole : Step
-        The system with all nodal diameters.
-    count : callable
-        Called with each amplitude solved.
-    """
+    """One for each mode of each nodal diameter; `first` says which displacement is monitored."""
     study = planned.case.study
     keys = study.damped_modes
     assert keys is not None
