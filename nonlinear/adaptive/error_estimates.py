@@ -63,18 +63,10 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Estimator:
-    """Estimates the errors of solutions.
+    """Estimates the errors of solutions at the output node and direction `monitored`.
 
-    Attributes
-    ----------
-    levels : HarmonicLevels
-    monitored : (int, int)
-        Output node and direction.
-    neglected : callable, optional
-        What the reduced parts leave out, by nodal diameter.
-    mesh_error : callable, optional
-        From a nodal diameter and the natural frequencies of the stuck system (n,), Hz, to their
-        relative errors (n,).
+    `neglected` is what the reduced parts leave out, by nodal diameter; `mesh_error` leads from one,
+    and natural frequencies of the stuck system (n,), Hz, to their relative errors.
     """
 
     levels: HarmonicLevels

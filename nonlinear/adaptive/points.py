@@ -44,15 +44,7 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True)
 class Shares:
-    """Relative errors that the parts of the solution may have at the peak.
-
-    Attributes
-    ----------
-    harmonics : float
-        By neglected harmonics.
-    frequencies : float
-        By interpolating between points, relative to the largest amplitude.
-    """
+    """Relative errors at the peak by neglected harmonics and by interpolating between points."""
 
     harmonics: float
     frequencies: float
@@ -60,19 +52,10 @@ class Shares:
 
 @dataclass(frozen=True)
 class Point:
-    """A solved frequency.
+    """A frequency solved with H harmonics; `estimate` is None where that did not converge.
 
-    Attributes
-    ----------
-    solution : Solution
-    harmonics : int
-        H.
-    estimate : Estimate or None
-        None where the solution did not converge.
-    wanted : int
-        Harmonics that a neighbour should begin with.
-    measured : bool
-        Whether the error by neglected harmonics is measured, or estimated only.
+    A neighbour should begin with `wanted` harmonics; the error by neglected ones is `measured`, or
+    estimated only.
     """
 
     solution: Solution
@@ -105,19 +88,7 @@ def _distinguishing(points: Sequence[Point]) -> Iterator[Any]:
 
 @dataclass
 class Pointwise:
-    """Solves one point after another.
-
-    Attributes
-    ----------
-    estimator : Estimator
-    shares : Shares
-    least : int
-        Fewest harmonics.
-    chooses_harmonics : bool
-        Whether they adapt, or stay as they are.
-    replay : Replay, optional
-        What writes solved points down.
-    """
+    """Solves one point after another, with `least` harmonics or more where it chooses them."""
 
     estimator: Estimator
     shares: Shares
