@@ -19,12 +19,14 @@ from vanelock.rom.routes.paper import paper
 from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.routes.tran import Interface, check_count
 from vanelock.rom.routes.whole import whole
+from vanelock.rom.system.arguments import of_kind
 
 Route = Literal["cyclic", "direct", "paper"]
 MODES = 10
 """Default number of fixed-interface and of face modes of the routes "paper" and "direct"."""
 
 
+@of_kind
 def reduce(
     model: Model,
     masters: Sequence[str],
@@ -121,6 +123,7 @@ def reduce(
     return direct(shared, wanted, diameters, basis, count)
 
 
+@of_kind
 def prepare(
     model: Model, masters: Sequence[str], averaged: Sequence[str] = (), cyclic: bool = True
 ) -> Condensed:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
 from vanelock.nonlinear.forced_response.response import Response
+from vanelock.rom.system.arguments import of_kind
 
 Floats = NDArray[np.float64]
 
@@ -53,6 +54,7 @@ class PeakErrors:
         return float(np.nansum(list(self.frequency_error.values())))
 
 
+@of_kind
 def peak_errors(response: Response) -> PeakErrors:
     """Estimated errors of the largest amplitude of the monitored output.
 

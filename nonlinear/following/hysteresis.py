@@ -26,7 +26,7 @@ from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.threads import solving
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Family, Solution, scales, solve
 from vanelock.rom.system.system import System
@@ -111,7 +111,7 @@ class Place:
     sharp: bool = False
 
 
-@one_thread
+@solving
 def hysteresis(
     system: System,
     frequencies: ArrayLike | tuple[float, float],
@@ -182,7 +182,7 @@ def hysteresis(
     if reason:
         reached = f"{places[-1].solution.omega / TURN:g} Hz of {hertz[0]:g} ... {hertz[-1]:g}"
         ended = f"the path ended at {reached}, after {len(places)} points: {reason}"
-        warnings.warn(f"hysteresis: {ended}", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"hysteresis: {ended}", RuntimeWarning, stacklevel=4)
     ends = same(down[0], places[0].solution) and same(down[-1], places[-1].solution)
     turning = np.array([i for i, place in enumerate(places) if place.fold], np.int64)
     branch = ready.response([place.solution for place in places])

@@ -24,6 +24,7 @@ from vanelock.nonlinear.forced_response.response import Amplitudes, Response, as
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
+from vanelock.rom.system.arguments import check_kinds
 from vanelock.rom.system.system import Contacts, System
 
 HARMONICS = 3
@@ -81,6 +82,7 @@ class Options:
 
     def __post_init__(self) -> None:
         """Check each by itself, and samples against harmonics."""
+        check_kinds(vars(self), Options)
         check_option("coupling", self.coupling, COUPLINGS)
         check_option("friction", self.friction, FRICTIONS)
         check_option("harmonic_diameters", self.harmonic_diameters, ("wave", "sector"))

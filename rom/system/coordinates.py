@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import as_array, as_whole
 from vanelock.common.errors import InputError
+from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.consistency import ROUND_OFF
 from vanelock.rom.system.element import Element, Place, spring_along
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
@@ -108,6 +109,7 @@ class Contact:
         return -self.gap if self.gap is not None else (self.preload or 0.0) / self.stiffness[0]
 
 
+@of_kind
 def assembled(
     M: ArrayLike,
     K: ArrayLike,
@@ -124,19 +126,17 @@ def assembled(
     n = len(stiffness)
     mass = _matrix("M", M, n)
     if np.linalg.eigvalsh(mass)[0] <= 0:
-        raise InputError("M: not positive: every coordinate needs a mass, and every motion")
+        exchanged = "; K is: are they exchanged?" if np.linalg.eigvalsh(stiffness)[0] > 0 else ""
+        needs = "every coordinate needs a mass, and every motion"
+        raise InputError(f"M: not positive: {needs}{exchanged}")
     count = len(contacts)
     own = np.zeros((count + len(elements), 3, n))
     for i, each in enumerate(contacts):
-        if not isinstance(each, Contact):
-            raise InputError(f"contacts[{i}]: given a {type(each).__name__}: needs a Contact")
         for row, name in zip(own[i], ("normal", "tangential", "second"), strict=True):
             if (place := getattr(each, name)) is not None:
                 row[:] = _row(place, n, f"contacts[{i}].{name}")
     around = np.zeros((len(elements), 3))
     for i, element in enumerate(elements):
-        if not isinstance(element, Element):
-            raise InputError(f"elements[{i}]: given a {type(element).__name__}: needs an Element")
         for j, place in enumerate(element.places):
             own[count + i, j] = row = _row(place, n, f"elements[{i}].places[{j}]")
             around[i, j] = element.stiffness or spring_along(row, stiffness, mass)

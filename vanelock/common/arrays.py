@@ -32,7 +32,7 @@ def as_array(given: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
     except ValueError:
         raise InputError(f"{name}: given rows of different lengths: needs an array") from None
     if array.dtype.kind not in "buifc":
-        raise InputError(f"{name}: given {_brief(given)}: needs an array of numbers")
+        raise InputError(f"{name}: given {brief(given)}: needs an array of numbers")
     if array.dtype.kind != "c":
         return array.astype(np.float64, copy=False)
     if is_complex:
@@ -53,7 +53,7 @@ def as_whole(given: Any, name: str) -> int:
     try:
         return operator.index(given)
     except TypeError:
-        raise InputError(f"{name}: given {_brief(given)}: needs a whole number") from None
+        raise InputError(f"{name}: given {brief(given)}: needs a whole number") from None
 
 
 def hold_arrays(
@@ -76,7 +76,7 @@ def hold_arrays(
         object.__setattr__(owner, field, array)
 
 
-def _brief(given: Any) -> str:
+def brief(given: Any) -> str:
     """A short value as it is written, else its type."""
     text = repr(given)
     short = len(text) <= 40 and "\n" not in text

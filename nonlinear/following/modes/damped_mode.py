@@ -37,7 +37,7 @@ from vanelock.nonlinear.forced_response.options import (
 )
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.threads import solving
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import System
@@ -109,7 +109,7 @@ class DampedMode(Product):
         return replace(self, response=self.response.at(points), **chosen)
 
 
-@one_thread
+@solving
 def damped_mode(
     system: System,
     mode: int,
@@ -189,7 +189,7 @@ def damped_mode(
         raise InputError(f"amplitudes: given {lowest:g}: the path ended before, {path.where}")
     ended = "" if path.arrived else f"the path ended {path.where}"
     if ended:
-        warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=4)
     return collected(ready, mode, points, linear, ended, path.failed)
 
 

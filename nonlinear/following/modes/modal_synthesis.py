@@ -29,12 +29,12 @@ from vanelock.nonlinear.following.modes.damped_mode import DampedMode
 from vanelock.nonlinear.following.modes.other_modes import OtherModes, other_modes
 from vanelock.nonlinear.following.modes.synthesised_curve import ModalSynthesis
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.threads import solving
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
 from vanelock.rom.system.system import System
 
 
-@one_thread
+@solving
 def modal_synthesis(system: System, mode: DampedMode) -> ModalSynthesis:
     """A damped mode under the load of a system, ready to be drawn at any level.
 

@@ -339,7 +339,7 @@ def test_a_peak_that_nothing_bounds_is_said_to_be_none() -> None:
         ({"options": Options(0)}, "harmonics: given 0"),
         ({"output": ("tip", 0)}, "output: given 'tip': allowed: mass"),
         ({"output": ("mass", 3)}, "output: given direction 3"),
-        ({"output": "tip"}, "output: given 'tip': needs .name, direction."),
+        ({"output": "tip"}, r"output: given 'tip': needs \(text, a whole number\)"),
         ({"values": ["a"]}, "values: given .*: needs an array of numbers"),
     ],
 )

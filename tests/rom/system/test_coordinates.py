@@ -244,7 +244,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
     ),
     ({"outputs": {"tip": 0.5}}, r"outputs\['tip'\]: given 0.5: needs a whole number"),
     ({"outputs": {"tip": np.ones(3)}}, r"outputs\['tip'\]: given shape \(3,\): needs a factor for"),
-    ({"contacts": [1]}, r"contacts\[0\]: given a int: needs a Contact"),
+    ({"contacts": [1]}, r"contacts\[0\]: given 1: needs a Contact"),
     (
         {"contacts": [Contact(tangential=(0, 4), kt=1, mu=0.1, preload=1)]},
         r"contacts\[0\]\.tangential: coordinate 4: there are 0 to 1",

@@ -88,7 +88,7 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: oscillator(output_names="mass"), r"System\.output_names: given 'mass': needs a list"),
     (lambda: oscillator(damping_ratio="1 %"), r"System\.damping_ratio: given '1 %'"),
     (lambda: oscillator(damping_ratio=[0.1]), r"System\.damping_ratio: given shape \(1,\)"),
-    (lambda: static_response(None), "system: given a NoneType: needs a System"),
+    (lambda: static_response(None), "system: given None: needs a System"),
     (lambda: frequency_response(oscillator(), "0.1"), "frequencies: given '0.1': needs an array"),
     (lambda: linear_response(oscillator(), [1j]), "frequencies: given complex numbers"),
     (

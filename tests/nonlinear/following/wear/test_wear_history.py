@@ -161,7 +161,7 @@ def test_what_does_not_wear_keeps_its_interference() -> None:
     ("given", "message"),
     [
         ({"dwells": []}, r"dwells: given \[\]: needs a Dwell"),
-        ({"dwells": [3.0]}, r"dwells\[0\]: given a float: needs a Dwell"),
+        ({"dwells": [3.0]}, r"dwells\[0\]: given 3.0: needs a Dwell"),
         ({"coefficient": -1.0}, r"coefficient: given -1 m²/N: must be >= 0"),
         ({"coefficient": [1.0, 2.0, 3.0]}, r"coefficient: given shape \(3,\): needs a number"),
         ({"area": 0.0}, r"area: given 0 m²: must be > 0"),
