@@ -58,13 +58,15 @@ def toml_tables(text: str, where: str) -> dict[str, Any]:
 
 def _check(found: dict[str, Any], where: str) -> None:
     """Refuse what is nested too deeply and integers of more than 64 bits."""
-    waiting: list[tuple[Any, int]] = [(found, 0)]
+    waiting: list[tuple[Any, list[Any]]] = [(found, [])]
     while waiting:
-        value, depth = waiting.pop()
+        value, path = waiting.pop()
         if isinstance(value, dict | list):
-            if depth > DEEPEST:
+            if len(path) > DEEPEST:
                 raise InputError(f"{where}: nested too deeply")
-            inner = value.values() if isinstance(value, dict) else value
-            waiting += [(each, depth + 1) for each in inner]
+            inner = value.items() if isinstance(value, dict) else enumerate(value)
+            waiting += [(each, [*path, key]) for key, each in inner]
         elif isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise InputError(f"{where}: not valid TOML: an integer of more than 64 bits")
+            key = "".join(f"[{word}]" if isinstance(word, int) else f".{word}" for word in path)
+            shown = printable(key[1:])[:200]
+            raise InputError(f"{where}: {shown}: not valid TOML: an integer of more than 64 bits")

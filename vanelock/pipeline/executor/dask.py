@@ -4,6 +4,8 @@ Nothing is shared with them but the program itself, of the same version. What ma
 is sent to one worker, from which the others fetch it; what a worker made comes back as bytes.
 """
 
+import re
+import socket
 import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future
@@ -19,6 +21,7 @@ from vanelock.pipeline.progress import Listener, Notice
 
 AHEAD = 2
 """Tasks that are out for each thread of the cluster, so that none waits for the next."""
+_ADDRESS = re.compile(r"(?:(?:tcp|tls|wss?|ucx)://)?(\[[\da-fA-F:]+\]|[\w.-]+):(\d{1,5})", re.ASCII)
 PATIENCE = 10.0
 """Seconds to find the scheduler."""
 
@@ -43,6 +46,11 @@ class Cluster:
     """
 
     def __init__(self, address: str, listener: Listener, insecure: bool = False) -> None:
+        place = _ADDRESS.fullmatch(address)
+        if place is None:
+            raise InputError(
+                f"--scheduler {address}: no address of a scheduler, such as tcp://host:8786"
+            )
         if not insecure and not protected(address):
             raise InputError(
                 f"--scheduler {address}: on another machine and without encryption, where anybody "
@@ -54,6 +62,8 @@ class Cluster:
         self._entries: dict[str, Any] = {}
         self._out: WeakSet[Any] = WeakSet()
         try:
+            with socket.create_connection((place[1].strip("[]"), int(place[2])), PATIENCE):
+                pass  # where nobody listens, Dask tries on and complains when the program ends
             self._client = distributed.Client(
                 address,
                 timeout=PATIENCE,
@@ -61,7 +71,8 @@ class Cluster:
                 security=distributed.Security(),  # as Dask's configuration says
             )
         except Exception as error:
-            raise InputError(f"--scheduler {address}: no answer: {reason(error)}") from None
+            why = getattr(error, "strerror", None) or reason(error)
+            raise InputError(f"--scheduler {address}: no answer: {why}") from None
         try:
             self._check()
         except BaseException:

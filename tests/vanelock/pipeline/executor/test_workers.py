@@ -171,6 +171,12 @@ def test_where_no_scheduler_answers_an_error_says_so(monkeypatch, address, insec
         Cluster(f"tcp://{address}:9", print, insecure=insecure)
 
 
+@pytest.mark.parametrize("address", ["", "tcp://", "tcp://[bad", "file.json", "localhost"])
+def test_what_is_no_address_of_a_scheduler_is_refused(address):
+    with pytest.raises(InputError, match="no address of a scheduler, such as tcp://host:8786"):
+        Cluster(address, print)
+
+
 @pytest.fixture
 def certificates(tmp_path):
     """What Dask's configuration, here in the environment, says of certificates made for a test."""
@@ -219,7 +225,6 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
         ("tcp://127.0.0.1.example:8786", False),
         ("ucx://node7:8786", False),
         ("ws://[fe80::1]:8786", False),
-        ("tcp://[bad", False),
     ],
 )
 def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(address, safe):
