@@ -91,7 +91,8 @@ def _word(kind: Any) -> str:
     if origin is tuple and inner and Ellipsis not in inner:
         return f"({', '.join(' or '.join(map(_word, _kinds(each))) for each in inner)})"
     if origin in _WORDS or not inner:
-        return _WORDS.get(origin, f"a {getattr(origin, '__name__', origin)}")
+        name = str(getattr(origin, "__name__", origin))
+        return _WORDS.get(origin, f"{'an' if name[0] in 'AEIO' else 'a'} {name}")
     return "a dict" if issubclass(origin, Mapping) else f"a list, each {_word(inner[0])}"
 
 

@@ -54,7 +54,7 @@ CONTACT = Contact(tangential=0, mu=0.3, kt=1.0, preload=1.0)
         ("progress", [print, None], 5, "given 5: needs a function or None"),
     ],
 )
-def test_kinds(name: str, right: list[Any], wrong: object, line: str) -> None:
+def test_kinds(name: str, right: list[Any], wrong: Any, line: str) -> None:
     assert {called(**{name: value}) for value in right} == {"called"}
     with pytest.raises(InputError) as caught:
         called(**{name: wrong})
@@ -67,7 +67,7 @@ def test_slips_at_the_doors_of_the_solver_are_named() -> None:
     system = System.from_matrices(M, K, [CONTACT], force={1: 1.0})
     for door, line in (
         (lambda: nonlinear.frequency_response(system, [1.0], options=5), "options: given 5: needs"),
-        (lambda: nonlinear.static_response(system, None), "options: given None: needs a Options"),
+        (lambda: nonlinear.static_response(system, None), "options: given None: needs an Options"),
         (lambda: nonlinear.stability(system, 5), "response: given 5: needs a Response"),
         (lambda: rom.linear_modes(system, 0, "a"), "count: given 'a': needs a whole number"),
         (lambda: rom.join(5, 5, [], 5), "vane: given 5: needs a Component"),
