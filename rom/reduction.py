@@ -26,7 +26,6 @@ MODES = 10
 """Default number of fixed-interface and of face modes of the routes "paper" and "direct"."""
 
 
-@of_kind
 def reduce(
     model: Model,
     masters: Sequence[str],

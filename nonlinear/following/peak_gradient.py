@@ -221,7 +221,7 @@ def gradient_of_peak(
     if beside is not None and beside.uneven > EVEN:
         beside = _beside(ready, component, peak, ASIDE * peak.width * EVEN / beside.uneven)
     if beside is None:
-        return replace(found, why="close beside the peak no solution was found, or a fold")
+        return replace(found, why="close beside the peak the path turns back or was lost")
     return replace(found, beside=beside.gradients, bend=beside.bend)
 
 

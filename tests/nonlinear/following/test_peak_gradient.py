@@ -186,7 +186,7 @@ def test_where_no_frequency_is_followed_the_reason_is_said(monkeypatch: pytest.M
         ({}, False, "the peak's frequency was not asked for"),
         ({"sharp": True}, True, "the peak is sharp"),
         ({"distance": 1e-3}, True, "the peak is not exact"),
-        ({}, True, "close beside the peak no solution was found"),
+        ({}, True, "close beside the peak the path turns back or was lost"),
     ):
         again = gradient_of_peak(ready, component, replace(found.peak, **changes), asked)
         assert again is not None

@@ -210,7 +210,21 @@ def outcome(strong, aim, seed):
     wrong = error(case.system, response)
     if wrong > WRONG:
         wrong = solved_further(case, response)
-    return Outcome(stratum, True, response.residual[0], wrong, seconds)
+    return Outcome(stratum, True, backward_error(case.system, response), wrong, seconds)
+
+
+def backward_error(system, response):
+    """What is left of the balance over its largest term.
+
+    `Response.residual` is over forces; near a resonance stiffness and inertia are far larger.
+    """
+    terms, forces = [], [np.abs(response.force[0]).max(initial=0.0)]
+    for h, k in enumerate(response.harmonic_diameters):
+        matrices, x = system.at(int(k)), np.abs(response.x[h][0])
+        terms.append((np.abs(matrices.K) @ x).max())
+        if h in system.force:
+            forces.append(np.abs(system.force[h].vector).max())
+    return response.residual[0] * max(forces) / max(*terms, *forces)
 
 
 def solved_further(case, response):
