@@ -211,17 +211,7 @@ class Planned:
 def plan(
     cases: Sequence[Case], progress: Progress, chosen_mesh: Sequence[MeshChoice | None] = ()
 ) -> tuple[Planned, ...]:
-    """Steps of every case; cases that differ in harmonics only share one reduced model.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-        Those of a study or a scene.
-    progress : callable
-        Called with each point.
-    chosen_mesh : sequence of MeshChoice or None
-        What the accuracy of each case chose, whose studies replace those of the cases.
-    """
+    """Steps of every case; cases that differ in harmonics only share one reduced model."""
     if isinstance(cases[0].given, Scene):
         found = [from_matrices(case, progress) for case in cases]
     elif any(chosen_mesh):

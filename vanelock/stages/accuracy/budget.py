@@ -100,16 +100,7 @@ class Budget:
 
 
 def budget(study: Study, spent: float = 0.0) -> Budget:
-    """Split the accuracy of a study among the sources whose settings it leaves open.
-
-    Parameters
-    ----------
-    study : Study
-        One with an accuracy.
-    spent : float
-        Estimated relative error of what is pinned, taken off before. A pinned mesh is no part of
-        this: the accuracy then holds for that mesh.
-    """
+    """Split the accuracy of a study among the sources whose settings it leaves open."""
     assert study.accuracy is not None
     pinned = pins(study)
     open_to = [source for source in SOURCES if source not in pinned]

@@ -94,23 +94,7 @@ class MeshChoice:
 
 
 def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> MeshChoice:
-    """Make the choices of a case with an accuracy.
-
-    Parameters
-    ----------
-    study : Study
-        Of the case.
-    stages : Stages
-        What computes the meshes that are tried.
-    most : float, optional
-        Degrees of freedom of the largest meshes; what the memory of this machine holds, and a
-        million at most, unless given.
-
-    Raises
-    ------
-    InputError
-        If the study cannot be computed.
-    """
+    """Make the choices of a case with an accuracy."""
     if isinstance(study.vane, OwnVane):
         refuse_without_areas(study, stages.get(mesh_step(study, "vane")))
     chosen = study

@@ -75,17 +75,7 @@ LOOKED_AT = 50
 def estimated(
     cases: Sequence[Case], given: float | None = None, own: Mapping[str, int] | None = None
 ) -> CostEstimate | None:
-    """What a run of some cases takes, where their meshes are known from dimensions.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-        All of a run.
-    given : float, optional
-        Memory that what is chosen may take, bytes.
-    own : mapping of str to int, optional
-        Degrees of freedom of parts that are a user's own meshes; None where they are not known.
-    """
+    """What a run of some cases takes, where their meshes are known from dimensions."""
     chosen = [case.study for case in cases[:: math.ceil(len(cases) / LOOKED_AT)]]
     if own is None and any(_own(study) for study in chosen):
         return None

@@ -96,19 +96,7 @@ def errors(
     costs: dict[str, float],
     correction: str,
 ) -> Errors:
-    """Errors of a case, and warnings.
-
-    Parameters
-    ----------
-    response : Response
-        With estimates.
-    budget, rounds, short
-        As settled.
-    settings, costs : dict by source
-        Words, and processor times in s.
-    correction : str
-        How what the meshes add is taken off, `mesh.correction`.
-    """
+    """Errors of a case, and warnings."""
     found = peak_errors(response)
     total, nan = sum(costs.values()) or 1.0, float("nan")
     mesh = rounds[-1]

@@ -30,19 +30,7 @@ def amplitude_errors_of(planned: Planned) -> Step[AmplitudeErrors] | None:
 def judged(
     planned: Planned, response: Response, stages: Stages, watched: Monitor
 ) -> tuple[Errors, list[LeftOut]]:
-    """Errors of a case by source, and what it left out.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case, `solved`.
-    response : Response
-        With estimates.
-    stages : Stages
-        Where its products come from.
-    watched : Monitor
-        The displacement that the accuracy is of.
-    """
+    """Errors of a case by source, and what it left out."""
     chosen_mesh = planned.chosen_mesh
     assert chosen_mesh is not None
     limits = stages.get(planned.linear.limits)

@@ -31,25 +31,7 @@ def left_out(
     above: dict[str, float],
     modes_error: float,
 ) -> list[LeftOut]:
-    """What a response does without.
-
-    Parameters
-    ----------
-    response : Response
-        With estimates.
-    joints : sequence of c str
-        Joint of each contact.
-    diameters : (used, never reduced)
-        Nodal diameters of the ring.
-    energy : dict of str to float
-        Share of the strain energy of the mode of interest, by part and joint.
-    outputs : (int, str)
-        Number of output nodes, and the one that is monitored.
-    above : dict of str to float
-        By part, frequency from which on fixed-interface modes are left out, Hz.
-    modes_error : float
-        What that does to the peak.
-    """
+    """What a response does without."""
     used, never = diameters
     found = [*_joints(response, joints)]
     assert response.estimates is not None

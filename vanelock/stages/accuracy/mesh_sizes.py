@@ -28,17 +28,7 @@ COARSE = 30_000
 
 
 def unknowns(study: Study, size: str | float, own: Mapping[str, int] | None = None) -> float:
-    """Degrees of freedom of both parts, meshed with elements of a size.
-
-    Parameters
-    ----------
-    study : Study
-        With their dimensions.
-    size : str or float
-        As `mesh.size`, m.
-    own : mapping of str to int, optional
-        Degrees of freedom of the parts that are a user's own meshes.
-    """
+    """Degrees of freedom of both parts, meshed with elements of a size."""
     vane, casing, N = study.vane, study.casing, study.ring.sectors
     count, hook = float(sum((own or {}).values())), HookDimensions()
     if isinstance(vane, VaneDimensions):
@@ -60,18 +50,7 @@ def most_memory(given: float | None = None) -> float:
 
 
 def most_dofs(given: float | None = None) -> float:
-    """Degrees of freedom of the largest meshes that are chosen.
-
-    Parameters
-    ----------
-    given : float, optional
-        Memory that a run may take, bytes; a share of the machine's at most, see `most_memory`.
-
-    Raises
-    ------
-    InputError
-        If not even a coarse mesh fits what is given.
-    """
+    """Degrees of freedom of the largest meshes that are chosen."""
     fit = (most_memory(given) - BASE) / EACH
     if given is not None and fit < COARSE:
         least = memory.gigabytes(peak_memory(COARSE))

@@ -52,17 +52,7 @@ def silent_count(done: int, total: int | None, amplitude: float) -> None:
 
 
 def assessed(planned: Planned, first: Planned, count: Count) -> Planned:
-    """A case with the steps of all that its file asks for beyond its responses.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case.
-    first : Planned
-        The one whose linear response says which displacement is monitored.
-    count : callable
-        Called with how far each step is.
-    """
+    """A case with the steps of all that its file asks for beyond its responses."""
     given = planned.case.given
     if not assessable(given.response):
         return planned

@@ -64,17 +64,7 @@ class BoundedPeak(Product):
 
 
 def bounds_step(planned: Planned, first: Planned, count: Count) -> Step[BoundedPeak]:
-    """Bounds of a case's peak, of that sweep which finds the higher one.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case.
-    first : Planned
-        The one whose linear response says which displacement is monitored.
-    count : callable
-        Called with each frequency solved.
-    """
+    """Bounds of a case's peak, of that sweep which finds the higher one."""
     given = planned.case.given
     keys = given.bounds
     assert keys is not None

@@ -81,15 +81,7 @@ def settled_step(
     stability: Step[Stability],
     count: Count,
 ) -> Step[FollowedPeak]:
-    """What the ring does at the peak of a response of a case, if its wave is unstable.
-
-    Parameters
-    ----------
-    planned, first, whole, response, count
-        As of `stability_step`.
-    stability : Step
-        That of the response.
-    """
+    """What the ring does at the peak of a response of a case, if its wave is unstable."""
     given, free = planned.case.given, first.linear.responses["free"]
     inputs = {
         "monitor": given.outputs.monitor,

@@ -96,21 +96,7 @@ def stability_step(
     response: Step[Response],
     count: Count,
 ) -> Step[Stability]:
-    """Stability of a response of a case: at its peak, or all along.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case.
-    first : Planned
-        The one whose linear response says which displacement is monitored.
-    whole : Step
-        The system with all nodal diameters.
-    response : Step
-        That of one direction.
-    count : callable
-        Called with each point.
-    """
+    """Stability of a response of a case: at its peak, or all along."""
     given = planned.case.given
     keys, free = given.stability, first.linear.responses["free"]
     assert keys is not None

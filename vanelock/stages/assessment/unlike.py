@@ -102,19 +102,7 @@ class UnlikeRings(Product):
 def unlike_step(
     planned: Planned, first: Planned, whole: Step[System], count: Count
 ) -> tuple[Step[UnlikeRings], tuple[Step[UnlikeRing], ...]]:
-    """All rings of a case in numbers, and each by itself.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case.
-    first : Planned
-        The one whose linear response says which displacement is monitored.
-    whole : Step
-        The system with all nodal diameters.
-    count : callable
-        Called with how many rings are done.
-    """
+    """All rings of a case in numbers, and each by itself."""
     keys = planned.case.given.unlike
     assert keys is not None
     rings = tuple(_ring_step(planned, first, whole, keys, i) for i in range(keys.count))
@@ -201,13 +189,7 @@ def peak_harmonics(response: Response, watched: Monitor) -> int:
 def drawn(
     system: System, keys: JointUnlikeKeys, number: int, modes: SectorModes | None = None
 ) -> Unlike:
-    """By how much the segments of a ring differ, the `number`th one drawn, from 0.
-
-    Raises
-    ------
-    InputError
-        If the system has not the joints that deviate, or a drawn contact would have no stiffness.
-    """
+    """By how much the segments of a ring differ, the `number`th one drawn, from 0."""
     asked: dict[str, dict[str, Any]] = {
         joint: {name: value for name, value in each if value is not None}
         for joint, each in keys.joints.items()

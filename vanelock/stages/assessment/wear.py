@@ -40,17 +40,7 @@ class WornCase(Product):
 
 
 def wear_step(planned: Planned, first: Planned, count: Count) -> Step[WornCase]:
-    """Wear of a case over the cycles of its dwells.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case.
-    first : Planned
-        The one whose linear response says which displacement is monitored.
-    count : callable
-        Called after each step of wear.
-    """
+    """Wear of a case over the cycles of its dwells."""
     study = planned.case.study
     keys = study.wear
     assert keys is not None

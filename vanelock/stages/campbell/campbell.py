@@ -70,17 +70,7 @@ class Campbell(Product):
 
 
 def campbell(planned: Planned, stages: Stages, monitor: Monitor) -> Campbell:
-    """The diagram of a case; what it takes beyond the case's own stages is cached as they are.
-
-    Parameters
-    ----------
-    planned : Planned
-        The case, its temperatures known; its study's `[campbell]`, or that table's defaults.
-    stages : Stages
-        What computes or finds each product.
-    monitor : Monitor
-        The displacement whose amplitudes are shown.
-    """
+    """The diagram of a case; what it takes beyond the case's own stages is cached as they are."""
     study = planned.case.study
     limits, response = stages.get(planned.linear.limits), stages.get(planned.response)
     lines = stages.get(lines_step(planned, stages))

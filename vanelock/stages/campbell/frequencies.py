@@ -42,23 +42,7 @@ class Meeting:
 
 @dataclass
 class ModesOverSpeed:
-    """Two joined parts at one nodal diameter.
-
-    Parameters
-    ----------
-    system : System
-        What joins them; friction and interference do not matter.
-    vane, casing : Component
-        The parts.
-    nodal_diameter : int
-        ND.
-    factors : callable
-        Their moduli against speed.
-    ends : (float, float)
-        Lowest and highest speed, rpm.
-    excess : MeshExcess, optional
-        What the meshes add to the stiffness of the parts, to be taken off.
-    """
+    """Two joined parts at one nodal diameter."""
 
     system: System
     vane: Component
@@ -113,19 +97,7 @@ class ModesOverSpeed:
         return np.array([self.frequencies(float(each), stuck, count) for each in speeds])
 
     def meetings(self, order: int, stuck: bool, count: int, speeds: Floats) -> list[Meeting]:
-        """Where engine order `order` meets the lowest modes, within rotor speeds (s,), ascending.
-
-        Parameters
-        ----------
-        order : int
-            EO; its sign does not matter.
-        stuck : bool
-            Whether the interlock is.
-        count : int
-            Number of modes.
-        speeds : (s,) float
-            Between two neighbours no line is met twice, rpm.
-        """
+        """Where an engine order meets the lowest modes, within rotor speeds (s,), ascending."""
         slope = abs(order) / 60
         above = self.line(speeds, stuck, count) - slope * speeds[:, None]
         found = []

@@ -36,13 +36,7 @@ HIGHEST = 1e6
 
 
 def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]:
-    """The cases, each with the speed of its temperatures determined.
-
-    Raises
-    ------
-    InputError
-        If the engine order does not meet the mode of interest where temperatures are given.
-    """
+    """The cases, each with the speed of its temperatures determined."""
     if isinstance(cases[0].given, Scene) or not any(needs_speed(case.study) for case in cases):
         return list(cases)
     shared = shared_diameters(cases)

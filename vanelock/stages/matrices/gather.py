@@ -114,13 +114,7 @@ class Gathered:
 
 
 def gathered(scene: Scene) -> Gathered:
-    """Read what the scene names; a scene of a joined system names nothing.
-
-    Raises
-    ------
-    InputError
-        If a file cannot be read, or a component or property is missing.
-    """
+    """Read what the scene names; a scene of a joined system names nothing."""
     if scene.system is not None:
         return Gathered((), (), (), (), (), {})
     contacts = (

@@ -75,26 +75,7 @@ def rigid_motions(
     kept: tuple[Integers, Integers],
     forces: Sequence[NodalForces] = (),
 ) -> RigidMotions:
-    """Rigid motions of a component, turns among them where all places are known.
-
-    Parameters
-    ----------
-    name : str
-        The component's.
-    given : Matrices
-        Its stiffness.
-    fixed : (k,) int
-        Clamped nodes.
-    kept : pair of (k,) int
-        Nodes whose displacements are kept, and those whose rotations are too.
-    forces : sequence of NodalForces
-        Loads of files, each of another content.
-
-    Raises
-    ------
-    InputError
-        If a row that is not kept has no stiffness, or a force no row.
-    """
+    """Rigid motions of a component, turns among them where all places are known."""
     node, direction = given.node, given.direction
     free = ~np.isin(node, fixed)
     own = (np.isin(node, kept[0]) & (direction < 3)) | (np.isin(node, kept[1]) & (direction < 6))
@@ -146,20 +127,7 @@ def _body(given: Matrices) -> Floats:
 
 
 def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> list[str]:
-    """Lines on parts that nothing presses.
-
-    Parameters
-    ----------
-    given : Gathered
-        What a scene's lists say.
-    bodies : dict of str to RigidMotions
-        Of each component.
-
-    Raises
-    ------
-    InputError
-        If no forces of contacts balance the static load on parts that contacts alone hold.
-    """
+    """Lines on parts that nothing presses."""
     names = list(bodies)
     ends = np.cumsum([0, *(bodies[name].motions.shape[1] for name in names)])
     spans = {name: slice(*ends[i : i + 2]) for i, name in enumerate(names)}

@@ -57,13 +57,7 @@ class NodalForces:
 
 
 def read_forces(path: Path) -> tuple[str, Integers, Floats]:
-    """Digest of a file with the columns node, fx, fy and fz, its nodes (k,) and forces (k, 3), N.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, holds anything else or no force, or changes meanwhile.
-    """
+    """Digest of a file with the columns node, fx, fy, fz, its nodes (k,) and forces (k, 3), N."""
     digest = content_digest(path)
     return digest, *_read(path, digest)
 
@@ -97,22 +91,7 @@ def _read(path: Path, digest: str) -> tuple[Integers, Floats]:
 def on_rows(
     given: Sequence[NodalForces], node: Integers, direction: Integers, fixed: Integers
 ) -> sp.csc_array:
-    """(n, p) forces on a component's rows, one load a column, in unit size, N.
-
-    Parameters
-    ----------
-    given : sequence of NodalForces
-        p loads on one component.
-    node, direction : (n,) int
-        What its rows are; those of clamped nodes need not be among them.
-    fixed : (k,) int
-        Clamped nodes.
-
-    Raises
-    ------
-    InputError
-        If a node is missing, or one that is free has no row along a force.
-    """
+    """(n, p) forces on a component's rows, one load a column, in unit size, N."""
     key = (GENERALISED + 1) * node + direction
     order = np.argsort(key, kind="stable")
     rows, columns, values = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0)]

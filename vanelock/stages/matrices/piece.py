@@ -91,13 +91,7 @@ class Piece(Product):
             yield replace(given, nodes=own, names=[name], reduced=moved if len(moved) else None)
 
     def at(self, nodal_diameter: int) -> Reduced:
-        """Matrices of a nodal diameter.
-
-        Raises
-        ------
-        InputError
-            If the component has none.
-        """
+        """Matrices of a nodal diameter."""
         k, mirrored = nodal_diameter % self.sectors, -nodal_diameter % self.sectors
         for wanted, found in ((-1, False), (k, False), (mirrored, True)):
             if wanted in self.blocks:
@@ -112,11 +106,6 @@ class Piece(Product):
         """(k, 3) coordinates of the x, y, z displacements of nodes; -1 where one does not move.
 
         With six `directions`, (k, 6): the rotations behind them.
-
-        Raises
-        ------
-        InputError
-            If a node has no displacement among the coordinates; `where` is who asks.
         """
         found = np.full((len(nodes), directions), -1)
         for d in range(directions):
@@ -134,13 +123,7 @@ class Piece(Product):
         return found
 
     def frames(self, nodes: Integers, where: str) -> NDArray[np.float64]:
-        """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones.
-
-        Raises
-        ------
-        InputError
-            If a node's coordinates are not known.
-        """
+        """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones."""
         order = np.argsort(self.places, kind="stable")
         at = np.searchsorted(self.places[order], nodes).clip(max=max(len(order) - 1, 0))
         if not len(order) or np.any(missing := self.places[order[at]] != nodes):

@@ -80,19 +80,7 @@ def seen_from(
     K: sp.csc_array,
     M: sp.csc_array,
 ) -> Seen:
-    """What of loads and outputs need not be kept: nodes that move, with mass, in all directions.
-
-    Parameters
-    ----------
-    followed : Followed
-        What may be followed.
-    kept : (m,) int
-        Rows that are named, these among them.
-    node, direction : (n,) int
-        What the rows of K and M are.
-    K, M : (n, n) sparse
-        Stiffness and mass.
-    """
+    """What of loads and outputs need not be kept: nodes that move, with mass, in all directions."""
     inert = (K.diagonal().real > 0) & (M.diagonal().real > 0) & (direction < 3)
     own = np.flatnonzero(inert & np.isin(node, _all(followed)))
     place: dict[int, dict[int, int]] = {}

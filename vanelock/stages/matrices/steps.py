@@ -102,13 +102,7 @@ def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]
 def at_rest(
     givens: Sequence[Given], bodies: Callable[[Scene, str, Gathered], RigidMotions]
 ) -> list[str]:
-    """Lines on parts of scenes that nothing presses, of the first case that can be at rest.
-
-    Raises
-    ------
-    InputError
-        If no case can, or an inner row has no stiffness.
-    """
+    """Lines on parts of scenes that nothing presses, of the first case that can be at rest."""
     lost = None
     for scene in givens:
         if not isinstance(scene, Scene) or scene.system is not None or scene.ring.sectors > 1:
@@ -165,19 +159,7 @@ def system_step(
     bare: bool = False,
     at: tuple[int, ...] = (),
 ) -> Step[System]:
-    """The system of a case; joining takes no time, so it is not kept.
-
-    Parameters
-    ----------
-    scene : Scene
-        A case's.
-    given : Gathered, optional
-        What the scene's lists say, where they were read already.
-    bare : bool
-        Without friction, preload and static load, which linear limits do not depend on.
-    at : tuple of int
-        Nodal diameters, where they are others than those of the response.
-    """
+    """The system of a case; joining takes no time, so it is not kept."""
     if scene.system is not None:
         return _ready_step(scene, Path(scene.system.file), bare)
     given = given or gathered(scene)

@@ -32,25 +32,7 @@ def adaptive_step(
     mesh: Step[MeshErrors],
     progress: Progress,
 ) -> Step[Response]:
-    """Nonlinear response of a case to its budget.
-
-    Parameters
-    ----------
-    name : str
-        The case's.
-    study : Study
-        Of the case, its mesh and reduction chosen.
-    budget : Budget
-        Shares of harmonics and frequencies.
-    linear : LinearSteps
-        Its linear steps.
-    free : Step
-        The linear response that decides which displacement is monitored.
-    mesh : Step
-        Errors of natural frequencies by the mesh.
-    progress : callable
-        Called with each point.
-    """
+    """Nonlinear response of a case to its budget."""
     N = study.ring.sectors
     casings = {k: casing_step(study, k) for k in range(N // 2 + 1)}
     base = united_step(study, 1)

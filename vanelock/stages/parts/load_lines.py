@@ -19,17 +19,7 @@ UNIT = 1e-9
 
 
 def load_lines(given: Given, nodes: int | None, lists: "Gathered | None" = None) -> Iterator[str]:
-    """A line for each load.
-
-    Parameters
-    ----------
-    given : Study or Scene
-        A case's.
-    nodes : int or None
-        Number of a study's loaded nodes, where it is known.
-    lists : Gathered, optional
-        What a scene's lists say.
-    """
+    """A line for each load."""
     sectors, _ = ring_of(given)
     if not isinstance(given, Scene):
         if (force := given.excitation.force_per_node) and nodes:

@@ -71,13 +71,7 @@ class RestLoad:
 
 
 def loads_of(study: Study) -> tuple[RestLoad, ...]:
-    """Loads at rest of the vane of a study.
-
-    Raises
-    ------
-    InputError
-        If the file of a field cannot be read.
-    """
+    """Loads at rest of the vane of a study."""
     return (*_gas(study), *_heat(study))
 
 
@@ -135,11 +129,6 @@ def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -
     """Nodal loads (n,) of a unit: 1 N or 1 N m on each aerofoil, 1 Pa, thermal strain 1.
 
     Of a field of pressure in Pa, or of the thermal strain that a field of degC is for 1/K.
-
-    Raises
-    ------
-    InputError
-        If the file of a field cannot be read, does not belong to the part, or changed.
     """
     part, found = model.part, np.empty(0)
     if load.cause == HEAT:

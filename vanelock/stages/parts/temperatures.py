@@ -7,13 +7,7 @@ from vanelock.input.schema.study import Study
 
 
 def modulus(study: Study, part: str, speed: float | None = None) -> float:
-    """Young's modulus of a part, Pa: at a rotor speed, rpm, or that of the study's response.
-
-    Raises
-    ------
-    InputError
-        If the temperatures depend on the speed and there is none.
-    """
+    """Young's modulus of a part, Pa: at a rotor speed, rpm, or that of the study's response."""
     heat, metal = study.temperature, getattr(study.material, part)
     if getattr(heat, part) is None or metal.E_at is None:
         return float(metal.E)

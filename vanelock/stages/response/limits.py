@@ -124,24 +124,7 @@ class Limits(Product):
 def limits(
     system: System, mode: int, parts: Sequence[Placed] = (), meshed: System | None = None
 ) -> Limits:
-    """Modes of both limits, and the mode of interest in both.
-
-    Parameters
-    ----------
-    system : System
-        The system of a case.
-    mode : int
-        Place of the mode of interest with contacts stuck, from 1, among those that vibrate.
-    parts : sequence of (part, (r,) int), optional
-        What it joins, reduced, and each part's coordinates among the joined ones, for the errors.
-    meshed : System, optional
-        The same as its meshes are, where the system is corrected.
-
-    Raises
-    ------
-    InputError
-        If the system has not so many modes.
-    """
+    """Modes of both limits, and the mode of interest in both."""
     k = system.nodal_diameter(1)
     size = len(system.at(k).K)
     if mode > size:
@@ -218,11 +201,6 @@ def frequencies(given: Study | Scene, limits: Limits) -> NDArray[np.float64] | t
 
     Where the file names neither frequencies nor a range: from a little below the mode of interest
     with contacts free to a little above it with contacts stuck.
-
-    Raises
-    ------
-    InputError
-        If the mode of interest is a rigid-body motion, or beyond what the reduced models answer.
     """
     mode, stuck = f"response.mode = {given.response.mode}", limits.stuck_frequency
     if stuck <= RIGID * limits.stuck.max():
@@ -271,19 +249,6 @@ def dense(
     They span what is wanted and the mode of interest in both limits, evenly there and in equal
     ratios beyond, and are fine around every known mode within, so that no straight line stands in
     for a peak.
-
-    Parameters
-    ----------
-    wanted : (p,) float or (low, high)
-        Frequencies of the nonlinear response, Hz; a list's are among those returned.
-    limits : Limits
-        The modes.
-    stuck : bool
-        Whose modes are resolved: those with contacts stuck, or free.
-    damping : float
-        Modal damping ratio.
-    points : int
-        Points of each even part.
     """
     modes = limits.stuck if stuck else limits.free
     near = np.concatenate([fine(f, damping) for f in _ends(limits)])

@@ -39,23 +39,7 @@ class Monitor:
 
 
 def monitor(wanted: str | None, system: System, free: Response) -> Monitor:
-    """The displacement that a case monitors.
-
-    Parameters
-    ----------
-    wanted : str or None
-        `outputs.monitor`: an output node and perhaps a component, such as "upper 17, x"; by default
-        the first node, and the component that moves most in the linear response `free`.
-    system : System
-        Where its outputs are.
-    free : Response
-        Linear response with contacts free.
-
-    Raises
-    ------
-    InputError
-        If there is no such output.
-    """
+    """The displacement that a case monitors."""
     node, component = output_of(wanted, system.output_names, system.sectors)
     at = system.output_names.index(node)
     largest = int(free.amplitude[:, at].max(axis=0).argmax())
@@ -65,13 +49,7 @@ def monitor(wanted: str | None, system: System, free: Response) -> Monitor:
 
 
 def output_of(wanted: str | None, names: Sequence[str], sectors: int) -> tuple[str, str]:
-    """The output node and component, "" where none is named, that `outputs.monitor` means.
-
-    Raises
-    ------
-    InputError
-        If there is no such output among the `names`.
-    """
+    """The output node and component, "" where none is named, that `outputs.monitor` means."""
     if not names:
         raise InputError("outputs: the scene has no output nodes: give outputs.nodes or a load")
     components = COMPONENTS if sectors > 1 else CARTESIAN

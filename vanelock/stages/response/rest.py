@@ -17,13 +17,6 @@ def undetermined(system: System, static: Response) -> bool:
     """Whether some motion at rest meets no stiffness but that of contacts that are open.
 
     Motions that no contact would hold aside.
-
-    Parameters
-    ----------
-    system : System
-        The joined parts.
-    static : Response
-        Their state at rest.
     """
     normal = static.force[0, 0, :, 0].real
     springs = system.contacts.kn * np.abs(system.contacts.v0)

@@ -38,20 +38,7 @@ def as_solved(response: Response, point: int) -> Response:
 
 
 def drawn(response: Response, amplitude: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Frequencies, amplitudes and whether they converged, of the curve to draw.
-
-    Parameters
-    ----------
-    response : Response
-    amplitude : (p,) float
-        Of the monitored displacement, m.
-
-    Returns
-    -------
-    (d,) arrays
-        The points themselves; with estimates, which have slopes, of a curve that all points of
-        which converged, also cubics between them, but straight lines across jumps.
-    """
+    """Frequencies, amplitudes and whether they converged, of the curve to draw."""
     plain = response.frequency, amplitude, response.converged
     order = np.argsort(response.frequency, kind="stable")
     f = response.frequency[order]

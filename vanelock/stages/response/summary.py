@@ -262,27 +262,7 @@ def summarise(
     seconds: float,
     loose: bool = False,
 ) -> Summary:
-    """A case in numbers.
-
-    Parameters
-    ----------
-    case : Case
-        The case.
-    contacts : Contacts
-        Its contacts.
-    response : Response
-        Its nonlinear response.
-    peak : Peak or None
-        The response's largest point.
-    limits : Limits
-        Its linear modes.
-    linear : dict of "free" | "stuck" to Peak or None
-        Peaks of the linear responses.
-    seconds : float
-        What computing the response took.
-    loose : bool
-        Whether a part is held by no contact that is closed at rest.
-    """
+    """A case in numbers."""
     opens, joints = contacts.opens & contacts.springs, np.array(contacts.joints)
     if not opens.any():  # nothing to stick: the stuck limit is the free one again
         linear = {"free": linear["free"], "stuck": None}

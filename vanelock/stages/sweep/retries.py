@@ -58,15 +58,7 @@ class Solved:
 
 
 def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:
-    """Compute something of a case of a sweep, twice if need be.
-
-    Raises
-    ------
-    TaskFailed
-        If it cannot be computed.
-    FolderError
-        If the run's folder cannot be written, which concerns all cases.
-    """
+    """Compute something of a case of a sweep, twice if need be."""
     failure = Failure(name, "")
     for tries in range(1, TRIES + 1):
         try:
