@@ -85,6 +85,12 @@ class Margins:
         return min(clear or every, key=lambda m: m.reserve)
 
     @property
+    def least_growth(self) -> Margin:
+        """Of the worst clear places of all features that whose vibration may grow least."""
+        every = [m for part in PARTS for m in self.features[part]]
+        return min([self.governing, *every], key=lambda m: m.growth)
+
+    @property
     def gauges(self) -> list[Margin]:
         """Those of the strain gauges."""
         return [each for each in self.worst["vane"] if each.node is None]

@@ -289,10 +289,11 @@ def _damping(main: CaseAnswers) -> Answer:
 
 
 def _reserve(main: CaseAnswers) -> str:
-    m = main.stress.governing
+    m, least = main.stress.governing, main.stress.least_growth
+    where = "" if least is m else f", least {least.growth:.3g} ({least.part}, {least.where})"
     text = (
         f"{m.part}; Goodman, {'ASSUMED ' if assumed(main, m.part) else ''}fatigue limit "
-        f"{1e-6 * m.strength.limit:g} MPa; vibratory stress margin {m.growth:.3g}; "
+        f"{1e-6 * m.strength.limit:g} MPa; vibratory stress margin {m.growth:.3g}{where}; "
         f"{_of_wave(main)}. Clear of sharp corners and point forces"
     )
     worst = main.stress.worst[m.part][0]
