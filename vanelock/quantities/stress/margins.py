@@ -86,7 +86,7 @@ class Margins:
 
     @property
     def least_growth(self) -> Margin:
-        """Of the worst clear places of all features that whose vibration may grow least."""
+        """Of the worst clear places of all features that of the least vibratory stress margin."""
         every = [m for part in PARTS for m in self.features[part]]
         return min([self.governing, *every], key=lambda m: m.growth)
 
