@@ -38,7 +38,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         rows, _ = stored(Path(scene.system.file))
         names = system.output_names
         mistakes += raised(lambda: output_of(scene.outputs.monitor, names, system.sectors))
-        refuse(mistakes)
+        _refuse(mistakes)
         yield from ((f"system, {what}", value) for what, value in rows)
         yield from of_curves(curves)
         return
@@ -62,7 +62,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         yield f"component {name}", size
     names = tuple(name for each in given.outputs for name in each.names)
     mistakes += raised(lambda: output_of(scene.outputs.monitor, names, scene.ring.sectors))
-    refuse(mistakes)
+    _refuse(mistakes)
     for what, law in ("contacts", False), ("elements", True):
         count = sum(len(each.mu) for each in given.contacts if bool(each.element) == law)
         if count or not law:
@@ -89,7 +89,7 @@ def _listed(name: str, keys: ComponentKeys, side: str, read: Matrices) -> None:
         refuse_unknown(where, read, nodes(value, where))
 
 
-def refuse(mistakes: list[str]) -> None:
+def _refuse(mistakes: list[str]) -> None:
     """Raise InputError with all of them, a line each, if there are any."""
     if mistakes:
         raise InputError("\n".join(dict.fromkeys(mistakes)))

@@ -68,12 +68,12 @@ def check_results(path: Path) -> str:
     """Refuse to go on where `path` is something that this program did not write."""
     if not os.path.lexists(path):
         return ""
-    with open_results(path, whole=False, follow=False):
-        pass
     try:
         with open_results(path, whole=False):
             return ""
     except InputError as error:
+        with open_results(path, whole=False, follow=False):  # refuses what is not this program's
+            pass
         _, _, found = str(error).removesuffix(f"; {ADVICE}").partition("HDF5 file ")
         return f"results are damaged {found}: written again, from what the cache has"
 

@@ -27,8 +27,9 @@ def load_lines(given: Given, nodes: int | None, lists: "Gathered | None" = None)
         return
     if lists is None:
         return
+    tables = {f"loads[{i}]": keys for i, keys in enumerate(given.loads)}
     for load in lists.loads:
-        (keys,) = (k for i, k in enumerate(given.loads) if load.where == f"loads[{i}]")
+        keys = tables[load.where]
         direction = np.array(keys.direction, float)
         text = f"{load.where}: {_each(keys.amplitude or 0.0, len(load.nodes), sectors)}, along "
         text += _vector(unit_vectors(direction, load.where))
