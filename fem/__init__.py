@@ -26,6 +26,7 @@ _modules = {
     "modes": "vibration.linear_modes",
     "schur_complement": "solvers.schur",
     "pressure": "loads.pressure",
+    "deviators": "stresses.stresses",
     "peak_von_mises": "stresses.stresses",
     "principal_amplitude": "stresses.stresses",
     "strain": "stresses.strains",

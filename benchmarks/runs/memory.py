@@ -3,7 +3,7 @@
     python -m benchmarks.runs.memory [--accuracy 0.01] [--write]
 
 prints the tables; `--write` puts them into docs/benchmarks/memory.md. Each run is one process that
-computes all by itself; `--accuracy` adds a run with that key alone: ten minutes or more.
+computes all by itself; `--accuracy` adds a run with that key alone: some minutes.
 """
 
 import argparse
@@ -25,7 +25,7 @@ from vanelock import fem, load_study, mesh, run_study
 from vanelock.fem.solvers.storage import factor_bytes
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.progress import Begun, Event
-from vanelock.stages.accuracy.cost_estimate import estimated
+from vanelock.stages.accuracy.cost_estimate import CostEstimate, estimated
 
 FOUR = (
     '[mesh]\nsize = "medium"\n[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n'
@@ -68,8 +68,8 @@ def measured(study: Path, folder: str) -> dict[str, float]:
     return peaks | {"seconds": time.process_time()}
 
 
-def run(name: str, text: str) -> str:
-    """A row of the table."""
+def taken(text: str) -> tuple[dict[str, float], CostEstimate]:
+    """What `measured` finds of a study, and what its run says beforehand."""
     with tempfile.TemporaryDirectory() as folder:
         study = Path(folder) / "study.toml"
         study.write_text(text, "utf-8")
@@ -78,12 +78,16 @@ def run(name: str, text: str) -> str:
         found = json.loads(done.stdout.splitlines()[-1])
         said = estimated(cases(load_study(study)))
     assert said is not None
+    return found, said
+
+
+def run(name: str, text: str) -> str:
+    """A row of the table."""
+    found, said = taken(text)
     kinds = [found.get(kind, 0.0) for kind in ("mesh", "response", "pictures")]
     peak, shown = max(kinds), " | ".join(f"{each:.2f}" for each in kinds)
-    taken = f"{found['seconds'] / 60:.1f} | {said.seconds / 60:.1f}"
-    return (
-        f"| {name} | {said.dofs:,.0f} | {peak:.2f} | {said.memory / 1e9:.2f} | {shown} | {taken} |"
-    )
+    minutes = f"{found['seconds'] / 60:.1f} | {said.seconds / 60:.1f}"
+    return f"| {name} | {said.dofs:,.0f} | {peak:.2f} | {said.memory / 1e9:.2f} | {shown} | {minutes} |"
 
 
 def factor(part: str, size: float) -> str:

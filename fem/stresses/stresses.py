@@ -4,8 +4,6 @@ A stress is the vector (σ_xx, σ_yy, σ_zz, τ_yz, τ_zx, τ_xy). Harmonic h of
 complex coefficient σ_h in σ(t) = σ_0 + Re Σ σ_h e^{ihωt}.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -16,6 +14,14 @@ Array = NDArray[np.float64]
 
 NODES = 4096
 """Nodes whose period is looked at together."""
+
+_DEVIATOR = np.sqrt(np.array([[0.75], [0.25], [3.0], [3.0], [3.0]])) * [
+    [1, -1, 0, 0, 0, 0],
+    [1, 1, -2, 0, 0, 0],
+    [0, 0, 0, 1, 0, 0],
+    [0, 0, 0, 0, 1, 0],
+    [0, 0, 0, 0, 0, 1],
+]  # five numbers of a stress, whose Euclidean norm is its von Mises stress
 
 _PLACES = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # of the components in a 3 x 3 tensor
 
@@ -49,7 +55,7 @@ def von_mises(s: Array) -> Array:
     >>> von_mises(np.array([[3.0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 1.0]])).round(4).tolist()
     [3.0, 1.7321]
     """
-    return np.asarray(np.sqrt(_squared(np.moveaxis(s, 1, 0)).clip(0)))
+    return np.asarray(np.linalg.norm(np.tensordot(_DEVIATOR, s, (1, 1)), axis=0))
 
 
 def peak_von_mises(harmonics: NDArray[np.complex128]) -> Array:
@@ -72,6 +78,26 @@ def peak_von_mises(harmonics: NDArray[np.complex128]) -> Array:
         block = slice(start, start + NODES)
         peaks[block] = _peaks(harmonics[:, block])
     return peaks
+
+
+def deviators(harmonics: NDArray[np.complex128], count: int) -> Array:
+    """Five numbers of a periodic stress, whose Euclidean norm is its von Mises stress, Pa.
+
+    Parameters
+    ----------
+    harmonics : (H+1, nodes, 6) complex
+        Coefficients of harmonics 0, the mean, to H.
+    count : int
+        Instants of the period, evenly spread, at least 2H + 1.
+
+    Returns
+    -------
+    (count, nodes, 5) float
+        Linear in the stress, so that differences are those of stresses.
+    """
+    halves = harmonics @ _DEVIATOR.T / 2
+    halves[0] = 2 * halves[0].real
+    return np.asarray(np.fft.irfft(halves, count, axis=0, norm="forward"))
 
 
 def principal_amplitude(s: NDArray[np.complex128]) -> Array:
@@ -113,26 +139,11 @@ def turned(s: Field, rotation: Array, shear: float = 1.0) -> Field:
     return np.asarray(new[:, first, second] * factor)
 
 
-def _squared(s: Any) -> Any:
-    """Square of the von Mises stress; components along axis 0."""
-    x, y, z, yz, zx, xy = s
-    return 0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3 * (yz**2 + zx**2 + xy**2)
-
-
 def _peaks(harmonics: NDArray[np.complex128]) -> Array:
     degree = len(harmonics) - 1
     count = 16 * degree + 1
     step = 2 * np.pi / count
-    samples = np.stack(
-        [
-            _squared(
-                np.einsum(
-                    "h,hnc->cn", np.exp(1j * np.arange(degree + 1) * step * i), harmonics
-                ).real
-            )
-            for i in range(count)
-        ]
-    )
+    samples = np.sum(deviators(harmonics, count) ** 2, axis=2)
     best = samples.max(axis=0)
     rise = (samples >= np.roll(samples, 1, axis=0)) & (samples >= np.roll(samples, -1, axis=0))
     at, node = np.nonzero(rise)

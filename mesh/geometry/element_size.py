@@ -33,13 +33,16 @@ Local = Callable[[float, float, float], float]
 """Largest element edge at a place x, y, z, all in m."""
 
 
-def element_size(size: str | float, part: str) -> float:
+Size = str | float | tuple[float, float]
+
+
+def element_size(size: Size, part: str) -> float:
     """Largest element edge of a part, m, from a name or a length.
 
     Parameters
     ----------
-    size : {"coarse", "medium", "paper", "fine"} or float
-        A name, or a length in m between 1 and 50 mm.
+    size : {"coarse", "medium", "paper", "fine"}, float or (float, float)
+        A name, or a length in m between 1 and 50 mm, or those of vane and casing.
     part : {"vane", "casing"}
         A named size may differ from part to part.
 
@@ -53,9 +56,19 @@ def element_size(size: str | float, part: str) -> float:
             names = ", ".join(f'"{name}"' for name in SIZES)
             raise InputError(f'mesh.size = "{size}": allowed are {names} or a length in m')
         return SIZES[size][part]
+    if isinstance(size, tuple):
+        size = size[("vane", "casing").index(part)]
     if not SMALLEST <= size <= LARGEST:
         raise InputError(f"mesh.size = {size:g} m: must lie between {SMALLEST} and {LARGEST} m")
     return float(size)
+
+
+def words_of(size: Size) -> str:
+    """A size as people write it."""
+    if isinstance(size, str):
+        return size
+    lengths = size if isinstance(size, tuple) else (size,)
+    return " and ".join(f"{1e3 * each:.3g}" for each in lengths) + " mm"
 
 
 def thin(vane: VaneDimensions, size: float) -> bool:

@@ -12,7 +12,15 @@ from vanelock.mesh.generate.aerofoils.root_faces import arc_rows
 from vanelock.mesh.generate.bosses import check_meshable
 from vanelock.mesh.generate.stretch import checked_stretch
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import HOOKS, LARGEST, SHROUD, SMALLEST, element_size
+from vanelock.mesh.geometry.element_size import (
+    HOOKS,
+    LARGEST,
+    SHROUD,
+    SMALLEST,
+    Size,
+    element_size,
+    words_of,
+)
 
 MOST = 1_000_000
 """Degrees of freedom of both parts together; beyond, meshing takes minutes and memory runs out."""
@@ -63,7 +71,7 @@ def _plates_dofs(plates: list[Plate], size: float, each: tuple[float, float]) ->
 
 
 def check_size(
-    size: str | float,
+    size: Size,
     vane: VaneDimensions | None,
     casing: CasingDimensions | None,
     sectors: int,
@@ -98,7 +106,7 @@ def check_size(
     estimate = count(element_size(size, "vane"), element_size(size, "casing"))
     if estimate <= MOST:
         return
-    shown = f'"{size}"' if isinstance(size, str) else f"{size:g} m"
+    shown = f'"{size}"' if isinstance(size, str) else words_of(size)
     raise InputError(
         f"mesh.size = {shown}: about {float(f'{estimate:.2g}'):,.0f} degrees of freedom: at most "
         f"{MOST:,} are allowed{_advice(count)}"

@@ -174,11 +174,11 @@ def test_other_units():
         (
             '[mesh]\nsize = "tiny"',
             'mesh.size = "tiny": element size must be "coarse", "medium", "paper", "fine" or '
-            "1 mm to 50 mm where that makes at most 1,000,000 degrees of freedom",
+            "1 mm to 50 mm, or [vane, casing], where that makes at most 1,000,000 degrees of freedom",
         ),
         (
             '[mesh]\nsize = "2 mm"',
-            "mesh.size = 0.002 m: about 5,300,000 degrees of freedom: "
+            "mesh.size = 2 mm: about 5,300,000 degrees of freedom: "
             "at most 1,000,000 are allowed, that is sizes from 4 mm here",
         ),
         (
@@ -383,6 +383,7 @@ def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
 
 def test_the_smallest_and_the_largest_elements_may_be_asked_for():
     assert [_mesh_size(size) for size in (SMALLEST, LARGEST)] == [SMALLEST, LARGEST]
-    for size in (0.999 * SMALLEST, 1.001 * LARGEST):
+    assert _mesh_size(["8 mm", 0.005]) == (0.008, 0.005)
+    for size in (0.999 * SMALLEST, 1.001 * LARGEST, [0.008, 0.1], [0.008], ["coarse", 0.01]):
         with pytest.raises(ValueError, match="element size must be"):
             _mesh_size(size)

@@ -14,6 +14,7 @@ from vanelock.input.plausible import unusual
 from vanelock.input.read_study import load_study
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
+from vanelock.mesh.geometry.element_size import words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated
 from vanelock.stages.parts.load_lines import load_lines
@@ -107,8 +108,7 @@ def _elements(study: Study) -> str:
     """The size of the elements, or what it is chosen for."""
     if study.accuracy is not None and "mesh" not in pins(study):
         return f"chosen for an error of {100 * study.accuracy:g} %"
-    size = study.mesh.size
-    return size if isinstance(size, str) else f"{1e3 * size:g} mm"
+    return words_of(study.mesh.size)
 
 
 def _outputs(study: Study) -> Iterator[str]:

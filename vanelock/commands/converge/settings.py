@@ -17,7 +17,7 @@ from vanelock.input.messages import show
 from vanelock.input.schema.structure.structure import ACCURACY, MODES
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size
+from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.stages.accuracy.mesh_sizes import unknowns
 
@@ -125,7 +125,7 @@ def _rounded(size: float) -> float:
 
 
 def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
-    shown = size if isinstance(size, str) else f"{1e3 * size:.3g} mm"
+    shown = words_of(size)
     if size == study.mesh.size:
         return shown, {"mesh.size": size}
     return shown, {"mesh.size": size, "mesh.face_nodes": None}  # no other mesh has so many

@@ -59,6 +59,12 @@ class AmplitudeErrors(Product):
         left = 0.0 if self.corrected else abs(float(self.parts.sum()))
         return left + DOUBT * float(np.abs(self.parts).sum())
 
+    @property
+    def vane_share(self) -> float:
+        """Of the vane's mesh in what both add; NaN where that is not known."""
+        added = np.abs(self.parts).sum(axis=1)
+        return float(added[0] / added.sum()) if added.sum() else np.nan
+
 
 def amplitude_errors_step(
     study: Study,

@@ -2,20 +2,25 @@
 
 The mesh is refined from the coarsest on, until its estimated error is within its share. Errors fall
 about as the element size does (docs/benchmarks/mesh_study.md: sharp re-entrant edges), so the next
-size follows from the last ones, and is estimated in turn.
+sizes follow from the last ones, and are estimated in turn. Each part is refined as far as least
+work asks for: with errors e_p and dofs d_p of both, and sizes f_p times the last ones,
+
+    minimise  sum w_p d_p f_p^-RISE   where   sum e_p f_p^q_p = aim:
+    f_p^(q_p + RISE) ~ w_p d_p RISE / (q_p e_p).
 """
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.mesh.geometry.element_size import SIZES, SMALLEST, element_size
+from vanelock.mesh.geometry.element_size import SMALLEST, element_size, words_of
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.amplitude_errors import amplitude_error, amplitude_errors_step
 from vanelock.stages.accuracy.budget import Budget, budget, pins
@@ -33,6 +38,8 @@ from vanelock.stages.parts.nodal_diameters import linear_steps
 from vanelock.stages.parts.systems import united_step
 from vanelock.stages.response.limits import Limits
 
+Floats = NDArray[np.float64]
+
 ORDER = 0.93
 """Order at which errors fall with the element size, from the coarse mesh on: that of the example
 from 30 to 7.6 mm. Two meshes give their own."""
@@ -44,6 +51,10 @@ ROUNDS = 6
 LEAP, CLOSE = 0.4, 0.9
 """Smallest and largest size of the next mesh over the last one's: orders do not hold further on,
 and a closer one is not worth it."""
+RISE, WORK = 2.2, np.array([1.0, 4.0])
+"""Power of 1/size with which dofs rise where walls are a few elements thick, and work a dof of each
+part, mesh to stress: a casing is reduced at each nodal diameter (docs/benchmarks/memory.md)."""
+TINY = 1e-12
 COARSE = "the mesh is too coarse"
 """What a reduction says of patches that its mesh cannot tell apart."""
 ROUGHEST = 1e-2
@@ -52,20 +63,32 @@ ROUGHEST = 1e-2
 
 @dataclass(frozen=True)
 class Round:
-    """A mesh that was tried: its size in words, dofs of both parts, and estimated errors.
+    """A mesh that was tried: its size in words, dofs of each part, and estimated errors.
 
-    Of the frequency of the mode of interest, and of the amplitude of the peak.
+    Of the frequency of the mode of interest, and of the amplitude of the peak; and the vane's share
+    of the larger one.
     """
 
     size: str
-    dofs: int
+    parts: tuple[int, int]
     error: float
     amplitude: float
+    vane_share: float = 0.5
+
+    @property
+    def dofs(self) -> int:
+        """Of both parts."""
+        return sum(self.parts)
 
     @property
     def largest(self) -> float:
         """The larger of both errors."""
         return max(self.error, self.amplitude)
+
+    @property
+    def errors(self) -> Floats:
+        """(2,) of the larger error, by the vane and by the casing."""
+        return self.largest * np.array([self.vane_share, 1 - self.vane_share])
 
 
 @dataclass(frozen=True)
@@ -122,38 +145,64 @@ def _meshed(
     study: Study, shares: Budget, stages: Stages, most: float
 ) -> tuple[Study, list[Round], str, Limits]:
     """The coarsest mesh whose estimated error can be borne, from the coarse one on."""
-    share, size, finest = shares.shares["mesh"], _coarsest(study), _finest(study, most)
+    share, size = shares.shares["mesh"], _coarsest(study)
     rounds: list[Round] = []
-    lengths: list[float] = []
+    tried_sizes: list[Floats] = []
     while True:
         chosen = with_values(study, {"mesh.size": size})
-        length = element_size(size, "vane")
+        lengths = np.array([element_size(size, part) for part in PARTS])
         try:
             tried, limits = _tried(chosen, stages)
         except InputError as refused:
-            if COARSE not in str(refused) or length <= finest:
+            finer = _fitting(study, lengths, lengths / 2**0.5, most)
+            if COARSE not in str(refused) or np.all(finer >= lengths):
                 raise
-            size = float(f"{max(length / 2**0.5, finest):.3g}")
+            size = tuple(finer.tolist())
             continue
         rounds.append(tried)
         if tried.largest <= shares.bearable:
             return chosen, rounds, "", limits
-        lengths.append(length)
-        order = _order(lengths, [each.largest for each in rounds])
-        factor = (AIM * share / tried.largest) ** (1 / order)
-        smaller = length * min(max(factor, LEAP), CLOSE)
-        size = float(f"{max(smaller, finest):.3g}")
-        if size >= length or len(rounds) == ROUNDS:
+        tried_sizes.append(lengths)
+        order = _order(tried_sizes, [each.errors for each in rounds])
+        factors = _factors(np.array(tried.parts), tried.errors, order, AIM * share)
+        finer = _fitting(study, lengths, lengths * factors, most)
+        size = tuple(finer.tolist())
+        if np.all(finer >= lengths) or len(rounds) == ROUNDS:
             return chosen, rounds, _short(tried, share, most), limits
         stages.keep(())  # the factors of this mesh
 
 
-def _order(lengths: list[float], errors: list[float]) -> float:
-    """Order at which errors fall, by the last two meshes if there are two."""
-    if len(lengths) < 2:
-        return ORDER
-    seen = math.log(errors[-2] / errors[-1]) / math.log(lengths[-2] / lengths[-1])
-    return min(max(seen, BETWEEN[0]), BETWEEN[1])
+def _order(lengths: list[Floats], errors: list[Floats]) -> Floats:
+    """(2,) orders at which the parts' errors fall, by the last two meshes if there are two."""
+    order = np.full(len(PARTS), ORDER)
+    if len(lengths) > 1:
+        finer = np.log(lengths[-2] / lengths[-1])
+        lower = np.log(np.maximum(errors[-2], TINY) / np.maximum(errors[-1], TINY))
+        np.divide(lower, finer, out=order, where=finer > 0)
+    return np.asarray(np.clip(order, *BETWEEN))
+
+
+def _factors(dofs: Floats, errors: Floats, order: Floats, aim: float) -> Floats:
+    """(2,) next sizes over the last ones by which the errors add up to an aim at least work."""
+    worth = WORK * dofs * RISE / (order * np.maximum(errors, TINY))
+
+    def factors(price: float) -> Floats:
+        return np.asarray(np.clip((worth / price) ** (1 / (order + RISE)), LEAP, 1.0))
+
+    prices = np.geomspace(worth.min(), worth.max() / LEAP ** (BETWEEN[1] + RISE), 1000)
+    left = np.array([errors @ factors(price) ** order for price in prices])
+    chosen = factors(prices[np.argmax(left <= aim)] if np.any(left <= aim) else prices[-1])
+    return np.asarray(chosen * min(CLOSE / chosen.min(), 1.0))
+
+
+def _fitting(study: Study, lengths: Floats, smaller: Floats, most: float) -> Floats:
+    """(2,) sizes as wanted, or larger up to the last ones so that both meshes may be chosen, m."""
+    while True:
+        sizes = np.minimum(np.maximum(smaller, SMALLEST), lengths)
+        rounded = np.array([float(f"{each:.3g}") for each in sizes])
+        if np.all(sizes >= lengths) or unknowns(study, tuple(rounded.tolist())) <= most:
+            return rounded
+        smaller = sizes / 0.97
 
 
 def _short(last: Round, share: float, most: float) -> str:
@@ -179,24 +228,19 @@ def _coarsest(study: Study) -> Any:
             return size
 
 
-def _finest(study: Study, most: float) -> float:
-    """Smallest elements that keep both meshes within so many degrees of freedom, m."""
-    size = SIZES["coarse"]["vane"]
-    while size > SMALLEST and unknowns(study, smaller := size * 0.97) <= most:
-        size = smaller
-    return size
-
-
 def _tried(study: Study, stages: Stages) -> tuple[Round, Limits]:
     """A study's mesh with its estimated errors, and the modes by it."""
     steps = linear_steps(study)
     casings = [casing_step(study, k) for k in sorted({0, diameter_of(study, 1)})]
     own = amplitude_errors_step(study, united_step(study, 1), steps.limits, steps.vane, casings)
     errors, limits = stages.get(mesh_errors_step(study, steps.limits)), stages.get(steps.limits)
-    size = study.mesh.size
-    shown = size if isinstance(size, str) else f"{1e3 * size:.3g} mm"
+    shown = words_of(study.mesh.size)
     if "mesh" in pins(study) and pins(study)["mesh"].endswith(".mesh"):
         shown = "as given"
-    dofs = sum(3 * len(stages.get(mesh_step(study, part)).points) for part in PARTS)
-    amplitude = amplitude_error(stages.get(own), errors.interest)
-    return Round(shown, dofs, errors.interest, amplitude), limits
+    vane, casing = (3 * len(stages.get(mesh_step(study, part)).points) for part in PARTS)
+    peak = stages.get(own)
+    amplitude = amplitude_error(peak, errors.interest)
+    vane_share = peak.vane_share if amplitude > errors.interest else np.nan
+    if np.isnan(vane_share):
+        vane_share = errors.vane_share
+    return Round(shown, (vane, casing), errors.interest, amplitude, float(vane_share)), limits

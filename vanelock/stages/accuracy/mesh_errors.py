@@ -58,6 +58,12 @@ class MeshErrors(Product):
         """The larger error of the mode of interest, free and stuck."""
         return float(max(self.free.sum(), self.parts[self.stuck_mode].sum()))
 
+    @property
+    def vane_share(self) -> float:
+        """Of the vane's mesh in that error; a half where there is none."""
+        by_part = max(self.free, self.parts[self.stuck_mode], key=np.sum)
+        return float(by_part[0] / by_part.sum()) if by_part.sum() else 0.5
+
     def at(self, nodal_diameter: int, frequency: Floats) -> Floats:
         """(n,) errors of natural frequencies (n,), Hz, of the stuck structure.
 

@@ -13,7 +13,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.process import memory
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import element_size
+from vanelock.mesh.geometry.element_size import Size, element_size
 from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
 
 DOFS = 1_000_000
@@ -27,7 +27,7 @@ COARSE = 30_000
 """Degrees of freedom of the example's coarse meshes."""
 
 
-def unknowns(study: Study, size: str | float, own: Mapping[str, int] | None = None) -> float:
+def unknowns(study: Study, size: Size, own: Mapping[str, int] | None = None) -> float:
     """Degrees of freedom of both parts, meshed with elements of a size."""
     vane, casing, N = study.vane, study.casing, study.ring.sectors
     count, hook = float(sum((own or {}).values())), HookDimensions()

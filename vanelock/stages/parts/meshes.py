@@ -9,6 +9,7 @@ from vanelock.common.errors import InputError
 from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part
+from vanelock.mesh.geometry.element_size import element_size
 from vanelock.mesh.matching.own_part import own_part
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import SHARED, Step, step
@@ -39,13 +40,13 @@ def _made_step(study: Study, part: str) -> Step[Part]:
 def _meshed(
     vane: Vane, casing: Casing, sectors: int, keys: tuple[Any, int | None, int], part: str
 ) -> Step[Part]:
-    size, face_nodes, stretch = keys
+    length, face_nodes, stretch = element_size(keys[0], part), *keys[1:]
     if isinstance(vane, OwnVane) or isinstance(casing, OwnCasing):
         overlap = NOWHERE
     else:
         overlap = mesh.hook_overlap(vane, casing)
     dimensions = {"vane": vane, "casing": casing}[part].model_dump()
-    inputs = {"sectors": sectors, "size": size, "dimensions": dimensions, "overlap": overlap}
+    inputs = {"sectors": sectors, "size": length, "dimensions": dimensions, "overlap": overlap}
     if part == "casing":
         inputs["hook"] = vane.hook.model_dump()
         inputs["face_nodes"] = face_nodes
@@ -54,9 +55,9 @@ def _meshed(
     def compute() -> Part:
         if part == "vane":
             assert isinstance(vane, mesh.VaneDimensions)
-            return mesh.vane_segment(vane, sectors, size, overlap)
+            return mesh.vane_segment(vane, sectors, length, overlap)
         assert isinstance(casing, mesh.CasingDimensions)
-        return mesh.casing_sector(casing, vane.hook, sectors, size, overlap, face_nodes, stretch)
+        return mesh.casing_sector(casing, vane.hook, sectors, length, overlap, face_nodes, stretch)
 
     return step(f"mesh {part}", "mesh", inputs, Part, (), compute)
 

@@ -26,9 +26,16 @@ from vanelock.mesh.refinement.dof_estimate import MOST as LARGEST_MESHES
 
 
 def _mesh_size(value: object) -> object:
-    """Pass a named size; anything else is a length in metres."""
+    """Pass a named size; anything else is a length in metres, or one of each part."""
     if isinstance(value, str) and value in SIZES:
         return value
+    if isinstance(value, list | tuple) and len(value) == 2:
+        return tuple(_length(each) for each in value)
+    return _length(value)
+
+
+def _length(value: object) -> float:
+    """A length in metres."""
     try:
         length = si(value, "m")
     except ValueError:
@@ -38,8 +45,8 @@ def _mesh_size(value: object) -> object:
     if not SMALLEST <= length <= LARGEST:
         names = ", ".join(f'"{name}"' for name in SIZES)
         raise ValueError(
-            f"element size must be {names} or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm "
-            f"where that makes at most {LARGEST_MESHES:,} degrees of freedom"
+            f"element size must be {names} or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm, "
+            f"or [vane, casing], where that makes at most {LARGEST_MESHES:,} degrees of freedom"
         )
     return float(length)
 
