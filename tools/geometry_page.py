@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from vanelock import Study, render
+from vanelock import Study
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,
@@ -19,6 +19,7 @@ from vanelock.mesh import (
     vane_segment,
 )
 from vanelock.mesh.geometry.element_size import SIZES
+from vanelock.render import style
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 PAGE = DOCS / "geometry.md"
@@ -42,9 +43,12 @@ def main() -> None:
         before, _, rest = text.partition(begin)
         text = f"{before}{begin}\n{table}\n{end}{rest.partition(end)[2]}"
     PAGE.write_text(text, "utf-8")
+    from drawings.casing_sheet import casing_sheet
+    from drawings.vane_sheet import vane_sheet
+
     sheet = (VaneDimensions(), CasingDimensions(), Study().ring.sectors)
-    render.vane_drawing(DOCS / "pictures" / "drawing_vane.png", *sheet)
-    render.casing_drawing(DOCS / "pictures" / "drawing_casing.png", *sheet)
+    style.write(vane_sheet(*sheet, "vane segment"), DOCS / "pictures" / "drawing_vane.png")
+    style.write(casing_sheet(*sheet, "casing sector"), DOCS / "pictures" / "drawing_casing.png")
 
 
 def written(text: str, name: str) -> str:

@@ -43,17 +43,10 @@ NAMES = {"told", "rub", "rubs", "rubbing", "rival", "rivals", "knob", "knobs", "
 """Words that no name in code has as a part, between underscores."""
 ALLOWED = {
     "CHANGELOG.md": "rival",  # a former name
-    "docs/glossary.md": "accessory",  # a former name, explained
+    "docs/glossary.md": "accessory",  # what papers say
     "docs/fatigue_and_wear.md": "rubbing",  # the title of a paper
     "vanelock/quantities/contacts/wear.py": "rubbing",
-    "vanelock/input/schema/structure/own_mesh.py": "accessory",  # messages for old files
-    "vanelock/input/schema/outputs.py": "accessory",
-    "mesh/matching/own_part.py": "accessory",
-    "tests/mesh/matching/test_own_part.py": "accessory",
-    "tests/vanelock/input/test_read_study.py": "accessory",
     "benchmarks/mesh/blocks.py": "tell",  # which are the same
-    "nonlinear/following/peak_response.py": "rival",  # what old files call a field
-    "vanelock/published/maps/optimum.py": "rival",
 }
 SPARED = ("tools/words.py", "tests/docs/test_words.py")
 """Files whose subject the words are."""

@@ -21,7 +21,6 @@ NEEDED: dict[str, tuple[str, ...]] = {
     "casing": (*HOOKS, "key", "left", "right", "force", "output"),
 }
 """Sets that a part must have; a vane whose interlock has contacts needs those, too."""
-FORMER = {"output": "accessory"}
 """What files of earlier versions call a set."""
 OPTIONAL: dict[str, tuple[str, ...]] = {"vane": (*INTERLOCKS, "fixed"), "casing": ("fixed",)}
 
@@ -90,7 +89,7 @@ def own_part(
         wanted = given.get(each, each)
         if isinstance(wanted, str):
             there = mesh.node_sets
-            found = called(there, wanted) or called(there, FORMER.get(wanted, wanted))
+            found = called(there, wanted)
             if found is None:
                 if each in OPTIONAL[name] and each not in needed and each not in given:
                     continue

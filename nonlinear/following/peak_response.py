@@ -81,7 +81,7 @@ class PeakResponse(Product):
     distance: Floats
     converged: NDArray[np.bool_]
     sharp: NDArray[np.bool_]
-    second_peak: Floats = field(metadata={"unit": "m", "formerly": "rival"})
+    second_peak: Floats = field(metadata={"unit": "m"})
     readings: NDArray[np.int64]
     response: Response
     mu: Floats

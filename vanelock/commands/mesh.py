@@ -8,7 +8,7 @@ from vanelock import mesh, render
 from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.structure.own_mesh import refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.mesh import CasingDimensions, Part, VaneDimensions
+from vanelock.mesh import Part
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
@@ -73,7 +73,8 @@ def mesh_study(
             files.append(path / FOLDER / f"{table.key}.csv")
             record(files[-1], mesh_tables.csv_text(table))
             listener(table)
-        files += _pictures(path / FOLDER, study, parts)
+        title = f"{study.name}: mesh"  # last: a machine without OpenGL has the rest by then
+        files.append(render.mesh_picture(path / FOLDER / "mesh.png", *parts.values(), title))
     summary = {"files": [str(file) for file in files]}
     listener(Finished(str(path / FOLDER), time.perf_counter() - began, summary))
     return found
@@ -85,18 +86,3 @@ def _meshes(folder: Path, parts: dict[str, Part]) -> list[Path]:
         made.append(render.write_vtu(folder / f"{name}.vtu", part))
         made.append(mesh.write_msh(folder / f"{name}.msh", part))
     return made
-
-
-def _pictures(folder: Path, study: Study, parts: dict[str, Part]) -> list[Path]:
-    """Of the meshes, and drawings of parts with dimensions.
-
-    Last of all: a machine without OpenGL has the rest by then.
-    """
-    made = []
-    vane, casing = study.vane, study.casing
-    if isinstance(vane, VaneDimensions) and isinstance(casing, CasingDimensions):
-        sheet = (vane, casing, study.ring.sectors, study.name)
-        made.append(render.vane_drawing(folder / "drawing_vane.png", *sheet))
-        made.append(render.casing_drawing(folder / "drawing_casing.png", *sheet))
-    title = f"{study.name}: mesh"
-    return [*made, render.mesh_picture(folder / "mesh.png", *parts.values(), title)]

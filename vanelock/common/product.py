@@ -75,8 +75,7 @@ def _times(shape: tuple[int, ...]) -> str:
 class Product(Summarised):
     """A stage's result; subclasses are frozen dataclasses.
 
-    A field's unit, written as an attribute of its dataset, is `metadata={"unit": "m"}`; the name
-    that files of earlier versions have it by is `"formerly"`.
+    A field's unit, written as an attribute of its dataset, is `metadata={"unit": "m"}`.
 
     Attributes
     ----------
@@ -135,8 +134,7 @@ class Product(Summarised):
     def _write(self, group: h5py.Group) -> None:
         group.attrs["product"] = type(self).__name__
         for field in dataclasses.fields(self):  # type: ignore[arg-type]
-            words = {key: word for key, word in field.metadata.items() if key != "formerly"}
-            _write_value(group, field.name, getattr(self, field.name), words)
+            _write_value(group, field.name, getattr(self, field.name), field.metadata)
 
     @classmethod
     def _read(cls, group: h5py.Group) -> Self:
@@ -144,12 +142,8 @@ class Product(Summarised):
         if found != cls.__name__:
             raise InputError(f"{group.file.filename}: expected a {cls.__name__}, found {found}")
         hints = get_type_hints(cls)
-        values = {}
-        for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-            former = field.metadata.get("formerly", field.name)
-            name = former if former in group else field.name
-            values[field.name] = _read_value(group, name, hints[field.name])
-        return cls(**values)
+        names = [field.name for field in dataclasses.fields(cls)]  # type: ignore[arg-type]
+        return cls(**{name: _read_value(group, name, hints[name]) for name in names})
 
 
 def _write_value(group: h5py.Group, name: str, value: Any, words: Mapping[str, str]) -> None:

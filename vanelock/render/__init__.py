@@ -21,9 +21,7 @@ _modules = {
     "RidgePanel": "maps.ridges",
     "ScatterPanel": "plots.scatters",
     "Wave": "shapes.animation",
-    "at_instant": "shapes.time_steps",
     "campbell_picture": "plots.campbell",
-    "casing_drawing": "drawings.casing_sheet",
     "contact_map_picture": "shapes.contact_map",
     "convergence_picture": "plots.convergence",
     "FitPanel": "plots.fits",
@@ -49,11 +47,7 @@ _modules = {
     "stress_picture": "shapes.stresses",
     "trial": "scenes.offscreen",
     "utilisation": "plots.contacts.preload",
-    "vane_drawing": "drawings.vane_sheet",
     "wave_name": "scenes.annulus",
-    "write_pvd": "shapes.time_steps",
-    "write_ring": "shapes.export",
-    "write_step": "shapes.time_steps",
     "write_vtu": "shapes.export",
 }
 __all__ = list(_modules)

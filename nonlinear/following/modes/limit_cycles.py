@@ -70,7 +70,7 @@ class LimitCycles(Product):
     linear_damping: float
     amplitude: Floats = field(metadata={"unit": "kg^0.5 m"})
     frequency: Floats = field(metadata={"unit": "Hz"})
-    amplitude_stable: NDArray[np.bool_] = field(metadata={"formerly": "stable"})
+    amplitude_stable: NDArray[np.bool_]
     output: Floats = field(metadata={"unit": "m"})
     mode: DampedMode
 

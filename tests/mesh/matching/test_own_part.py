@@ -63,16 +63,6 @@ def test_set_with_a_node_of_no_element_is_refused(tmp_path, ring, write_mesh):
     assert line.endswith("set OUTPUT: 1 of its nodes belong to no solid element, such as 7")
 
 
-def test_files_of_earlier_versions_are_read(tmp_path, ring, write_mesh):
-    """Output nodes were called accessory nodes."""
-    part = ring("vane")
-    sets = {"accessory" if name == "output" else name: n for name, n in part.node_sets.items()}
-    path = tmp_path / "vane.inp"
-    write_mesh(path, replace(part, node_sets=sets))
-    found = own_part(read_mesh(path, "mm"), "vane")
-    assert len(found.node_sets["output"]) == len(part.node_sets["output"])
-
-
 def test_interlock_sets_are_needed_only_with_contacts(tmp_path, ring, write_mesh):
     part = ring("vane")
     names = ("hook_front", "hook_rear", "key", "output")

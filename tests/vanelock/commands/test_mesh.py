@@ -25,8 +25,6 @@ FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "ms
     "quality.csv",
     "sets.csv",
     "mesh.png",
-    "drawing_vane.png",
-    "drawing_casing.png",
 }
 
 
@@ -41,8 +39,7 @@ def made(tmp_path_factory):
         return path
 
     with pytest.MonkeyPatch.context() as patched:
-        for name in ("vane_drawing", "casing_drawing", "mesh_picture"):
-            patched.setattr(f"vanelock.render.{name}", blank)
+        patched.setattr("vanelock.render.mesh_picture", blank)
         patched.chdir(folder)
         done = CliRunner().invoke(app, ["mesh", "a.toml"])
     assert done.exit_code == 0, done.stderr
@@ -111,7 +108,7 @@ def test_what_is_printed(made):
 
 
 def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys):
-    monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
+    monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
     folder = made[0]
     with choose_listener(False, True) as listener:
         mesh_study(load_study(folder / "a.toml"), folder / "runs" / "a", listener)
@@ -124,11 +121,11 @@ def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys
     assert [row["seconds"] for row in tables["quality"]] == [float(row["seconds"]) for row in kept]
     assert {row["set"]: row["casing"] for row in tables["sets"]}["hook_rear"] == 30
     written = {file.rpartition("/")[2] for file in events[-1]["summary"]["files"]}
-    assert written == {name for name in FILES if not name.endswith(".png")}
+    assert written == set(FILES)
 
 
 def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
-    monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
+    monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
     before = made[0] / "runs" / "a" / "mesh"
     study = f'[vane]\nmesh = "{before}/vane.msh"\n[casing]\nmesh = "{before}/casing.vtu"\n'
     mesh_study(parse_study(study), tmp_path)
@@ -160,7 +157,7 @@ def test_what_cannot_be_used_is_one_line(tmp_path, refused, text, arguments, lin
 
 
 def test_a_sweep_of_dimensions_is_not_meshed_silently(tmp_path, monkeypatch):
-    monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
+    monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
     text = STUDY + '[sweep]\n"vane.chord" = [0.046, 0.047]\n'
     events: list[Any] = []
     found = mesh_study(parse_study(text), tmp_path, events.append)

@@ -19,7 +19,7 @@ def test_an_example_is_valid(path):
 @pytest.mark.system
 def test_the_paper_s_scale(tmp_path, monkeypatch):
     """Counts of the published model: 326 nodes a face, 56 + 10 contact pairs, 16 forces."""
-    monkeypatch.setattr("vanelock.commands.mesh._pictures", lambda *_: [])
+    monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
     (path,) = (path for path in EXAMPLES if path.stem == "paper")
     found = mesh_study(load_study(path), tmp_path)
     with (tmp_path / "mesh" / "sets.csv").open() as file:

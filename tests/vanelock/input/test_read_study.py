@@ -364,14 +364,6 @@ def test_monitor_names_a_node_and_a_component():
         assert "output 1 to 3" in text
 
 
-def test_former_names_are_refused_with_the_present_one():
-    assert complaint('[outputs]\nmonitor = "vane accessory 2, radial"').endswith(
-        'accessory nodes are called output nodes now: "vane output 2, radial"'
-    )
-    message = complaint('[vane]\nmesh = "a.inp"\n[vane.sets]\naccessory = "x"')
-    assert message.endswith("vane.sets: accessory: the set of output nodes is called output now")
-
-
 def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
     path = tmp_path / "vane.toml"
     path.write_text("[vane]\naerofoils = 12")

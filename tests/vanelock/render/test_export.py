@@ -6,7 +6,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh
-from vanelock.render import write_ring, write_vtu
+from vanelock.render import write_vtu
 from vanelock.render.scenes import annulus, offscreen
 
 
@@ -42,23 +42,6 @@ def test_phase_is_that_of_the_radial_motion(sector, tmp_path):
     np.testing.assert_allclose(data["phase_radial (deg)"], -np.degrees(angle), atol=1e-12)
 
 
-def test_a_wave_on_all_sectors_is_one_wave(sector, tmp_path):
-    """Radial motion cos(2θ - ωt) all round, from sector 0 alone; sectors meet without a gap."""
-    part = sector()
-    angle = np.arctan2(part.points[:, 1], part.points[:, 0])
-    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    shape = radial * np.exp(-2j * angle)[:, None]
-    written = write_ring(tmp_path / "ring.vtu", part, shape, 2, "kg^-0.5")
-    mesh = offscreen.pyvista().read(written)
-    around = np.arctan2(mesh.points[:, 1], mesh.points[:, 0])
-    found = mesh.point_data["displacement_real (kg^-0.5)"][:, :2]
-    expected = np.cos(2 * around)[:, None] * np.column_stack([np.cos(around), np.sin(around)])
-    np.testing.assert_allclose(found, expected, atol=1e-12)
-    assert mesh.point_data["sector"].tolist()[:: len(part.points)] == list(range(part.sectors))
-    one = offscreen.pyvista().read(write_vtu(tmp_path / "one.vtu", part))
-    assert mesh.volume == pytest.approx(part.sectors * one.volume, rel=1e-9)
-
-
 def test_a_part_without_a_shape(sector, tmp_path):
     part = sector()
     data = meshio.read(write_vtu(tmp_path / "casing.vtu", part)).point_data
@@ -77,5 +60,3 @@ def test_our_own_reader_gets_the_sets_back_in_their_order(sector, tmp_path):
 def test_a_shape_of_another_part_is_refused(sector, tmp_path):
     with pytest.raises(InputError, match=r"casing: shape of \(3, 3\)"):
         write_vtu(tmp_path / "x.vtu", sector(), np.zeros((3, 3), complex))
-    with pytest.raises(InputError, match=r"casing: shape of \(3, 3\)"):
-        write_ring(tmp_path / "x.vtu", sector(), np.zeros((3, 3), complex), 1)

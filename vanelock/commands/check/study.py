@@ -119,7 +119,6 @@ def _outputs(study: Study) -> Iterator[str]:
         "shapes": wanted.shapes,
         "loops": wanted.loops,
         "animations": wanted.animations,
-        counted(wanted.steps, "instant"): wanted.steps > 0,
         counted(len(wanted.gauges), "gauge"): bool(wanted.gauges),
         "bounds over static friction": study.bounds is not None,
         "stability": study.stability is not None,

@@ -53,12 +53,8 @@ class Outputs(KeyTable):
 
     monitor: str | None = Field(default=None, description="monitored displacement")
     shapes: bool = Field(default=True, description="whether shapes are drawn")
-    ring: bool = Field(default=False, description="whether .vtu files of the ring are written")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
     animations: bool = Field(default=False, description="whether shapes and loops are animated")
-    steps: int = Field(
-        default=0, ge=0, le=360, description="number of instants of the period at the peak"
-    )
     report: bool = Field(default=True, description="whether the report is written")
     gauges: Annotated[tuple[GaugeKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), max_length=100, description="strain gauges"
@@ -68,7 +64,5 @@ class Outputs(KeyTable):
     @classmethod
     def _named(cls, value: str | None) -> str | None:
         if value is not None and not re.fullmatch(MONITOR, value):
-            former = re.sub(r"\baccessory\b", "output", value)
-            renamed = f'accessory nodes are called output nodes now: "{former}"'
-            raise ValueError(MONITORED if former == value else renamed)
+            raise ValueError(MONITORED)
         return value

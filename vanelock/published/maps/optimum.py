@@ -44,7 +44,7 @@ class Ridge(Product):
     amplitude: Floats = field(metadata={"unit": "m"})
     frequency: Floats = field(metadata={"unit": "Hz"})
     converged: NDArray[np.bool_]
-    second_peak: Floats = field(metadata={"unit": "m", "formerly": "rival"})
+    second_peak: Floats = field(metadata={"unit": "m"})
     message: str = ""
 
     @property

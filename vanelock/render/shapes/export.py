@@ -62,43 +62,6 @@ def write_vtu(
     return _written(path, part.points, part.cell_type, part.cells, data)
 
 
-def write_ring(
-    path: style.PathLike,
-    part: Part,
-    shape: NDArray[np.complex128],
-    nodal_diameter: int,
-    unit: str = "m",
-) -> Path:
-    """Write a wave on all sectors, and return the path.
-
-    Parameters
-    ----------
-    path : path
-        File to write, named `.vtu`.
-    part : Part
-        One sector; nodes on the faces where sectors meet are there twice.
-    shape : (n, 3) complex
-        Of sector 0; the data are those of `write_vtu`, and `sector` from 0.
-    nodal_diameter : int
-        Of the wave.
-    unit : str
-        Of the shape.
-
-    Raises
-    ------
-    InputError
-        If the shape does not fit the part, or the file cannot be written.
-    """
-    N, n = part.sectors, len(part.points)
-    _fits(part, shape)
-    points = np.concatenate([annulus.sector_points(part.points, j, N) for j in range(N)])
-    ring = [annulus.sector_shape(shape, j, N, nodal_diameter) for j in range(N)]
-    data = _moving(points, np.concatenate(ring), unit)
-    data["sector"] = np.repeat(np.arange(N, dtype=np.int32), n)
-    cells = np.concatenate([part.cells + j * n for j in range(N)])
-    return _written(path, points, part.cell_type, cells, data)
-
-
 def _written(
     path: style.PathLike, points: Real, cell_type: str, cells: NDArray[np.int64], data: Data
 ) -> Path:

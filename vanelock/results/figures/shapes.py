@@ -14,7 +14,6 @@ from vanelock.input.cases.sweep import label
 from vanelock.pipeline.progress import Notice
 from vanelock.quantities.curves_and_fields import Floats, RunData, Shape, stress_over_a_period
 from vanelock.report import Picture
-from vanelock.results.time_steps import steps
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import Planned
@@ -169,7 +168,7 @@ def response(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
         "colours run once around the ring for each nodal diameter the wave travels, and a jump "
         "within a sector marks parts that move in opposite phase."
     )
-    data = (*_data(run_data, each, drawn), *steps(run_data, each))
+    data = _data(run_data, each, drawn)
     made = [_picture(run_data, each, drawn, render.response_picture, caption, data)]
     if animated:
 
@@ -241,19 +240,13 @@ def _picture(
 
 
 def _data(run_data: RunData, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
-    """One .vtu file for each part of a displacement field; of the full ring, too, if asked for."""
+    """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):
 
         def write(path: Path, i: int = i) -> None:
             render.write_vtu(path, run_data.parts(each)[i], drawn.fields[i], unit=drawn.unit)
 
-        def ring(path: Path, i: int = i) -> None:
-            k = drawn.nodal_diameter
-            render.write_ring(path, run_data.parts(each)[i], drawn.fields[i], k, drawn.unit)
-
-        kinds = [("", write), ("_ring", ring)] if run_data.study.outputs.ring else [("", write)]
-        for kind, function in kinds:
-            file = f"shapes/{drawn.name}_{part}{kind}.vtu"
-            data.append(run_data.output_files.draw(file, drawn.shows, function, quick=True))
+        file = f"shapes/{drawn.name}_{part}.vtu"
+        data.append(run_data.output_files.draw(file, drawn.shows, write, quick=True))
     return tuple(data)

@@ -1,7 +1,6 @@
 """The data beside the pictures of a run: the numbers of its results, and captions."""
 
 import csv
-import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -11,21 +10,14 @@ import numpy as np
 import pytest
 
 from tests.small_study import HOOK, INTERLOCK
-from vanelock import cases, fem, load_component, mesh, nonlinear, parse_study, rom
+from vanelock import load_component, nonlinear
 from vanelock.nonlinear import Response, static_response
-from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.progress import Finished, silent
-from vanelock.pipeline.step import Stages
-from vanelock.quantities.curves_and_fields import Around, RunData, Shown
-from vanelock.render.scenes import offscreen
+from vanelock.pipeline.progress import Finished
+from vanelock.quantities.curves_and_fields import Around
 from vanelock.results.figures.contacts.contacts import columns as contact_columns
 from vanelock.results.figures.contacts.loops import Loop
 from vanelock.results.figures.contacts.preload import columns as preload_columns
-from vanelock.results.files.redrawn import OutputFiles
-from vanelock.results.time_steps import steps
 from vanelock.stages.parts.places import TANGENTS
-from vanelock.stages.plan import plan
-from vanelock.stages.response.monitor import Monitor
 
 
 def read(path):
@@ -150,46 +142,3 @@ def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
     assert np.asarray(columns["joint"]).tolist() == ["hook", "lock"] * 2
     assert np.asarray(columns["y (mm)"]).tolist() == [1e3, 4e3] * 2
     assert np.asarray(columns["energy per cycle (µJ)"]).tolist() == [1e6, 0, 0, 1e6]
-
-
-def test_a_period_for_paraview_is_the_response_evaluated(golden, tmp_path):
-    """Instants read back by VTK against harmonics recovered here from results and cache."""
-    known = golden("default")
-    study = parse_study(known.text + "[outputs]\nsteps = 3\n")
-    shutil.copytree(known.folder / "cache", tmp_path / "cache")
-    planned = plan(cases(study), lambda *_: None)
-    shown = Shown(Monitor("vane output 1, circumferential", 0, 0))
-    peak = shown.peak["nominal"] = known.summaries[0].peak
-    stages = Stages(Cache(tmp_path / "cache", print), silent)
-    (listed,) = steps(
-        RunData(study, planned, stages, shown, OutputFiles(tmp_path, silent)), planned[0]
-    )
-    with h5py.File(known.folder / "results.h5") as file:
-        response = Response.load(file["response/nominal"])
-        parts = [mesh.Part.load(file[f"mesh/{part}"]) for part in ("vane", "casing")]
-    components = [load_component(known.folder / "results.h5", part) for part in ("vane", "casing")]
-    elastic = fem.Material(**study.material.vane.model_dump(include={"E", "nu", "rho"}))
-    recoveries = [
-        rom.recovery(component, fem.assemble(part, elastic))
-        for component, part in zip(components, parts, strict=True)
-    ]
-    angle = 2 * np.pi * 2 / 3
-    moved: list[Any] = [0.0, 0.0]
-    stress: Any = 0.0
-    for h in range(4):
-        k = int(response.harmonic_diameters[h])
-        pieces = rom.split(*components, np.asarray(response.x[h][peak.point], complex))
-        turned = np.exp(1j * h * angle)
-        for i, (recovery, q) in enumerate(zip(recoveries, pieces, strict=True)):
-            moved[i] = moved[i] + (recovery.displacement(q, k) * turned).real
-        stress = stress + (recoveries[0].stress(pieces[0], k) * turned).real
-    reader = offscreen.pyvista().get_reader(listed)
-    np.testing.assert_allclose(reader.time_values, np.arange(3) / 3 / peak.frequency)
-    reader.set_active_time_value(reader.time_values[2])
-    blocks = reader.read()
-    for block, u in zip(blocks, moved, strict=True):
-        size = np.abs(u).max()
-        np.testing.assert_allclose(block.point_data["displacement (m)"], u, atol=1e-6 * size)
-    found = blocks[0].point_data["von_mises (Pa)"]
-    expected = fem.von_mises(stress)
-    np.testing.assert_allclose(found, expected, atol=1e-6 * expected.max())

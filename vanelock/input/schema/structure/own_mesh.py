@@ -49,16 +49,7 @@ def _nodes(description: str) -> Any:
     return Field(default=None, description=f"set of {description}")
 
 
-class _Sets(KeyTable):
-    @model_validator(mode="before")
-    @classmethod
-    def _by_its_present_name(cls, data: Any) -> Any:
-        if isinstance(data, dict) and "accessory" in data:
-            raise ValueError("accessory: the set of output nodes is called output now")
-        return data
-
-
-class VaneSets(_Sets):
+class VaneSets(KeyTable):
     """What the file calls the vane's node sets, where that is not their name here."""
 
     hook_front: NodeSet | None = _nodes("the front hook's contact nodes")
@@ -70,7 +61,7 @@ class VaneSets(_Sets):
     fixed: NodeSet | None = _nodes("clamped nodes")
 
 
-class CasingSets(_Sets):
+class CasingSets(KeyTable):
     """What the file calls the casing's node sets, where that is not their name here."""
 
     hook_front: NodeSet | None = _nodes("the front groove's contact nodes")

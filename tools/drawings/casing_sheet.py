@@ -1,42 +1,22 @@
 """Drawing of a casing sector with the name and value of each of its dimensions."""
 
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from drawings import drafting
+from drawings.captions import caption, millimetres
+from drawings.drafting import DrawingView, Label
+from drawings.sections import box, polar, revolved, ring_piece
 from vanelock.mesh import CasingDimensions, VaneDimensions
 from vanelock.mesh.generate.bosses import boss_angles
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline
 from vanelock.render import style
-from vanelock.render.drawings import drafting
-from vanelock.render.drawings.captions import caption, millimetres
-from vanelock.render.drawings.drafting import DrawingView, Label
-from vanelock.render.drawings.sections import box, polar, revolved, ring_piece
 
 WIDTH: Final = 18.0  # inches
 HEIGHT: Final = 11.7
-
-
-def casing_drawing(
-    path: style.PathLike,
-    vane: VaneDimensions,
-    casing: CasingDimensions,
-    sectors: int,
-    name: str = "casing sector",
-) -> Path:
-    """Draw a casing sector with all its dimensions, in mm and degrees, and return the path.
-
-    Parameters are those of `vane_drawing`.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    return style.write(casing_sheet(vane, casing, sectors, name), path)
 
 
 def casing_sheet(vane: VaneDimensions, casing: CasingDimensions, sectors: int, name: str) -> Figure:

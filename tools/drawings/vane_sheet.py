@@ -1,55 +1,26 @@
 """Drawing of a vane segment with the name and value of each of its dimensions."""
 
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from drawings import drafting
+from drawings.aerofoil_view import profile_view
+from drawings.captions import caption
+from drawings.drafting import DrawingView, Label, Panel
+from drawings.sections import flat, revolved, section
+from drawings.segment_views import front_view, inner_view, outer_view
 from vanelock.mesh import CasingDimensions, VaneDimensions
 from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline, inner_shroud_outline
 from vanelock.render import style
-from vanelock.render.drawings import drafting
-from vanelock.render.drawings.aerofoil_view import profile_view
-from vanelock.render.drawings.captions import caption
-from vanelock.render.drawings.drafting import DrawingView, Label, Panel
-from vanelock.render.drawings.sections import flat, revolved, section
-from vanelock.render.drawings.segment_views import front_view, inner_view, outer_view
 
 Real = NDArray[np.float64]
 
 WIDTH: Final = 18.0  # inches
 HEIGHT: Final = 11.7
-
-
-def vane_drawing(
-    path: style.PathLike,
-    vane: VaneDimensions,
-    casing: CasingDimensions,
-    sectors: int,
-    name: str = "vane segment",
-) -> Path:
-    """Draw a vane segment with all its dimensions, in mm and degrees, and return the path.
-
-    Parameters
-    ----------
-    path : path
-        PNG file to write.
-    vane, casing : VaneDimensions, CasingDimensions
-        The segment, and the casing that it hangs in.
-    sectors : int
-        Segments in the ring.
-    name : str
-        What the sheet calls it.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    return style.write(vane_sheet(vane, casing, sectors, name), path)
 
 
 def vane_sheet(vane: VaneDimensions, casing: CasingDimensions, sectors: int, name: str) -> Figure:

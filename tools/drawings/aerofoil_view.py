@@ -3,14 +3,14 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from drawings import drafting
+from drawings.captions import caption
+from drawings.drafting import DrawingView, Label, Panel
+from drawings.sections import Real, section
+from drawings.segment_views import SHOWN
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry import aerofoil
 from vanelock.render import style
-from vanelock.render.drawings import drafting
-from vanelock.render.drawings.captions import caption
-from vanelock.render.drawings.drafting import DrawingView, Label, Panel
-from vanelock.render.drawings.sections import Real, section
-from vanelock.render.drawings.segment_views import SHOWN
 
 
 def profile_view(figure: Figure, panel: Panel, vane: VaneDimensions) -> None:

@@ -3,13 +3,13 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from drawings import drafting
+from drawings.captions import caption
+from drawings.drafting import DrawingView, Label, Panel, Stroke
+from drawings.sections import Real, box, polar, ring_piece, root_fillets, section
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.render import style
-from vanelock.render.drawings import drafting
-from vanelock.render.drawings.captions import caption
-from vanelock.render.drawings.drafting import DrawingView, Label, Panel, Stroke
-from vanelock.render.drawings.sections import Real, box, polar, ring_piece, root_fillets, section
 
 SHOWN = 12.0
 """Degrees by which an angle that is zero is drawn, so that its sign can be seen."""
