@@ -174,7 +174,8 @@ def test_other_units():
         (
             '[mesh]\nsize = "tiny"',
             'mesh.size = "tiny": element size must be "coarse", "medium", "paper", "fine" or '
-            "1 mm to 50 mm, or [vane, casing], where that makes at most 1,000,000 degrees of freedom",
+            "1 mm to 50 mm, or [vane, casing], "
+            "where that makes at most 1,000,000 degrees of freedom",
         ),
         (
             '[mesh]\nsize = "2 mm"',

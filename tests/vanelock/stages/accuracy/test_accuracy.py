@@ -155,7 +155,8 @@ def test_a_mesh_that_is_given_and_off_by_more_is_reported():
     known = Errors(0.01, (Source("mesh", 0.03, 0.02, nan, 0.5, "coarse"),), (), nan)
     given = Budget(0.01, {}, {"mesh": "mesh.size"})
     for frequency, amplitude, lines in ((0.02, 0.001, 1), (0.001, 0.02, 1), (0.009, 0.009, 0)):
-        warned = errors_of(known, given, [Round("coarse", (25_000, 8_000), frequency, amplitude)], "")
+        coarse = Round("coarse", (25_000, 8_000), frequency, amplitude)
+        warned = errors_of(known, given, [coarse], "")
         assert len(warned) == lines
     (line,) = errors_of(known, given, [Round("", (1, 1), 0.02, 0.03)], "")
     assert "frequencies are off by about 2.0e-02, the peak by about 3.0e-02" in line
