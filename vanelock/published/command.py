@@ -180,9 +180,7 @@ def _draw(
                 _digest(found, made),
             )
 
-        output_files.finish(write)
-    else:
-        output_files.finish()
+        write()
     return [*made, *drawn]
 
 

@@ -27,7 +27,6 @@ _modules = {
     "FitPanel": "plots.fits",
     "fit_picture": "plots.fits",
     "haigh_picture": "plots.haigh",
-    "loop_animation": "plots.contacts.tracing",
     "loop_picture": "plots.contacts.loops",
     "map_picture": "maps.maps",
     "mesh_error_picture": "shapes.mesh_errors",

@@ -6,7 +6,6 @@ bytes; shaded pictures, of many colours, are kept to what the eye tells apart, i
 
 import io
 from base64 import b64encode
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -38,9 +37,8 @@ def embedded(path: Path) -> tuple[str, tuple[int, int]]:
         raise InputError(f"{path}: is neither a PNG nor a GIF picture") from None
 
 
-@lru_cache(maxsize=128)
 def _packed(data: bytes) -> tuple[str, tuple[int, int]]:
-    """As `embedded`; a page that is written again, with animations, packs its pictures once."""
+    """As `embedded`."""
     with Image.open(io.BytesIO(data), formats=list(_FORMATS)) as picture:
         size, kind = picture.size, _FORMATS[picture.format or ""]
         packed = _webp(picture) if features.check("webp") else data

@@ -233,7 +233,7 @@ class OngoingRun:
         return PageContent(
             run_data=pictures.run_data,
             summaries=found,
-            pictures=[each for each in drawn if each.path not in pictures.output_files.waiting],
+            pictures=drawn,
             answers=pictures.answers,
             wear=pictures.wear,
             strains=self._strains,

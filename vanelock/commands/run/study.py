@@ -114,11 +114,7 @@ def run_study(
             drawn = pictures.draw()
             if given.outputs.report:
                 running.record.answers(pictures.answers)
-                output_files.finish(
-                    lambda: write_report(running.page_content(pictures, summaries, drawn, text))
-                )
-            else:
-                output_files.finish()
+                write_report(running.page_content(pictures, summaries, drawn, text))
             listener(listing.stage_times([*stages.done.values(), *output_files.done]))
             running.record.complete(stages.done)
     summary = {

@@ -54,7 +54,7 @@ class Outputs(KeyTable):
     monitor: str | None = Field(default=None, description="monitored displacement")
     shapes: bool = Field(default=True, description="whether shapes are drawn")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
-    animations: bool = Field(default=False, description="whether shapes and loops are animated")
+    animations: bool = Field(default=False, description="whether shapes are animated")
     report: bool = Field(default=True, description="whether the report is written")
     gauges: Annotated[tuple[GaugeKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), max_length=100, description="strain gauges"

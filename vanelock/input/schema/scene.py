@@ -265,7 +265,6 @@ class SceneOutputs(KeyTable):
     nodes: dict[str, Nodes] = Field(default_factory=dict, description="output nodes")
     monitor: str | None = Field(default=None, description="monitored displacement")
     loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
-    animations: bool = Field(default=False, description="whether loops are animated")
     report: bool = Field(default=True, description="whether the report is written")
 
 

@@ -76,10 +76,10 @@ class Pictures:
             made.insert(1, scatters(run_data, self.scattered))
         detailed = self._detailed()
         moving = {each.case.name for each in (*detailed[:1], *detailed[-1:])}
-        moving = moving if outputs.animations else set()
+        moving = moving if getattr(outputs, "animations", False) else set()
         if outputs.loops:
             for each in detailed:
-                made += _own(each, loops(run_data, each, each.case.name in moving))
+                made += _own(each, loops(run_data, each))
         if shapes:
             modes = all_modes(run_data)
             made.append(mesh(run_data, self.planned[0], modes[0].data if modes else ()))

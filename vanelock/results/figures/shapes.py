@@ -145,7 +145,7 @@ def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[
                     path, run_data.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
                 )
 
-            path = run_data.output_files.animate(f"shapes/{file}.gif", shows, animate)
+            path = run_data.output_files.draw(f"shapes/{file}.gif", shows, animate)
             made.append(Picture(path, f"{title}, in motion", caption, data))
     return made
 
@@ -179,7 +179,7 @@ def response(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
             ]
             render.response_animation(path, run_data.parts(each), waves, title, words(name))
 
-        path = run_data.output_files.animate(f"shapes/{drawn.name}.gif", shows, animate)
+        path = run_data.output_files.draw(f"shapes/{drawn.name}.gif", shows, animate)
         caption = (
             f"The vibration at the peak over one period{of_case(name)}, all harmonics, each with "
             "its own nodal diameter, without what the preload does at rest. Colours are the "

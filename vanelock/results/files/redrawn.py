@@ -56,15 +56,12 @@ class OutputFiles:
         How many copies of this process may help to draw.
     done : list of Done
         The files so far.
-    waiting : dict of Path to callable
-        What draws the animations that are put off until the page is written: they take longest.
     """
 
     folder: Path
     listener: Listener
     copies: int = 0
     done: list[Done] = field(default_factory=list)
-    waiting: dict[Path, Callable[[], object]] = field(default_factory=dict, repr=False)
     _shown: Any = field(default=None, repr=False)
     _put_off: list[list[_File]] | None = field(default=None, repr=False)
     _noted: float = field(default_factory=time.perf_counter, repr=False)
@@ -139,26 +136,6 @@ class OutputFiles:
         if self._tidied or time.perf_counter() - self._noted > NOTED:
             self._note()
 
-    def animate(self, name: str, shows: Any, function: Callable[[Path], object]) -> Path:
-        """As `draw`, but what is not there yet waits for `finish`."""
-        path = self.folder / name
-        if not self._there(name, _key(name, shows)):
-            with _placing(path):
-                path.unlink(missing_ok=True)  # of other results
-            self.waiting[path] = lambda: self.draw(name, shows, function)
-        return path
-
-    def finish(self, write: Callable[[], object] = lambda: None) -> None:
-        """Write the page that shows the pictures; where animations wait, again after them."""
-        write()
-        if self.waiting:
-            with self.put_off():
-                for draw in self.waiting.values():
-                    draw()
-            with self.shared():
-                self.waiting.clear()
-            write()
-
     def _there(self, name: str, key: str) -> bool:
         """Whether the file is there and shows what it should."""
         known, path = self._known.get(name), self.folder / name
@@ -174,8 +151,7 @@ class OutputFiles:
 
         Those to `keep` are drawn later. What was drawn is then noted for the next run.
         """
-        waiting = (path.relative_to(self.folder).as_posix() for path in self.waiting)
-        current = {*keep, *waiting, *(done.stage for done in self.done)}
+        current = {*keep, *(done.stage for done in self.done)}
         for name in [name for name in self._known if name not in current]:
             place = self.folder / name
             with _placing(place):

@@ -186,10 +186,9 @@ def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
         monkeypatch.setattr(
             f"vanelock.results.figures.pictures.{name}", lambda *_: Picture(Path(), "", "")
         )
-    for name in ("campbells", "preloads", "all_modes"):
+    for name in ("campbells", "preloads", "all_modes", "loops"):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])
-    for name in ("loops", "response"):
-        monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", noted)
+    monkeypatch.setattr("vanelock.results.figures.pictures.response", noted)
 
     def moving(text, cases_shown):
         drawn, _ = run_data(text, [found()] * 3)
@@ -197,7 +196,6 @@ def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
         output_files = OutputFiles(tmp_path, silent)
         heard.clear()
         Pictures(drawn.study, drawn.planned, drawn.stages, drawn.shown, output_files).draw()
-        assert heard[: len(heard) // 2] == heard[len(heard) // 2 :]
         return dict(heard)
 
     every = ["mu=0.1", "mu=0.2", "mu=0.3"]

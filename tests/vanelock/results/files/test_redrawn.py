@@ -47,32 +47,6 @@ def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
     assert len(drawn) == 1
 
 
-def test_animations_come_after_the_page_which_is_then_written_again(tmp_path):
-    order = []
-
-    def write(path):
-        path.parent.mkdir(exist_ok=True)
-        path.write_text("drawn")
-        order.append(path.name)
-
-    def run(shows):
-        output_files = OutputFiles(tmp_path, silent)
-        output_files.animate("figures/a.gif", shows, write)
-        output_files.draw("figures/a.png", shows, write)
-        output_files.tidy()
-        there = lambda: [path.name for path in (tmp_path / "figures").iterdir()]  # noqa: E731
-        output_files.finish(lambda: order.append(sorted(there())))
-
-    run(1)
-    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
-    order.clear()
-    run(1)
-    assert order == [["a.gif", "a.png"]]
-    order.clear()
-    run(2)  # that of other results has gone before the page is written
-    assert order == ["a.png", ["a.png"], "a.gif", ["a.gif", "a.png"]]
-
-
 def test_files_that_show_the_same_are_drawn_by_one_process(tmp_path):
     (tmp_path / "figures").mkdir()
     files = [f"figures/{kind}{i}" for i in range(4) for kind in "ab"]

@@ -79,8 +79,8 @@ class Loop:
         }
 
 
-def loops(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
-    """The loop of a case, where there is one; `animated`, too."""
+def loops(run_data: RunData, each: Planned) -> list[Picture]:
+    """The loop of a case, where there is one."""
     top, name = run_data.top(each), each.case.name
     contacts = run_data.stages.get(each.system).contacts
     own = np.flatnonzero(contacts.opens & contacts.springs).tolist()
@@ -95,15 +95,11 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
     shows = [each.response.key, title, name, run_data.shown.monitor.name]
     given: dict[str, Any] = {"isotropic": loop.isotropic, "tangents": loop.tangents}
 
-    def still(path: Path) -> None:
+    def draw(path: Path) -> None:
         given["bounding"] = loop.bounding
         render.loop_picture(path, *loop.history, loop.mu, title, words(name), **given)
 
-    def moving(path: Path) -> None:
-        given["bounding"] = loop.bounding
-        render.loop_animation(path, *loop.history, loop.mu, title, words(name), **given)
-
-    path = run_data.output_files.draw(f"figures/loop_{slug(name)}.png", shows, still)
+    path = run_data.output_files.draw(f"figures/loop_{slug(name)}.png", shows, draw)
     notes = [f"{run_data.given.name}: {title}{of_case(name)}, one period"]
     data = run_data.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
     caption = (
@@ -114,14 +110,4 @@ def loops(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
         "friction force over the period; the limits follow the normal force."
     )
     heading = f"Hysteresis of {heading}"
-    made = [Picture(path, heading, caption, (data,))]
-    if animated:
-        path = run_data.output_files.animate(f"figures/loop_{slug(name)}.gif", shows, moving)
-        caption = (
-            f"The same contact while its loop is traced{of_case(name)}: the point is the instant's "
-            "friction, the dashed lines are the bounds ±μn that move with the normal force beside. "
-            "It slips while it lies on a bound and sticks while it runs between them; where the "
-            "normal force is zero the contact is open and the bounds meet."
-        )
-        made.append(Picture(path, f"{heading}, traced", caption, (data,)))
-    return made
+    return [Picture(path, heading, caption, (data,))]
