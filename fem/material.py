@@ -3,12 +3,13 @@
 import math
 from dataclasses import dataclass, field
 
+from vanelock.common.arguments import OfKind
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 
 
 @dataclass(frozen=True)
-class Material(Product):
+class Material(OfKind, Product):
     """Isotropic linear elastic material, at the temperature it is used at.
 
     Attributes
@@ -31,6 +32,7 @@ class Material(Product):
     rho: float = field(metadata={"unit": "kg/m^3"})
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not (self.E > 0 and math.isfinite(self.E)):
             raise InputError(f"material.E = {self.E:g}: Young's modulus must be > 0 Pa")
         if not -1 < self.nu < 0.5:

@@ -23,10 +23,8 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.rom.component import Component, Reduced
-from vanelock.rom.system.arguments import of_kind
 
 
-@of_kind
 def stiffened(component: Component, factor: float, strained: Collection[str] = ()) -> Component:
     """The same part with Young's modulus times `factor`, at all its nodal diameters.
 

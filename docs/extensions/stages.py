@@ -48,7 +48,7 @@ def packages() -> list[str]:
 def _home(value: Any) -> str:
     """The package that lists what is defined in a module, if one does."""
     module = getattr(value, "__module__", None) or ""
-    inside = [name for name in packages() if module.startswith(f"{name}.")]
+    inside = [name for name in packages() if f"{module}.".startswith(f"{name}.")]
     return max(inside, key=len, default="")
 
 

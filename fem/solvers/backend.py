@@ -4,9 +4,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 Matrix = NDArray[Any]
+Sparse = sp.sparray | sp.spmatrix
 Solve = Callable[[Matrix], Matrix]
 
 

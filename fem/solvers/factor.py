@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem.solvers import storage
-from vanelock.fem.solvers.backend import BreakdownError, Matrix, Numeric, Solve
+from vanelock.fem.solvers.backend import BreakdownError, Matrix, Numeric, Solve, Sparse
 from vanelock.fem.solvers.blocks import in_blocks
 from vanelock.fem.solvers.cholmod import cholmod
 from vanelock.fem.solvers.hermitian import hermitian
@@ -110,7 +110,10 @@ def backends() -> tuple[str, ...]:
 
 
 def factorise(
-    A: Any, backend: str | None = None, like: Factor | None = None, definite: bool = True
+    A: Sparse | Matrix,
+    backend: str | None = None,
+    like: Factor | None = None,
+    definite: bool = True,
 ) -> Factor:
     """Factorise a symmetric or Hermitian sparse matrix.
 

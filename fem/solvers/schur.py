@@ -8,6 +8,7 @@ With the kept rows m ordered behind the rest s,
 and the same factors solve with A_ss and apply Ψ = -A_ss⁻¹ A_sm in one sweep instead of two.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem.solvers import storage
-from vanelock.fem.solvers.backend import BreakdownError, Matrix, Solve
+from vanelock.fem.solvers.backend import BreakdownError, Matrix, Solve, Sparse
 from vanelock.fem.solvers.blocks import in_blocks
 from vanelock.fem.solvers.factor import Factor, backends, factorise
 from vanelock.fem.solvers.hermitian import hermitian
@@ -75,7 +76,10 @@ class Interior(Factor):
 
 
 def schur_complement(
-    A: Any, rows: Any, backend: str | None = None, like: Interior | None = None
+    A: Sparse | Matrix,
+    rows: Sequence[int] | NDArray[np.int64],
+    backend: str | None = None,
+    like: Interior | None = None,
 ) -> tuple[Matrix, Interior]:
     """Dense Schur complement of some rows of a sparse matrix, and the factors of the rest.
 

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem.model import Model
+from vanelock.fem.solvers.backend import Sparse
 from vanelock.fem.stresses.skin import Skin, SkinPoint, skin
 from vanelock.fem.stresses.strains import strain_rows
 from vanelock.mesh import Part
@@ -116,7 +117,7 @@ def gauge(
     return Gauge(middle.position, flat, middle.normal, distance, row)
 
 
-def free_rows(model: Model, rows: Any) -> sp.csr_array:
+def free_rows(model: Model, rows: Sparse | NDArray[Any]) -> sp.csr_array:
     """Rows (g, 3 n) on all nodes' displacements as rows on a model's free dofs, (g, free)."""
     dofs = model.dofs.ravel()
     free = np.flatnonzero(dofs >= 0)

@@ -105,6 +105,8 @@ def strain_energy(model: Model, u: Field) -> Field:
 def hooke(material: Material, strains: Field, axis: int = 1) -> Field:
     """Stress of strains whose six components lie along `axis`, Pa."""
     lame, shear = material.lame
+    if strains.shape[axis : axis + 1 or None] != (6,):
+        raise InputError(f"strains: given shape {strains.shape}: needs six along axis {axis}")
     e = np.moveaxis(strains, axis, 0)
     s = shear * e
     s[:3] += shear * e[:3] + lame * e[:3].sum(axis=0)

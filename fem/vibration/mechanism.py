@@ -8,13 +8,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.fem.model import Model
+from vanelock.fem.solvers.backend import Sparse
 from vanelock.fem.solvers.singular import MOVING, SOUGHT, SingularError
 
 RIGID = 1e-6  # 1 - cosine of the angle to the rigid-body motions, below which a motion is one
 NAMED = 3  # nodes that are named one by one
 
 
-def free_motion(model: Model, error: SingularError, rows: Any = None) -> str:
+def free_motion(
+    model: Model, error: SingularError, rows: NDArray[np.int64] | Sparse | None = None
+) -> str:
     """One line that says what moves freely in a part whose stiffness has no inverse.
 
     Rigid-body motions of the whole part need a clamped set or a negative shift; motions of some of

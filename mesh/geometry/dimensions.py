@@ -9,11 +9,14 @@ tests/verification/mesh/test_designs.py draws them.
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic_core import ErrorDetails
 
-from vanelock.common.checked import Check, Checked, NotKnown
+from vanelock.common.arrays import brief
+from vanelock.common.checked import Check, Checked, Disagreement, NotKnown
+from vanelock.common.errors import InputError, cut_short
 from vanelock.common.quantities import Angle, Length
 
 CLEARANCE = 5e-4  # m; thinner walls and gaps are beyond any mesh
@@ -69,6 +72,25 @@ class Dimensions(Checked):
     """Frozen dimensions; unknown names are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    if not TYPE_CHECKING:
+
+        def __init__(self, **values: Any) -> None:
+            """Say in a line what is wrong; in a table within another, that is left to the outer."""
+            try:
+                super().__init__(**values)
+            except ValidationError as error:
+                raise InputError(cut_short("; ".join(map(_said, error.errors())))) from None
+
+        __init__.__pydantic_base_init__ = True  # else it were called for tables within others
+
+
+def _said(mistake: ErrorDetails) -> str:
+    """What pydantic says of a value, or what the checks of several say."""
+    if isinstance(error := mistake.get("ctx", {}).get("error"), Disagreement):
+        return "; ".join(error.lines)
+    name, why = ".".join(map(str, mistake["loc"])), mistake["msg"].removeprefix("Value error, ")
+    return f"{name}: given {brief(mistake['input'])}: {why}"
 
 
 class HookDimensions(Dimensions):

@@ -70,12 +70,6 @@ def on_aerofoil(
     for name, value in (("span", span), ("chord", chord)):
         if not 0 <= value <= 1:
             raise InputError(f"{name} = {value:g}: allowed are 0 to 1")
-    if side not in get_args(Side):
-        raise InputError(f"side = {side!r}: allowed are 'suction' and 'pressure'")
-    if isinstance(direction, str) and direction not in ("span", "chord"):
-        raise InputError(
-            f"direction = {direction!r}: allowed are 'span', 'chord' and an angle in degrees"
-        )
     degrees = {"span": 0.0, "chord": 90.0}[direction] if isinstance(direction, str) else direction
 
     turn = rotation(angles(vane, sectors)[aerofoil - 1])

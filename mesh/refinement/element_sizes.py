@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vanelock.common.arguments import OfKind
 from vanelock.common.errors import InputError
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST
@@ -27,7 +28,7 @@ STEP = 1e-4
 
 
 @dataclass(frozen=True)
-class Sizes:
+class Sizes(OfKind):
     """Element sizes of both parts, m; `stretch` of the casing's around the ring."""
 
     vane: float

@@ -28,7 +28,7 @@ from vanelock.nonlinear.forced_response.options import Options, check_forces, ex
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized
 from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.system.system import System
@@ -40,7 +40,7 @@ FEWEST = 128
 """Samples of a period to begin with, where the law is sampled."""
 
 
-@solving
+@one_thread
 def adaptive_response(
     systems: Callable[[int], System],
     frequencies: ArrayLike | tuple[float, float],

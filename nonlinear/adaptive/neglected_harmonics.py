@@ -9,7 +9,7 @@ from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import System
@@ -18,7 +18,7 @@ SMALL = 0.02
 """Relative change that first order is trusted with: near a fold a step may be of any length."""
 
 
-@solving
+@one_thread
 def neglected_harmonics(
     system: System,
     response: Response,

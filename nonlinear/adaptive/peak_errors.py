@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.rom.system.arguments import of_kind
 
 Floats = NDArray[np.float64]
 
@@ -54,7 +53,6 @@ class PeakErrors:
         return float(np.nansum(list(self.frequency_error.values())))
 
 
-@of_kind
 def peak_errors(response: Response) -> PeakErrors:
     """Estimated errors of the largest amplitude of the monitored output.
 

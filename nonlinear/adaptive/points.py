@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arguments import OfKind
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND, SOURCES, Estimate, Estimator, half
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels, LevelsState
 from vanelock.nonlinear.contact.law import STUCK
@@ -43,7 +44,7 @@ TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
-class Shares:
+class Shares(OfKind):
     """Relative errors at the peak by neglected harmonics and by interpolating between points."""
 
     harmonics: float

@@ -34,9 +34,8 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.joining.linear_modes import apart_from_springs, unheld_motions
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import System
 
 Array: TypeAlias = NDArray[Any]
@@ -289,7 +288,6 @@ class StuckModes(Product):
         return product
 
 
-@of_kind
 def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
     """Modes, contact rows and damping of a nodal diameter, all contacts stuck.
 
@@ -373,7 +371,7 @@ class HarmonicModes(Product):
     diameters: Mapping[int, StuckModes]
 
 
-@solving
+@one_thread
 def harmonic_modes(
     system: System, harmonics: int, known: Mapping[int, StuckModes] | None = None
 ) -> HarmonicModes:

@@ -27,7 +27,7 @@ from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.motions import motions
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, chosen_points
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import scales, solve
 from vanelock.rom.system.consistency import check, check_ring
@@ -90,7 +90,7 @@ class Stability(Product):
         return np.asarray(np.exp(self.exponent / self.frequency[:, None]))
 
 
-@solving
+@one_thread
 def stability(
     system: System,
     response: Response,

@@ -26,7 +26,7 @@ from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Family, Solution, scales, solve
 from vanelock.rom.system.system import System
@@ -111,7 +111,7 @@ class Place:
     sharp: bool = False
 
 
-@solving
+@one_thread
 def hysteresis(
     system: System,
     frequencies: ArrayLike | tuple[float, float],

@@ -22,7 +22,7 @@ from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import starts
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
 from vanelock.nonlinear.forced_response.response import CONSTANT, Response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Family, Solution, solve
 from vanelock.rom.system.system import System
@@ -75,7 +75,7 @@ def joined(responses: Sequence[Response], mu: Floats) -> tuple[Response, Floats]
     return replace(responses[0], mu=mu, **put), own
 
 
-@solving
+@one_thread
 def parameter_response(
     system: System,
     frequency: float,

@@ -29,7 +29,7 @@ from vanelock.nonlinear.following.peak_tracking import LOWER, PeakTrack, named_c
 from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
@@ -98,7 +98,7 @@ class PeakGradient:
         return -(by(above) - by(below)) / ((above.omega - below.omega) * self.bend * TURN)
 
 
-@solving
+@one_thread
 def peak_gradient(
     system: System,
     near: tuple[float, float],
@@ -144,7 +144,7 @@ def peak_gradient(
     return found
 
 
-@solving
+@one_thread
 def peak_gradient_of(
     system: System,
     response: Response,

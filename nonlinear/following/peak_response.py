@@ -24,7 +24,7 @@ from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
@@ -101,7 +101,7 @@ class PeakResponse(Product):
         return replace(self.response.at([point]), mu=self.mu[point])
 
 
-@solving
+@one_thread
 def peak_response(
     system: System,
     parameter: str,

@@ -227,19 +227,11 @@ def surprise(marks: Sequence[Mark], mark: Mark) -> float:
 
 
 def named_component(names: Sequence[str], output: tuple[str, int] | None) -> tuple[int, int] | None:
-    """Place of an output, given by its name and direction, among all outputs.
-
-    Raises
-    ------
-    InputError
-        If there is no such output.
-    """
+    """Place of an output, given by its name and direction, among all outputs."""
     if not names:
         raise InputError("system: it has no output nodes; a peak needs one")
     if output is None:
         return None
-    if isinstance(output, str) or len(output) != 2:
-        raise InputError(f"output: given {output!r}: needs (name, direction)")
     name, direction = output
     if name not in names:
         raise InputError(f"output: given {name!r}: allowed: {', '.join(names)}")

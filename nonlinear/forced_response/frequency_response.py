@@ -17,7 +17,7 @@ from vanelock.nonlinear.forced_response.jumps import jumps
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, assemble_response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import System
@@ -26,7 +26,7 @@ Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 
-@solving
+@one_thread
 def static_response(
     system: System, options: Options = Options(), modes: Mapping[int, StuckModes] | None = None
 ) -> Response:
@@ -57,7 +57,7 @@ def static_response(
     return replace(assemble_response(prepared, [found]), friction=still.friction, samples=samples)
 
 
-@solving
+@one_thread
 def frequency_response(
     system: System,
     frequencies: ArrayLike | tuple[float, float],

@@ -19,7 +19,6 @@ from vanelock.nonlinear.contact.orthogonal.slider import (
 )
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.trigonometric import TURN, basis, grid, roots, to_real
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]
@@ -27,7 +26,6 @@ Floats = NDArray[np.float64]
 AGREEMENT = 1e-6  # of the law with the response's forces, as displacements, to the point's largest
 
 
-@of_kind
 def contact_loop(
     response: Response, point: int, contact: int, samples: int = 512
 ) -> tuple[Floats, Floats]:

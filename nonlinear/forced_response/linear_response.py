@@ -19,7 +19,7 @@ from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import Contacts, System
@@ -28,7 +28,7 @@ Floats = NDArray[np.float64]
 Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 
 
-@solving
+@one_thread
 def linear_response(
     system: System,
     frequencies: ArrayLike,

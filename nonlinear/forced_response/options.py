@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vanelock.common.arguments import OfKind
 from vanelock.common.arrays import as_array, as_whole
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure, structure
@@ -24,7 +25,6 @@ from vanelock.nonlinear.forced_response.response import Amplitudes, Response, as
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
-from vanelock.rom.system.arguments import check_kinds
 from vanelock.rom.system.system import Contacts, System
 
 HARMONICS = 3
@@ -32,7 +32,7 @@ HARMONICS = 3
 
 
 @dataclass(frozen=True)
-class Options:
+class Options(OfKind):
     """How a response is solved; the same for all that solve one.
 
     Attributes
@@ -82,7 +82,7 @@ class Options:
 
     def __post_init__(self) -> None:
         """Check each by itself, and samples against harmonics."""
-        check_kinds(vars(self), Options)
+        super().__post_init__()
         check_option("coupling", self.coupling, COUPLINGS)
         check_option("friction", self.friction, FRICTIONS)
         check_option("harmonic_diameters", self.harmonic_diameters, ("wave", "sector"))
@@ -219,25 +219,13 @@ class PreparedSystem:
 
 
 def check_option(name: str, given: str, allowed: Iterable[str]) -> None:
-    """Refuse an option that is not among those allowed.
-
-    Raises
-    ------
-    InputError
-        Naming it.
-    """
+    """Refuse an option that is not among those allowed."""
     if given not in allowed:
         raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
 
 
 def check_forces(system: System, harmonics: int) -> None:
-    """Refuse a system that is excited at a harmonic beyond those of the balance.
-
-    Raises
-    ------
-    InputError
-        Naming the force.
-    """
+    """Refuse a system that is excited at a harmonic beyond those of the balance."""
     if (most := max(excited(system), default=0)) > harmonics:
         raise InputError(
             f"harmonics: given {harmonics}: the system has force/{most}; needs at least {most}"

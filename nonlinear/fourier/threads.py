@@ -5,8 +5,6 @@ from typing import Any, TypeVar, cast
 
 from threadpoolctl import threadpool_limits
 
-from vanelock.rom.system.arguments import of_kind
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -17,8 +15,3 @@ def one_thread(function: Function) -> Function:
     and cost a factor of thirty where other work keeps one of them waiting for its core.
     """
     return cast(Function, threadpool_limits.wrap(limits=1, user_api="blas")(function))
-
-
-def solving(function: Function) -> Function:
-    """What solves for a user: on one thread, of arguments that are what they should be."""
-    return of_kind(one_thread(function))

@@ -29,7 +29,7 @@ from vanelock.nonlinear.floquet.stability import stability
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import (
@@ -137,7 +137,7 @@ class _Chapter:
     unsolved: int
 
 
-@solving
+@one_thread
 def settled_response(
     system: System,
     response: Response,

@@ -13,7 +13,7 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, check_friction
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import Integrator, Period, check_start, integrator
@@ -76,7 +76,7 @@ class TimeResponse(Product):
     seconds: float = field(metadata={"unit": "s"})
 
 
-@solving
+@one_thread
 def time_response(
     system: System,
     frequency: float,

@@ -24,7 +24,6 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.verification.marched_contact import Marched, march_contacts
 from vanelock.rom.joining.linear_modes import unheld_motions
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import Diameter, System
 
 Array = NDArray[Any]
@@ -80,7 +79,6 @@ class Audit(Product):
     imbalance_error: Floats
 
 
-@of_kind
 def audit_response(
     system: System,
     response: Response,

@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import dataclass
-from numbers import Integral, Real
 
 import numpy as np
 import scipy.linalg as sl
 
+from vanelock.common.arguments import OfKind
 from vanelock.common.errors import InputError
 from vanelock.fem.vibration.block_lanczos import KrylovSpace, krylov_space
 from vanelock.rom.fixed_interface.candidates import Candidates
@@ -23,7 +23,7 @@ DEFAULT = 1e-4
 
 
 @dataclass(frozen=True)
-class Selection:
+class Selection(OfKind):
     """One of: a number of modes, a cut-off frequency, an accuracy.
 
     Attributes
@@ -52,12 +52,9 @@ class Selection:
     least: float | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         given = {"modes": self.modes, "cutoff": self.cutoff, "accuracy": self.accuracy}
         reaches = {"band": self.band, "least": self.least}
-        for name, value in {**given, **reaches}.items():
-            kind, what = (Integral, "a whole number") if name == "modes" else (Real, "a number")
-            if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
-                raise InputError(f"{name} = {value!r}: must be {what}")
         named = [f"{name} = {value:g}" for name, value in given.items() if value is not None]
         if len(named) != 1:
             raise InputError(f"{' and '.join(named) or 'nothing given'}: give one of {_one(given)}")

@@ -6,7 +6,6 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.massless import NONE, lowest
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import Matrix, System
 
 FREE = 1e-11
@@ -17,7 +16,6 @@ STIFF = 1e6
 """A spring so many times stiffer than the structure would cost digits of it in a sum."""
 
 
-@of_kind
 def linear_modes(
     system: System,
     nodal_diameter: int,
@@ -60,7 +58,6 @@ def linear_modes(
     return np.sqrt(omega2.clip(0)) / (2 * np.pi), shapes
 
 
-@of_kind
 def linear_stiffness(
     system: System, nodal_diameter: int, closed: NDArray[np.bool_] | None = None
 ) -> Matrix:
@@ -73,7 +70,6 @@ def linear_stiffness(
     return np.asarray(K + (B.conj().T * stiffness) @ B)
 
 
-@of_kind
 def free_motions(K: Matrix, M: Matrix) -> Matrix:
     """Motions that a stiffness leaves free, such as rigid ones of a body that nothing holds.
 
@@ -111,7 +107,6 @@ def free_motions(K: Matrix, M: Matrix) -> Matrix:
     return np.zeros((len(K), 0), K.dtype)
 
 
-@of_kind
 def unheld_motions(
     system: System, nodal_diameter: int, holding: NDArray[np.bool_] | None = None
 ) -> Matrix:
@@ -183,7 +178,6 @@ def apart_from_springs(K: Matrix, B: Matrix, springs: Matrix) -> tuple[Matrix, M
     return Q, rows / weight[:, None]
 
 
-@of_kind
 def linear_damping(system: System, nodal_diameter: int) -> Matrix:
     """(n, n) damping at a nodal diameter, the modal one Σ 2ζω_j (M V_j)(M V_j)ᴴ included."""
     matrices = system.at(nodal_diameter)
@@ -196,7 +190,6 @@ def linear_damping(system: System, nodal_diameter: int) -> Matrix:
     return C
 
 
-@of_kind
 def mac(
     a: NDArray[np.complex128], b: NDArray[np.complex128], M: NDArray[np.complex128]
 ) -> NDArray[np.float64]:

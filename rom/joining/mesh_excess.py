@@ -28,6 +28,7 @@ import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
+from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.system.system import Matrix, System
@@ -69,6 +70,8 @@ class SpaceExcess(Product):
 
 def spanned(shapes: Sequence[Matrix], K: NDArray[np.float64]) -> NDArray[np.float64]:
     """(n, r) real basis of unit strain energy of shapes (n, m) and their conjugates."""
+    if not shapes:
+        raise InputError("shapes: given none: needs one or more")
     X = np.hstack([part for x in shapes for part in (x.real, x.imag)])
     energy = np.einsum("ij,ij->j", X, K @ X)
     strained = energy > STRAINED * energy.max()
@@ -157,6 +160,8 @@ def modal_excess(
     forces : sequence of (n, m)
         K_p X, N.
     """
+    if len(parts) != len(forces):
+        raise InputError(f"forces: given {len(forces)}: needs one for each of {len(parts)} parts")
     kept, coefficients, most = [], [], 0.0
     for E, KX in zip(parts, forces, strict=True):
         G = hermitian(shapes.conj().T @ KX)
@@ -185,6 +190,9 @@ def rest_shapes(system: System, joints: Sequence[str]) -> Matrix:
     """
     one, contacts = system.at(0), system.contacts
     rows = system.contact_rows(0)
+    known = dict.fromkeys(contacts.joints)
+    if not joints or not set(joints) <= known.keys():
+        raise InputError(f"joints: given {list(joints)}: needs some of {', '.join(known)}")
     found = []
     for share in (1.0, FRICTIONLESS):
         springs = np.column_stack([contacts.kn, share * contacts.kt])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arguments import OfKind
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.rom.joining.elements import Tie, Touching
@@ -17,7 +18,7 @@ COINCIDENT = 1e-9
 
 
 @dataclass(frozen=True)
-class Joint:
+class Joint(OfKind):
     """Contact properties of a joint, the same at each of its node pairs.
 
     Attributes

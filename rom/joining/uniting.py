@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from vanelock.common.errors import InputError
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import System, common_band
 
 
-@of_kind
 def united(systems: Sequence[System]) -> System:
     """The system that holds the nodal diameters of several.
 

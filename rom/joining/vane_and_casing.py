@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arguments import OfKind
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.rom.component import Component
@@ -19,12 +20,11 @@ from vanelock.rom.joining.joined import Joined
 from vanelock.rom.joining.merging import merged
 from vanelock.rom.joining.pairs import Joint, contact_pairs, key_tie
 from vanelock.rom.masters import Masters
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import Force, System
 
 
 @dataclass(frozen=True)
-class Excitation:
+class Excitation(OfKind):
     """A radial load on the casing's force nodes, travelling around the ring.
 
     Attributes
@@ -43,7 +43,6 @@ class Excitation:
     unbalance: float = 0.0
 
 
-@of_kind
 def joined_dofs(vane: Component, casing: Component) -> NDArray[np.int64]:
     """(vane.size,) joined coordinate of each of the vane's; key nodes share the casing's."""
     tie = key_tie(vane.masters, casing.masters)
@@ -52,7 +51,6 @@ def joined_dofs(vane: Component, casing: Component) -> NDArray[np.int64]:
     return merged((casing.size, vane.size), [pairs]).places[1]
 
 
-@of_kind
 def split(
     vane: Component, casing: Component, x: NDArray[np.complex128]
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -68,7 +66,6 @@ def split(
     return x[joined_dofs(vane, casing)], x[: casing.size]
 
 
-@of_kind
 def joined_stiffness(
     vane: Component, casing: Component, nodal_diameter: int
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -81,7 +78,6 @@ def joined_stiffness(
     return blade, shell
 
 
-@of_kind
 def join(
     vane: Component,
     casing: Component,
@@ -163,7 +159,6 @@ def join(
     return replace(system, force={0: Force(np.sum(list(at_rest.values()), axis=0)), **system.force})
 
 
-@of_kind
 def rest_loads(vane: Component, casing: Component) -> dict[str, NDArray[np.complex128]]:
     """(n,) of each load at rest that the parts hold, in joined coordinates of nodal diameter 0, N.
 

@@ -16,6 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.common.arguments import OfKind
 from vanelock.common.cyclic import phase_factor
 from vanelock.fem import schur_complement
 from vanelock.rom.component import Reduced
@@ -64,7 +65,7 @@ class ReducedRows:
 
 
 @dataclass(frozen=True)
-class Faces:
+class Faces(OfKind):
     """How the rows of a high cyclic face follow those of the low one.
 
     Attributes
@@ -180,7 +181,8 @@ def reduce_sector(
         chosen, band = selection.of(part)
         products, damping = projected(part, chosen), None if C is None else _through(W, C)
         found[k] = part, products, damping, own, band
-    count = max(products.candidates.count for _, products, *_ in found.values())
+    counts = [products.candidates.count for _, products, *_ in found.values()]
+    count = max(counts, default=0)
     reduced = {}
     for k, (part, products, damping, own, band) in found.items():
         if count > products.candidates.count:

@@ -35,8 +35,6 @@ def check(
     InputError
         Naming the group, its shape or value, and what is needed.
     """
-    if not isinstance(system, System):
-        raise InputError(f"{where}: given a {type(system).__name__}: needs a System")
     if system.sectors < 1:
         raise InputError(f"{where}: sectors = {system.sectors}: must be at least 1")
     if not system.diameters:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.common.arguments import OfKind, of_kind
 from vanelock.common.arrays import as_array, as_whole
 from vanelock.common.errors import InputError
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.consistency import ROUND_OFF
 from vanelock.rom.system.element import Element, Place, spring_along
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contact:
+class Contact(OfKind):
     """A contact between coordinates of given matrices, for `System.from_matrices`.
 
     A place is the number of a coordinate, whose displacement counts; a pair of numbers, the first
@@ -65,6 +65,7 @@ class Contact:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
+        super().__post_init__()
         slides, opens = self.tangential is not None, self.normal is not None
         if not slides and not opens:
             self._refuse("needs tangential or normal, the coordinates that it acts on")
@@ -87,9 +88,7 @@ class Contact:
         """Refuse a number that is none, or too small."""
         if (given := getattr(self, name)) is None:
             return
-        found = as_array(given, f"Contact {self.name!r}: {name}")
-        if found.shape not in ((), *[(2,)] * (name == "kt")):
-            self._refuse(f"{name} = {given}: needs a number")
+        found = np.asarray(given, float)
         if not np.isfinite(found).all() or (found < 0).any() or (allowed == "> 0" and 0 in found):
             self._refuse(f"{name} = {given}: must be {allowed}")
 

@@ -1,5 +1,6 @@
 """A nonlinear element between coordinates that follows a law of its own."""
 
+import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn, TypeAlias
@@ -7,7 +8,8 @@ from typing import Any, NoReturn, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.common.arrays import as_array, as_whole
+from vanelock.common.arguments import OfKind
+from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.rom.system import element_laws
 
@@ -24,7 +26,7 @@ MOST = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Element:
+class Element(OfKind):
     """A nonlinear element between coordinates of given matrices, for `System.from_matrices`.
 
     Attributes
@@ -61,22 +63,21 @@ class Element:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
+        super().__post_init__()
         places = self.places
-        if not isinstance(places, Sequence) or isinstance(places, str) or not 1 <= len(places) <= 3:
+        if not 1 <= len(places) <= 3:
             self._refuse(f"places = {places!r}: needs a list of one to three")
         values = as_array(self.parameters, f"Element {self.name!r}: parameters")
         if values.ndim != 1 or not np.isfinite(values).all():
             self._refuse(f"parameters = {self.parameters!r}: needs a list of numbers")
         object.__setattr__(self, "parameters", np.ascontiguousarray(values, float))
-        object.__setattr__(self, "memory", as_whole(self.memory, f"Element {self.name!r}: memory"))
+        object.__setattr__(self, "memory", operator.index(self.memory))
         if self.memory < 0:
             self._refuse(f"memory = {self.memory}: must be >= 0")
         if self.stiffness is not None and not 0 < self.stiffness < np.inf:
             self._refuse(f"stiffness = {self.stiffness}: must be > 0")
         if isinstance(self.force, str):
             self._take(self.force)
-        elif not callable(self.force):
-            self._refuse(f"force = {self.force!r}: needs a function or the name of a law")
         else:
             self._try(self.memory)
 

@@ -57,7 +57,7 @@ def test_every_public_name_is_in_the_reference(built: Path) -> None:
         module = importlib.import_module(package)
         for name in module.__all__:
             home = getattr(getattr(module, name), "__module__", None) or ""
-            owners = [each for each in PACKAGES if home.startswith(f"{each}.")]
+            owners = [each for each in PACKAGES if f"{home}.".startswith(f"{each}.")]
             if f"{max(owners, key=len, default=package)}.{name}" not in listed:
                 missing.append(f"{package}.{name}")
     assert missing == []

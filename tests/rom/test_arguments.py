@@ -14,8 +14,6 @@ CYCLIC = {"nodal_diameters": [0, 1]}
 PAPER = {**CYCLIC, "route": "paper"}
 DIRECT = {**CYCLIC, "route": "direct"}
 
-NUMBERS = ["ten", "10", float("nan"), float("inf"), -1, True, [3], (), 1 + 1j, np.zeros(2)]
-
 
 def refusal(model, *arguments, **options):
     with pytest.raises(InputError) as caught:
@@ -29,29 +27,18 @@ def refusal(model, *arguments, **options):
 @pytest.mark.parametrize(
     ("masters", "options", "message"),
     [
-        ("force", CYCLIC, "masters = 'force': must be a sequence of names"),
-        (None, CYCLIC, "masters = None: must be"),
-        (7, CYCLIC, "masters = 7: must be"),
-        ((7,), CYCLIC, r"masters = \(7,\): must be"),
         (("forces",), CYCLIC, "ring: no node set 'forces'; it has force, inner"),
         (("left",), CYCLIC, "is a master and on a cyclic face"),
         (("z0",), CYCLIC, "is clamped"),
         (("inner",), CYCLIC, "ring: no node is left beside masters and cyclic faces"),
-        (("force",), {**CYCLIC, "averaged": "force"}, "averaged = 'force': must be"),
         (("force",), {**CYCLIC, "averaged": ("force",)}, "no contact patches of 'force'"),
-        (("force",), {"nodal_diameters": 1}, "nodal_diameters = 1: must be one or several whole"),
-        (("force",), {"nodal_diameters": []}, r"nodal_diameters = \[\]: must be"),
-        (("force",), {"nodal_diameters": [1.5]}, r"nodal_diameters = \[1.5\]: must be"),
-        (("force",), {"nodal_diameters": "01"}, "nodal_diameters = '01': must be"),
-        (("force",), {"nodal_diameters": [None]}, r"nodal_diameters = \[None\]: must be"),
+        (("force",), {"nodal_diameters": []}, "nodal_diameters: given none: needs one"),
         (("force",), {**CYCLIC, "modes": -1}, "modes = -1: allowed are 0 and more"),
-        (("force",), {**CYCLIC, "modes": 2.5}, "modes = 2.5: must be a whole number"),
         (("force",), {**CYCLIC, "modes": 205}, "205 fixed-interface modes of 204 slave dofs"),
         (("force",), {"modes": 10**6}, "1000000 fixed-interface modes of 240 slave dofs"),
         (("force",), {**PAPER, "modes": 169}, "169 fixed-interface modes of 168 slave dofs"),
         (("force",), {"cutoff": 0}, "cutoff = 0 Hz: must be > 0"),
         (("force",), {"cutoff": float("inf")}, "cutoff = inf Hz: must be > 0 and finite"),
-        (("force",), {"cutoff": "2 kHz"}, "cutoff = '2 kHz': must be a number"),
         (("force",), {"accuracy": 0.0}, "accuracy = 0: allowed are 1e-9 to 1"),
         (("force",), {"accuracy": 1e-12}, "accuracy = 1e-12: allowed are 1e-9 to 1"),
         (("force",), {"accuracy": 1.0}, "accuracy = 1: allowed are 1e-9 to 1"),
@@ -67,11 +54,8 @@ def refusal(model, *arguments, **options):
             "modes = 3 and cutoff = 5 and accuracy = 0.1: give one of modes, cutoff and accuracy",
         ),
         (("force",), {**PAPER, "accuracy": 0.1}, 'accuracy needs route = "cyclic"'),
-        (("force",), {**CYCLIC, "route": "quick"}, 'route = "quick": allowed are "cyclic"'),
-        (("force",), {**CYCLIC, "route": None}, 'route = "None": allowed are'),
-        (("force",), {**PAPER, "interface": "own"}, 'interface = "own": allowed are "published"'),
+        (("force",), {**CYCLIC, "route": "quick"}, "route: given 'quick': needs 'cyclic' or"),
         (("force",), {**DIRECT, "interface_modes": 0}, "interface_modes = 0: allowed are 1"),
-        (("force",), {**DIRECT, "interface_modes": 2.5}, "interface_modes = 2.5: must be a whole"),
         (("force",), {**DIRECT, "interface_modes": 37}, "allowed are 1 to 36, the dofs of a face"),
         (("force",), {**PAPER, "interface_modes": 37}, "allowed are 1 to 36, the dofs of a face"),
         (("force",), {**CYCLIC, "interface_modes": 5}, 'the route "cyclic" has no interface'),
@@ -84,13 +68,6 @@ def test_message_names_argument_value_and_what_is_allowed(ring_sector, masters, 
     with pytest.raises(InputError, match=message):
         rom.reduce(ring_sector(), masters, **options)
     refusal(ring_sector(), masters, **options)
-
-
-@pytest.mark.parametrize("name", ["modes", "cutoff", "accuracy", "band", "interface_modes"])
-@pytest.mark.parametrize("value", NUMBERS, ids=repr)
-def test_values_of_a_wrong_kind_are_refused_by_name(ring_sector, name, value):
-    options = DIRECT if name == "interface_modes" else CYCLIC
-    assert f"{name} = " in refusal(ring_sector(), ("force",), **{name: value}, **options)
 
 
 def test_arguments_at_random_give_a_component_or_one_clear_line(ring_sector):

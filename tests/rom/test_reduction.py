@@ -156,8 +156,6 @@ def test_sets_that_cannot_be_masters_are_refused(ring_scene):
         rom.reduce(ring_scene.vane_model, ("hooks",))
     with pytest.raises(InputError, match="is clamped"):
         rom.reduce(ring_scene.casing_model, ("z",))
-    with pytest.raises(InputError, match='allowed are "cyclic", "direct" and "paper"'):
-        rom.reduce(ring_scene.vane_model, ("key",), route="quick")
 
 
 def test_faces_that_do_not_match_are_refused(ring_scene):

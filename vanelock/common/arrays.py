@@ -12,21 +12,7 @@ from vanelock.common.errors import InputError
 
 
 def as_array(given: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
-    """Real or, where allowed, complex numbers of double precision; not copied if they are that.
-
-    Parameters
-    ----------
-    given : array_like or sparse matrix
-    name : str
-        What messages call it.
-    is_complex : bool
-        Whether complex numbers stay; if not, they are refused unless their imaginary part is zero.
-
-    Raises
-    ------
-    InputError
-        If it is not an array of numbers.
-    """
+    """Real or, where allowed, complex numbers of double precision; not copied if they are that."""
     try:
         array = np.asarray(given.toarray() if sp.issparse(given) else given)
     except ValueError:
@@ -43,13 +29,7 @@ def as_array(given: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
 
 
 def as_whole(given: Any, name: str) -> int:
-    """A whole number, of NumPy too.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """A whole number, of NumPy too, or `InputError`."""
     try:
         return operator.index(given)
     except TypeError:
@@ -59,13 +39,7 @@ def as_whole(given: Any, name: str) -> int:
 def hold_arrays(
     owner: Any, dimensions: dict[str, int], optional: Collection[str] = (), is_complex: bool = False
 ) -> None:
-    """Make arrays of some fields of a frozen dataclass, of so many dimensions each.
-
-    Raises
-    ------
-    InputError
-        Naming the class and the field.
-    """
+    """Make arrays of some fields of a frozen dataclass, of so many dimensions each."""
     for field, wanted in dimensions.items():
         given, name = getattr(owner, field), f"{type(owner).__name__}.{field}"
         if given is None and field in optional:
@@ -84,13 +58,7 @@ def brief(given: Any) -> str:
 
 
 def unit_vectors(given: NDArray[np.float64], where: str) -> NDArray[np.float64]:
-    """Directions (..., 3) of vectors, however long or short these are.
-
-    Raises
-    ------
-    InputError
-        If one is zero; `where` is what the message calls it.
-    """
+    """Directions (..., 3) of vectors, however long or short these are; none may be zero."""
     largest = np.abs(given).max(axis=-1, keepdims=True)
     if not np.all(largest > 0):
         raise InputError(f"{where}: must not be zero")

@@ -6,7 +6,9 @@ names and where they live, and imports a module only when one of its names is as
 """
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from importlib import import_module
+from types import FunctionType
 from typing import Any
 
 from vanelock.common.errors import InputError
@@ -17,14 +19,10 @@ def attributes(
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """`__getattr__` and `__dir__` of a package whose names live in modules imported on demand.
 
-    Parameters
-    ----------
-    package : str
-        Full name of the package, `__name__` there.
-    modules : mapping of str to str
-        Public name to the module inside the package that defines it, or, after a dot, in the
-        package above. No name may be a module's or a room's: importing one binds it to that name
-        in its package and would hide the attribute.
+    `modules` are those inside the package that define its public names, or, after a dot, in the
+    package above. No name may be a module's or a room's: importing one binds it to that name in
+    its package and would hide the attribute. A function's arguments are held against its
+    annotations before it is called: see `arguments.of_kind`.
     """
     if clash := set(modules) & {path.split(".")[0] for path in modules.values()}:
         raise ImportError(f"{package}: {sorted(clash)} name both a module and an attribute")
@@ -32,7 +30,8 @@ def attributes(
     def __getattr__(name: str) -> Any:
         if name not in modules:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(f".{modules[name]}", package), name)
+        value = getattr(import_module(f".{modules[name]}", package), name)
+        return _checked(value, package) if isinstance(value, FunctionType) else value
 
     def __dir__() -> list[str]:
         return sorted(modules)
@@ -40,24 +39,20 @@ def attributes(
     return __getattr__, __dir__
 
 
+@cache
+def _checked(function: FunctionType, package: str) -> Callable[..., Any]:
+    """A function as a package hands it out, where another process finds it by its name, too."""
+    from vanelock.common.arguments import of_kind
+
+    called = of_kind(function)
+    called.__module__ = package
+    return called
+
+
 def library(name: str, extra: str, who: str, called: str = "") -> Any:
-    """An optional library.
+    """An optional library, or one line with the `extra` of ours that brings it to `who` needs it.
 
-    Parameters
-    ----------
-    name : str
-        Of its module.
-    extra : str
-        Of ours that brings it.
-    who : str
-        What needs it, in messages.
-    called : str
-        What people call it, where that is not the module's name.
-
-    Raises
-    ------
-    InputError
-        If it is not installed: one line with the command that installs it.
+    `called` is what people call it, where that is not the module's name.
     """
     try:
         return import_module(name)

@@ -27,7 +27,7 @@ from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
@@ -91,7 +91,7 @@ class PeakBounds(Product):
         return replace(system, contacts=replace(system.contacts, slider=self.slider[which]))
 
 
-@solving
+@one_thread
 def peak_bounds(
     system: System,
     near: tuple[float, float],

@@ -11,7 +11,7 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.bounds.rest_states import Joints, RestStates, rest_states
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
@@ -45,7 +45,7 @@ class StaticBounds(Product):
     proved: Bools
 
 
-@solving
+@one_thread
 def static_bounds(
     system: System,
     of: str | Sequence[str] | None = None,

@@ -37,7 +37,7 @@ from vanelock.nonlinear.forced_response.options import (
 )
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import System
@@ -109,7 +109,7 @@ class DampedMode(Product):
         return replace(self, response=self.response.at(points), **chosen)
 
 
-@solving
+@one_thread
 def damped_mode(
     system: System,
     mode: int,

@@ -30,7 +30,6 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.modes.damped_mode import DampedMode, Progress, damped_mode
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
@@ -85,7 +84,6 @@ class LimitCycles(Product):
         return 0.0 if self.linear_damping < 0 else float("inf")
 
 
-@of_kind
 def aerodynamic_coefficients(influence: Mapping[int, complex] | ArrayLike, sectors: int) -> Complex:
     """(N,) A_k of the nodal diameters 0 to N - 1 from influence coefficients.
 
@@ -118,7 +116,6 @@ def aerodynamic_coefficients(influence: Mapping[int, complex] | ArrayLike, secto
     return np.asarray(np.fft.fft(L))
 
 
-@of_kind
 def aerodynamic_damping(
     influence: Mapping[int, complex] | ArrayLike, sectors: int, frequency: ArrayLike
 ) -> Floats:
@@ -143,7 +140,6 @@ def aerodynamic_damping(
     return np.asarray(-A.imag / (2 * (TURN * hertz) ** 2))
 
 
-@of_kind
 def limit_cycles(
     system: System,
     mode: int,

@@ -20,7 +20,7 @@ from vanelock.nonlinear.following.wear.step import WearStep, allowed, stepped
 from vanelock.nonlinear.following.wear.vibration import Vibration, Vibrations, vibrations
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
@@ -121,7 +121,7 @@ class WearHistory(Product):
         return replace(loaded, contacts=worn)
 
 
-@solving
+@one_thread
 def wear_history(
     system: System,
     dwells: Dwell | Sequence[Dwell],

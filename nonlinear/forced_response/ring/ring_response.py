@@ -29,10 +29,9 @@ from vanelock.nonlinear.forced_response.ring.ring_source import (
     ring_source,
 )
 from vanelock.nonlinear.forced_response.ring.unlike import Unlike
-from vanelock.nonlinear.fourier.threads import solving
+from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
 from vanelock.nonlinear.newton.newton import Solution
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.system import System
 
 Array = NDArray[np.complex128]
@@ -109,13 +108,12 @@ class RingResponse(Product):
         return int(self.contact.shape[1]) - 1
 
 
-@of_kind
 def whitehead(sectors: int) -> float:
     """Largest amplification (1 + √N)/2 of one linear mode a sector (Whitehead, 1966)."""
     return float((1 + np.sqrt(sectors)) / 2)
 
 
-@solving
+@one_thread
 def ring_response(
     system: System,
     frequencies: ArrayLike | tuple[float, float],

@@ -25,7 +25,6 @@ from vanelock.nonlinear.balance.stuck_modes import HarmonicModes, StuckModes, st
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.forced_response.ring.unlike import SectorModes, Unlike
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
-from vanelock.rom.system.arguments import of_kind
 from vanelock.rom.system.consistency import check, check_ring
 from vanelock.rom.system.system import Contacts, System
 
@@ -169,7 +168,6 @@ def ring_source(
     return RingSource(tuple(waves), np.zeros((N, len(alike.stiffness))))
 
 
-@of_kind
 def ring_modes(
     system: System,
     modes: SectorModes | None = None,

@@ -8,6 +8,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.common.arguments import OfKind, of_kind
 from vanelock.common.arrays import hold_arrays
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -42,6 +43,7 @@ class SectorModes(Product):
         hold_arrays(self, {"stiffness": 1})
 
     @classmethod
+    @of_kind
     def of_part(
         cls,
         system: System,
@@ -90,7 +92,7 @@ class SectorModes(Product):
 
 
 @dataclass(frozen=True)
-class Unlike(Product):
+class Unlike(OfKind, Product):
     """By how much every sector of a ring differs from the system that is given as alike.
 
     What is not given does not differ. Contacts are those of one sector, c; sectors are counted in
@@ -126,8 +128,10 @@ class Unlike(Product):
     def __post_init__(self) -> None:
         wanted = {"interference": 2, "slider": 3, "mu": 2, "kn": 2, "kt": 3, "frequency": 2}
         hold_arrays(self, wanted)
+        super().__post_init__()
 
     @classmethod
+    @of_kind
     def scatter(
         cls,
         system: System,

@@ -1,10 +1,10 @@
 """Dimensions: units, defaults of the scene, and what is refused before meshing, by name."""
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import (
@@ -96,10 +96,8 @@ def test_every_dimension_says_what_it_is() -> None:
 def test_impossible_dimensions_are_refused(
     model: Any, changes: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(ValidationError) as caught:
+    with pytest.raises(InputError, match=re.escape(message)):
         model(**changes)
-    (error,) = caught.value.errors()
-    assert message in f"{'.'.join(map(str, error['loc']))}: {error['msg']}"
 
 
 @pytest.mark.parametrize(

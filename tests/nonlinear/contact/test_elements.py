@@ -192,7 +192,6 @@ def unknown(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> N
     ("given", "message"),
     [
         ({"force": "quintic"}, "force = 'quintic': allowed: cubic_spring, stop"),
-        ({"force": 3}, "force = 3: needs a function or the name of a law"),
         ({"parameters": [1.0, 2.0]}, r"cubic_spring needs k \(N/m3\)"),
         ({"parameters": [np.inf]}, "needs a list of numbers"),
         ({"places": []}, "needs a list of one to three"),

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
@@ -228,20 +227,11 @@ def outcome(design: Design) -> Values:
             casing_sector(casing, hook, design.sectors, design.size, overlap),
         )
         found.update(_figures(*parts, vane, casing.force_nodes))
-    except (InputError, ValidationError) as error:
-        found["refused" if "refused" not in found else "failed"] = reason(error)
+    except InputError as error:
+        found["refused" if "refused" not in found else "failed"] = str(error)
     found["seconds"] = round(time.perf_counter() - start, 2)
     found["busy"] = round(time.process_time() - busy, 2)
     return found
-
-
-def reason(error: InputError | ValidationError) -> str:
-    """The message; of a model's errors the first."""
-    if isinstance(error, ValidationError):
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        return f"{error.title} {where}: {first['msg']}"
-    return str(error)
 
 
 def _figures(vane: Part, casing: Part, dimensions: VaneDimensions, force_nodes: int) -> Values:
