@@ -18,7 +18,7 @@ from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimate, Estim
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels, LevelsState
 from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, with_measured_maxima
 from vanelock.nonlinear.adaptive.points import Point, Pointwise, Shares
-from vanelock.nonlinear.adaptive.sampling import Exploring
+from vanelock.nonlinear.adaptive.sampling import UNBOUND, Exploring
 from vanelock.nonlinear.forced_response.frequencies import (
     check_band,
     checked_frequencies,
@@ -28,6 +28,7 @@ from vanelock.nonlinear.forced_response.options import Options, check_forces, ex
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
+from vanelock.nonlinear.forced_response.undamped import check_bound
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized
 from vanelock.rom.errors.neglected import Neglected
@@ -87,7 +88,8 @@ def adaptive_response(
     Raises
     ------
     InputError
-        If a share or a frequency is not positive, `static_beyond` is given, or there is no output.
+        If a share or a frequency is not positive, `static_beyond` is given, there is no output, or
+        no largest amplitude is found in a range and nothing but friction damps.
     """
     if options.static_beyond is not None:
         raise InputError(
@@ -124,6 +126,7 @@ def adaptive_response(
         replay=replaying(journal, Point, Estimate, LevelsState),
     )
     if is_range:
+        check_bound(first, limits, monitored, UNBOUND)
         found = Exploring(pointwise, omegas[0], omegas[1], reporter, options.direction).curve()
         order = np.arange(len(found))[:: -1 if options.direction == "down" else 1]
         jumps = order[places_of_jumps(pointwise, [found[i] for i in order])]

@@ -29,16 +29,9 @@ from vanelock.rom.system.system import System
 
 @dataclass(frozen=True)
 class LevelsState:
-    """What the levels have come to by the points that were solved on it.
+    """What the levels have come to by the points that were solved on it, by number of harmonics.
 
-    Attributes
-    ----------
-    reached : int
-        The largest H that a system was asked for.
-    asked : dict of int to int
-        Balances that each solver asked for, by its harmonics.
-    bases : dict of int to Basis
-        Preconditioners by number of harmonics.
+    The largest H that a system was asked for, balances that solvers asked for, preconditioners.
     """
 
     reached: int
@@ -48,18 +41,9 @@ class LevelsState:
 
 @dataclass
 class HarmonicLevels:
-    """Solvers by number of harmonics.
+    """Solvers by number of harmonics, whatever `options` say of it, in a range of rad/s.
 
-    Attributes
-    ----------
-    systems : callable
-        From H to a system that has the nodal diameters of all harmonics up to H.
-    limits : (float, float)
-        Range of frequencies, rad/s.
-    options : Options
-        Their harmonics do not count here.
-    searching : callable
-        As of `PointSolver`.
+    `systems` leads from H to one that has the nodal diameters of all harmonics up to H.
     """
 
     systems: Callable[[int], System]

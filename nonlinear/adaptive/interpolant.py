@@ -25,15 +25,7 @@ FINE = 32
 
 @dataclass(frozen=True)
 class Interpolant:
-    """Amplitudes and slopes at p ascending places.
-
-    Attributes
-    ----------
-    x : (p,) float
-    y : (p,) float
-    slope : (p,) float
-        dy/dx; NaN where it is not known.
-    """
+    """Amplitudes and slopes at p ascending places, dy/dx NaN where it is not known."""
 
     x: Floats
     y: Floats
@@ -85,18 +77,17 @@ class Interpolant:
         i = np.argmax(y, axis=1)[:, None]
         return np.take_along_axis(fine, i, 1)[:, 0], np.take_along_axis(y, i, 1)[:, 0]
 
+    def maxima(self, share: float) -> tuple[Floats, NDArray[np.bool_]]:
+        """(p - 1,) the highest place of each piece; whether it is a maximum that no point has."""
+        places, values = self.tops()
+        higher = values - np.maximum(self.y[:-1], self.y[1:]) > NEAR * share * values
+        return places, higher & (values > SIMILAR * self.y.max(initial=0.0))
+
     def wanted(self, share: float, closest: float, widest: float = np.inf) -> Floats:
         """Places where one more point is needed, ascending.
 
-        Parameters
-        ----------
-        share : float
-            Error that the curve may have, relative to its largest value.
-        closest : float
-            Distance of neighbours below which none is put between them.
-        widest : float
-            Distance of neighbours that no curve is trusted across where it is high: another peak
-            may be hidden there.
+        The curve may be off by `share` of its largest value; none is put between neighbours that
+        are `closest`; where it is high, another peak may be hidden between those `widest` apart.
         """
         if len(self.x) < 3:
             return np.empty(0)
@@ -105,8 +96,6 @@ class Interpolant:
         high = np.maximum(self.y[:-1], self.y[1:]) > HIGH * highest
         uncertain |= high & (np.diff(self.x) > widest)
         uncertain &= np.diff(self.x) > closest
-        places, values = self.tops()
-        ends = np.maximum(self.y[:-1], self.y[1:])
-        maxima = (values - ends > NEAR * share * values) & (values > SIMILAR * highest)
+        places, maxima = self.maxima(share)
         middles = 0.5 * (self.x[:-1] + self.x[1:])
         return np.asarray(np.where(maxima, places, middles)[maxima | uncertain])

@@ -138,18 +138,10 @@ class Pointwise:
         found: Solution | None = None,
         least: int = 0,
     ) -> Point:
-        """Solve at a frequency, with as many harmonics as it takes.
+        """Solve at a frequency, rad/s, with as many harmonics as it takes, `least` or more.
 
-        Parameters
-        ----------
-        omega : float
-            rad/s.
-        neighbours : sequence of Point
-            Up to two that converged, the nearest last; perhaps at the frequency itself.
-        found : Solution, optional
-            The solution with the harmonics that the nearest one wants.
-        least : int
-            Fewest harmonics, if more than those of all points.
+        From up to two neighbours that converged, the nearest last, perhaps at the frequency itself;
+        `found` is the solution with the harmonics that the nearest one wants.
         """
         asked = (omega, least, found is None, *_distinguishing(neighbours))
         return self._written("point", asked, lambda: self._point(omega, neighbours, found, least))

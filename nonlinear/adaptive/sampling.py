@@ -24,6 +24,7 @@ from vanelock.nonlinear.adaptive.error_estimates import BEYOND
 from vanelock.nonlinear.adaptive.interpolant import HIGH, Interpolant
 from vanelock.nonlinear.adaptive.neighbours import OTHER, bend, may_jump, with_measured_maxima
 from vanelock.nonlinear.adaptive.points import Point, Pointwise
+from vanelock.nonlinear.forced_response.undamped import check_bound
 
 Floats = NDArray[np.float64]
 
@@ -46,6 +47,8 @@ FINE = 0.4
 """How many times longer their steps are than those of the first sweep."""
 PEAK = 0.8
 """Of the largest amplitude, above which a point belongs to the peak."""
+UNBOUND = "frequencies: no largest amplitude was found in them"
+"""What is said of a range whose curve has none."""
 
 
 class OnPoint(Protocol):
@@ -57,22 +60,10 @@ class OnPoint(Protocol):
 
 @dataclass
 class Exploring:
-    """Chooses the frequencies of a range.
+    """Chooses the frequencies of a range, rad/s, swept one way if `direction` says which.
 
-    Attributes
-    ----------
-    pointwise : Pointwise
-        Solves them.
-    low, high : float
-        The range, rad/s.
-    progress : callable
-        Called with each point.
-    direction : {"up", "down"}, optional
-        The one way that the range is swept; what is added then comes from the points behind it.
-    left : set of (float, float)
-        Frequencies of jumps and ends of the range towards which a branch was followed from there.
-    broken : bool
-        Whether a sweep came where its shortest step did not stay on a curve.
+    `left` are jumps and the ends of the range towards which a branch was followed from there;
+    `broken` is whether a sweep came where its shortest step did not stay on a curve.
     """
 
     pointwise: Pointwise
@@ -105,7 +96,12 @@ class Exploring:
         points = self._graded(self._begun())
         for _ in range(ROUNDS):
             curve, share = self._drawn(points), self.pointwise.shares.frequencies
+            lost = [p.omega for p in points if p.estimate is None]
+            missed = np.pad(curve.maxima(share)[1], 1)  # none beyond the ends
+            if missed[np.searchsorted(curve.x, lost)].any():
+                self._refuse_unbound(curve)
             wanted = curve.wanted(share, self.closest, self.widest)
+            wanted = wanted[~np.isin(wanted, lost)]
             if len(points) + len(wanted) > CROWD / 2:
                 wanted = _highest(curve, wanted, max(CROWD - len(points), 0))
             for omega in wanted:
@@ -119,7 +115,15 @@ class Exploring:
                     if len(self.left) == count:
                         break
             points = self._graded(points)
+        else:
+            self._refuse_unbound(self._drawn(points))
         return points
+
+    def _refuse_unbound(self, curve: Interpolant) -> None:
+        """Say of a curve that no top was found of it, if nothing but friction may bound one."""
+        structure = self.pointwise.levels.structure(self.pointwise.least)
+        monitored, top = self.pointwise.estimator.monitored, float(curve.x[curve.y.argmax()])
+        check_bound(structure, (self.low, self.high), monitored, UNBOUND, top)
 
     def _begun(self) -> list[Point]:
         """Points of the sweeps."""

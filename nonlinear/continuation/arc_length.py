@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import (
+    CARRIED,
     TOLERANCE,
     CuttingPlane,
     Family,
@@ -36,16 +37,7 @@ straight back: no fold, of which even a sharp one turns w, but a point where bra
 
 @dataclass(frozen=True)
 class Arc:
-    """Where a path led.
-
-    Attributes
-    ----------
-    solution : Solution or None
-        The state at the target, None if the path did not get there.
-    folds : tuple of float
-        Parameters at which the path turned back.
-    iterations : int
-    """
+    """Where a path led: the state at the target, None if not there; parameters where it turned."""
 
     solution: Solution | None
     folds: tuple[float, ...]
@@ -54,15 +46,7 @@ class Arc:
 
 @dataclass(frozen=True)
 class Tangent:
-    """How solutions move with the parameter.
-
-    Attributes
-    ----------
-    z : (c, 3, 2H + 1) float
-        dw/dp.
-    orientation : float
-        Sign of det P.
-    """
+    """How solutions move with the parameter, z = dw/dp; the sign of det P."""
 
     z: Floats
     orientation: float
@@ -70,19 +54,9 @@ class Tangent:
 
 @dataclass(frozen=True)
 class ArcStep:
-    """A point of a path and where the path goes from there.
+    """A point of a path, converged to `ROUGH` at least, and the plane through it, across the path.
 
-    Attributes
-    ----------
-    solution : Solution
-        Converged to `ROUGH` at least.
-    tangent : Tangent
-    along : (c, 3, 2H + 1) float
-        dw/ds in the direction of the path, m; s is its length in (w·weight, p/span).
-    rate : float
-        dp/ds.
-    plane : CuttingPlane
-        Through the point, across the path.
+    `along` is dw/ds in the direction of the path, m, `rate` dp/ds, in (w·weight, p/span).
     """
 
     solution: Solution
@@ -171,7 +145,8 @@ def follow(
             length = 0.25 * taken  # come closer before landing
             continue
         here = following
-        if (start.parameter - here.parameter) / course.span > away:
+        flown = np.abs(here.w * course.weight).max(initial=0.0) > CARRIED  # nothing holds it
+        if flown or (start.parameter - here.parameter) / course.span > away:
             break
     return Arc(None, tuple(folds), iterations)
 
@@ -221,18 +196,10 @@ def path(family: Family, start: Solution, target: float, longest: float = 1.0) -
 
 @dataclass(frozen=True)
 class Course:
-    """Where a path is headed, and how its length is measured.
+    """Where a path is headed, `span` from its start, and how its length is measured.
 
-    Attributes
-    ----------
-    target, span : float
-        Value of the parameter wanted, and how far it is from the start.
-    weight : (2H + 1,) float
-        Of the coefficients of w, 1/m.
-    constant : float
-        sign(ṗ) sign det P of the path.
-    shortest : float
-        Shortest step, in units of the span.
+    `weight` is of the coefficients of w, 1/m, `constant` sign(ṗ) sign det P of the path; the
+    shortest step is in units of the span.
     """
 
     target: float

@@ -28,13 +28,7 @@ beside the mean, and a path may turn back at once."""
 
 @dataclass
 class Effort:
-    """Newton steps that are left for a solution, and who hears of each attempt.
-
-    Attributes
-    ----------
-    left : int
-    attempted : callable
-    """
+    """Newton steps that are left for a solution, and who hears of each attempt."""
 
     left: int = EFFORT
     attempted: Callable[[], None] = lambda: None
@@ -141,19 +135,9 @@ def _raise_harmonics(
 
 @dataclass(frozen=True)
 class _Way:
-    """A family that leads to the problem, and where it begins.
+    """A family that leads to the problem at `target`, and where it begins, with a guess of w there.
 
-    Attributes
-    ----------
-    family : Family
-    start : (c, 3, 2H + 1) float
-        First guess of w, m, at its beginning.
-    begin, target : float
-        The parameter there, and at the problem itself.
-    limit : int
-        Most Newton steps at the beginning.
-    shortest : float
-        Shortest step on the way.
+    `limit` is of Newton steps at the beginning, `shortest` of steps on the way.
     """
 
     family: Family

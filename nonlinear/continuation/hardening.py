@@ -24,13 +24,7 @@ Rows = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True)
 class SoftLaw(Law):
-    """The law of contacts with a share of their stiffness.
-
-    Attributes
-    ----------
-    share : float
-        s.
-    """
+    """The law of contacts with the share s of their stiffness."""
 
     share: float
 
@@ -46,16 +40,7 @@ class SoftLaw(Law):
 
 @dataclass(frozen=True)
 class Hardening:
-    """Problems at one load whose contacts have the share s = softest^(1 - p) of their stiffness.
-
-    Attributes
-    ----------
-    balance : Balance
-    friction : Law
-        At p = 1.
-    softest : float
-        s at p = 0.
-    """
+    """Problems at one load whose contacts have the share s = softest^(1 - p) of their stiffness."""
 
     balance: Balance
     friction: Law

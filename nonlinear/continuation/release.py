@@ -26,10 +26,7 @@ LEAST = 1e-3  # of the largest displacement, for contacts that hardly move
 class HeldLaw(Law):
     """The law of contacts that are pressed and held back from outside.
 
-    Attributes
-    ----------
-    pressed, held : (c,) float
-        What is added to v where contacts lift off, and where friction is bounded, m.
+    Both (c,), m, are added to v, where contacts lift off and where friction is bounded.
     """
 
     pressed: Floats
@@ -50,15 +47,7 @@ class HeldLaw(Law):
 
 @dataclass(frozen=True)
 class Release:
-    """Problems at one load, contacts held at p = 1 and themselves at p = 0.
-
-    Attributes
-    ----------
-    balance : Balance
-    friction : Law
-    pressed, held : (c,) float
-        At p = 1; see `HeldLaw`.
-    """
+    """Problems at one load, contacts held as by `HeldLaw` at p = 1 and themselves at p = 0."""
 
     balance: Balance
     friction: Law
@@ -85,13 +74,7 @@ class Release:
 
 
 def release(balance: Balance, law: Law) -> Release:
-    """The family from contacts that all stick, held as much as each needs, to `law`.
-
-    Parameters
-    ----------
-    balance : Balance
-    law : Law
-    """
+    """The family from contacts that all stick, held as much as each needs, to `law`."""
     size = np.abs(balance.linear).sum(axis=2)
     if law.isotropic:  # friction has to hold both directions at once
         size[:, 1:] = np.hypot(size[:, 1], size[:, 2])[:, None]

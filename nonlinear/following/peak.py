@@ -51,22 +51,10 @@ class Reading:
 
 @dataclass(frozen=True)
 class PeakPoint:
-    """A peak of the resonance.
+    """A peak: A, m, `bend` A''/A < 0, s²/rad², and `distance` A' δ / A that is left.
 
-    Attributes
-    ----------
-    solution : Solution
-        `iterations` counts all that led to it.
-    amplitude : float
-        A, m.
-    bend : float
-        A''/A, s²/rad², < 0.
-    distance : float
-        What is left of the extremum condition A' δ / A.
-    readings : int
-        Frequencies solved.
-    sharp : bool
-        The slope jumps over zero: the peak lies at a change of a contact's state.
+    The solution's `iterations` count all that led to it; `readings` are frequencies solved; where
+    it is `sharp`, a contact changes its state and the slope jumps over zero.
     """
 
     solution: Solution
@@ -84,17 +72,9 @@ class PeakPoint:
 
 @dataclass(frozen=True)
 class Resonance:
-    """The amplitude of one output by frequency.
+    """The amplitude of one output, node and direction, by frequency.
 
-    Attributes
-    ----------
-    family : Frequencies
-    component : (int, int)
-        Output node and direction.
-    tolerance : float
-        Relative residual of the solutions.
-    condition : float
-        Distance from the peak, in its half-widths, that counts as converged.
+    `tolerance` is of the solutions' residuals, `condition` of the distance from the peak.
     """
 
     family: Frequencies
@@ -207,12 +187,14 @@ class Resonance:
         width = 1 / np.sqrt(abs(bend))
         target = first.solution.omega + float(np.sign(first.slope)) * 8 * width
         begun = replace(first.solution, parameter=first.solution.omega)
-        spent, before, last, course = 0, None, 0.0, 0.0
+        spent, before, last, course, highest = 0, None, 0.0, 0.0, 0.0
 
         def rise(solution: Solution, tangent: Tangent) -> float:
             """DA/ds but for a positive factor; s goes with the sign of det P on this course."""
+            nonlocal highest
+            highest, slope = self.measure(solution, tangent)
             size = np.hypot(np.linalg.norm(tangent.z) * scale, 1.0)
-            return float(course * tangent.orientation * self.measure(solution, tangent)[1] / size)
+            return float(course * tangent.orientation * slope / size)
 
         scale = width / max(np.abs(first.solution.u).max(initial=0.0), np.finfo(float).tiny)
         for count, step in enumerate(path(self.family, begun, target, 0.2)):
@@ -223,7 +205,6 @@ class Resonance:
             if before is not None and now <= 0:
                 break
             before, last = step, now
-            highest = self.measure(step.solution, step.tangent)[0]
             if count > 4 * LIMIT or highest > HIGHEST * first.amplitude:
                 return None
         else:

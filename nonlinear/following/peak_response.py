@@ -24,6 +24,7 @@ from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.forced_response.undamped import check_bound
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
@@ -119,8 +120,8 @@ def peak_response(
     followed, by its extremum condition dA/dω = 0, as long as it exists. Where it ends, and at the
     last value, another sweep looks for a higher one, which is then followed backwards; the higher
     one is reported, the other one is its `second_peak`. One that is higher in between alone goes
-    unnoticed. A value at which no peak lies in the range gives its largest amplitude, not
-    converged.
+    unnoticed. A value at which no peak lies in the range, or nothing bounds it, gives its largest
+    amplitude, not converged; a range of values has its last one beyond that.
 
     Samples of the contact law leave kinks in the curve, and peaks that are sharp: they are as exact
     as the law is, with isotropic friction to some 5e-4 on 256 samples and 1e-5 on 1024.
@@ -187,16 +188,16 @@ def traced(
     ridge: PeakTrack, values: list[float], is_range: bool, progress: Progress | None
 ) -> tuple[list[dict[float, Mark]], PeakTrack]:
     """Tracks of peaks by value, and the ridge with its component chosen."""
+    what = f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}"
+    structure = ridge.at(values[0]).structure
+    check_bound(structure, ridge.range, ridge.component, what)
     swept = ridge.sweep(values[0])
     ridge = ridge.with_component(values[0], swept)
     begun = ridge.highest(values[0], swept)
     if begun is None:
         raise InputError(f"near: no peak was found in it at {ridge.varied.name} = {values[0]:g}")
-    if not (np.isfinite(begun.distance) or damped(ridge.at(values[0]).structure.system)):
-        raise InputError(
-            f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}, "
-            "and the system has no damping: friction alone may not bound it"
-        )
+    if not np.isfinite(begun.distance):
+        check_bound(structure, ridge.range, ridge.component, what, begun.solution.omega)
     first = Mark(ridge.varied.coordinate(values[0]), values[0], begun)
     tracks = [{values[0]: first}]
     report = Report(progress, values, is_range)
@@ -211,12 +212,6 @@ def traced(
         tracks.append({last: Mark(ridge.varied.coordinate(last), last, again)})
         backward(ridge, tracks[-1], before[::-1])
     return tracks, ridge
-
-
-def damped(system: System) -> bool:
-    """Whether more than friction damps a system."""
-    matrices = any(each.C is not None and np.any(each.C) for each in system.diameters.values())
-    return bool(system.damping_ratio or system.contacts.elements or matrices)
 
 
 def passed(tracks: Sequence[dict[float, Mark]]) -> list[float]:
@@ -262,6 +257,7 @@ def over_range(
         left = last - place
         place += float(np.copysign(min(step * ridge.span, abs(left)), left))
         value = end if abs(last - place) < 1e-12 * ridge.span else ridge.value(place)
+        value = value if ridge.bounded(value) else end  # what nothing bounds here, nothing does on
         place = ridge.varied.coordinate(value)
         begun = restarted(ridge, tracks, value, report)
 
@@ -272,7 +268,7 @@ def through(
     """Follow the peak through values; where it is lost, the highest one there is."""
     known = list(tracks[-1].values())
     for value in values:
-        found = ridge.follow(known[-3:], value) if known else []
+        found = ridge.follow(known[-3:], value) if known and ridge.bounded(value) else []
         if found:
             tracks[-1][value] = counted(found)
             known.extend(found)

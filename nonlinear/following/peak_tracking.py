@@ -10,6 +10,7 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
 from vanelock.nonlinear.forced_response.options import PreparedSystem
+from vanelock.nonlinear.forced_response.undamped import unbound
 from vanelock.nonlinear.newton.newton import Solution
 
 Floats = NDArray[np.float64]
@@ -37,21 +38,10 @@ class Mark:
 
 @dataclass(frozen=True)
 class PeakTrack:
-    """What finds and follows the peak of one resonance.
+    """What finds and follows the peak of one resonance, in a range from where sweeps begin, rad/s.
 
-    Attributes
-    ----------
-    at : callable
-        The system by value of the parameter, ready to be solved.
-    varied : Parameter
-    range : (float, float)
-        Where the resonance is looked for, rad/s, from the end at which sweeps begin.
-    component : (int, int) or None
-        Output node and direction; None: that of the largest amplitude at the first peak.
-    span : float
-        Range of the parameter's coordinate.
-    condition : float
-        As of `Resonance`.
+    `at` is the system by value of the parameter; without a `component`, output node and direction,
+    it is that of the largest amplitude at the first peak; `span` is of the parameter's coordinate.
     """
 
     at: Callable[[float], PreparedSystem]
@@ -79,8 +69,10 @@ class PeakTrack:
         """The highest peak among solutions by frequency; None if no maximum lies within.
 
         Of several tops all are refined that may be the highest. One that cannot be stands for
-        itself.
+        itself, as does the largest solution where nothing bounds one.
         """
+        if not self.bounded(value):
+            return self.unresolved(value, swept)
         refined = self.tops(value, swept)
         if not refined:
             return None
@@ -88,6 +80,10 @@ class PeakTrack:
         spent = sum(each.iterations for each in (*swept, *(peak.solution for peak in refined)))
         readings = len(swept) + sum(peak.readings for peak in refined)
         return replace(found, solution=replace(found.solution, iterations=spent), readings=readings)
+
+    def bounded(self, value: float) -> bool:
+        """Whether no resonance at a value is proved to be one that nothing bounds."""
+        return unbound(self.at(value).structure, self.range, self.component) is None
 
     def tops(
         self, value: float, swept: Sequence[Solution], close: float = CLOSE

@@ -140,7 +140,8 @@ def peak_bounds(
     Raises
     ------
     InputError
-        As of `frequency_response` and `static_bounds`, or if no peak lies in the range.
+        As of `frequency_response` and `static_bounds`, or if no peak lies in the range, or none is
+        found with sliders at zero and nothing but friction damps.
     """
     for name, given in (("starts", starts), ("seed", seed)):
         if as_whole(given, name) < 0:

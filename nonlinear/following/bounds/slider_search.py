@@ -16,6 +16,7 @@ from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
 from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
+from vanelock.nonlinear.forced_response.undamped import check_bound
 
 Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, float], None]
@@ -192,12 +193,17 @@ class Search:
     def extremes(self, count: int, tolerance: float, random: np.random.Generator) -> "Ends":
         """The least and the largest peak, from so many random starts."""
         zero = self.states.zero
+        what = "near: no largest amplitude was found in it with sliders assembled at zero"
+        check_bound(self.ready.structure, self.range, self.component, what)
         track = self._way(zero, zero, CONDITION)
         swept = track.sweep(0.0)
         track = track.with_component(0.0, swept)
         peak = track.highest(0.0, swept)
         if peak is None:
             raise InputError("near: no peak was found in it with sliders assembled at zero")
+        if not np.isfinite(peak.distance):
+            omega = peak.solution.omega
+            check_bound(self.ready.structure, self.range, track.component, what, omega)
         search = replace(self, component=track.component)
         nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
