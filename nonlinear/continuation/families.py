@@ -31,16 +31,7 @@ class BalanceSource(Protocol):
 
 @dataclass(frozen=True)
 class Frequencies:
-    """Problems by circular frequency, rad/s.
-
-    Attributes
-    ----------
-    source : BalanceSource
-        Gives the balances.
-    friction : Law
-    mean : (c, 3) float, optional
-        Mean displacement that is held whatever the contacts do, m.
-    """
+    """Problems by circular frequency, rad/s; a `mean` (c, 3), m, is held whatever contacts do."""
 
     source: BalanceSource
     friction: Law
@@ -68,16 +59,7 @@ class Frequencies:
 
 @dataclass(frozen=True)
 class Loads:
-    """Problems at one frequency whose ũ moves along a direction.
-
-    Attributes
-    ----------
-    balance : Balance
-        At the parameter 0.
-    direction : (c, 3, 2H + 1) float
-        dũ/dp, m.
-    friction : Law
-    """
+    """Problems at one frequency whose ũ moves along a direction dũ/dp, m, from the balance at 0."""
 
     balance: Balance
     direction: Floats
@@ -105,13 +87,7 @@ def fixed(balance: Balance, law: Law) -> Loads:
 class Frictions:
     """Problems at one frequency whose coefficients of friction are scaled by the parameter, > 0.
 
-    Attributes
-    ----------
-    balance : Balance
-    friction : Law
-        At the parameter 1.
-    scaled : (c,) bool, optional
-        Contacts whose friction is scaled; all, where it is not given.
+    Of the contacts `scaled`, (c,) bool, or of all where that is not given.
     """
 
     balance: Balance

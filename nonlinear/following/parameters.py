@@ -188,14 +188,7 @@ def checked_values(values: ArrayLike) -> Floats:
 class AboutRest:
     """Problems whose mean is held at the state at rest, which may move with the parameter.
 
-    Attributes
-    ----------
-    moving : Loads or Frictions
-        Those of all harmonics.
-    still : Loads or Frictions
-        The static ones.
-    rest : callable
-        Their solution at a value of the parameter.
+    `moving` are those of all harmonics, `still` the static ones, `rest` gives their solution.
     """
 
     moving: Loads | Frictions
@@ -235,13 +228,7 @@ class AboutRest:
 
 @dataclass(frozen=True)
 class Logarithmic:
-    """A family by the logarithm of its parameter, which fits values over several decades.
-
-    Attributes
-    ----------
-    family : Family
-        Its parameter is positive.
-    """
+    """A family by the logarithm of its parameter, > 0, which fits values over several decades."""
 
     family: Family
 

@@ -45,15 +45,7 @@ class Family(Protocol):
 
 @dataclass(frozen=True)
 class CuttingPlane:
-    """The plane normal·(w - w₀, parameter - parameter₀) = 0, for a parameter that is free.
-
-    Attributes
-    ----------
-    w, parameter
-        The point it goes through.
-    normal_w, normal_parameter
-        Its normal.
-    """
+    """The plane normal·(w - w₀, parameter - parameter₀) = 0, for a parameter that is free."""
 
     w: Floats
     parameter: float

@@ -316,18 +316,16 @@ def test_peaks_survive_a_file(tmp_path: Path) -> None:
     np.testing.assert_array_equal(old.second_peak, [2e-3, np.nan])
 
 
-def test_a_peak_that_nothing_bounds_is_said_to_be_none() -> None:
+def test_friction_alone_bounds_a_peak_that_something_varies() -> None:
     # A period takes 4 μn X of work and gives π F X: friction alone bounds where μn > π F/4.
     (diameter,) = jenkins().diameters.values()
     system = replace(jenkins(), diameters={0: replace(diameter, C=None)})
-    bound, below = 1.3 * np.pi / 8, 0.9 * np.pi / 8
+    bound = 1.3 * np.pi / 8
     found = peak_response(system, "mu", [bound], (0.1, 0.3), Options(1))
     check_against_closed_form(found, [jenkins_peak(1.0, 2 * bound, 0.0)])
-    with pytest.raises(InputError, match=r"near: no largest amplitude was found in it at mu = 0.3"):
-        peak_response(system, "mu", [below], (0.1, 0.3), Options(1))
     alone = System.from_matrices(np.eye(1), np.eye(1), damping_ratio=0.01, force={0: 1.0})
     with pytest.raises(InputError, match=r"parameter: given 'mu': the system has no contacts"):
-        peak_response(alone, "mu", [below], (0.1, 0.3), Options(1))
+        peak_response(alone, "mu", [bound], (0.1, 0.3), Options(1))
 
 
 @pytest.mark.parametrize(
