@@ -28,7 +28,7 @@ from vanelock.nonlinear.forced_response.options import Options, check_forces, ex
 from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
-from vanelock.nonlinear.forced_response.undamped import check_bound
+from vanelock.nonlinear.forced_response.undamped import check_bound, check_top
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized
 from vanelock.rom.errors.neglected import Neglected
@@ -133,7 +133,10 @@ def adaptive_response(
         direction = options.direction or "both"
     else:
         found, jumps, direction = _swept(pointwise, omegas, reporter, options.direction)
-    return replace(_assembled(levels, found, monitored), direction=direction, jump=jumps)
+    response = replace(_assembled(levels, found, monitored), direction=direction, jump=jumps)
+    if is_range and options.direction is None:
+        check_top(first, response, monitored, UNBOUND)
+    return response
 
 
 @dataclass

@@ -114,6 +114,8 @@ def follow(
     away : float
         How far the path may lead the other way, in distances to the target.
     """
+    if target == start.parameter:
+        return Arc(start, (), 0)
     here, folds, iterations, length = start, [], 0, 0.2
     course: Course | None = None
     last_sign = np.sign(target - start.parameter)

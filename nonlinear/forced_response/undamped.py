@@ -17,11 +17,14 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure
 from vanelock.nonlinear.balance.limit_modes import limit_modes
+from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
 SMALL = 1e-9
 """Of the largest, what counts as none of loads and motions."""
+LEAST = 1e-2
+"""Of the load's work, friction's at a top that it holds: there it is all, or nearly."""
 
 
 def check_bound(
@@ -50,6 +53,32 @@ def check_bound(
         f"{what}: near {omega / TURN:.6g} Hz it grows without damping, and {why}; "
         "give damping, less load, or another range"
     )
+
+
+def check_top(structure: Structure, response: Response, output: tuple[int, int], what: str) -> None:
+    """Refuse a largest amplitude inside a range that neither damping nor friction holds.
+
+    At a resonance that is bounded the load's work, π Σ h |f_h x_h| at most, is that of friction; a
+    top at which friction does next to none is a point beside a pole.
+
+    Raises
+    ------
+    InputError
+        Beginning with `what`.
+    """
+    sizes = np.where(response.converged, response.amplitude[:, *output], 0.0)
+    top, system = int(sizes.argmax()), structure.system
+    if _damped(system) or top in (response.frequency.argmin(), response.frequency.argmax()):
+        return
+    omega = TURN * float(response.frequency[top])
+    work = np.pi * sum(
+        h * omega**force.omega_power * abs(np.vdot(force.vector, response.x[h][top]))
+        for h, force in system.force.items()
+        if h
+    )
+    if response.dissipation[top].sum() < LEAST * work:
+        limits = TURN * response.frequency
+        check_bound(structure, (limits.min(), limits.max()), output, what, omega)
 
 
 def unbound(

@@ -167,4 +167,4 @@ def _items(given: Any, by_type: bool) -> Iterable[Any]:
         return given[:1] if given.dtype.kind in "buifc" else given
     if not isinstance(given, Collection):
         return ()
-    return {type(item): item for item in given}.values() if by_type else given
+    return dict(zip(map(type, given), given, strict=True)).values() if by_type else given

@@ -85,6 +85,16 @@ def test_a_resonance_that_no_known_friction_holds_is_said_where_it_is_not_found(
         adaptive_response(lambda _: system, (0.9 / TURN, 1.15 / TURN), SHARES, Options(1))
 
 
+def test_a_stop_that_nothing_damps_is_refused_where_it_grows() -> None:
+    # Far beyond the gap, half a period belongs to each stiffness: 2 ω_1 ω_2 / (ω_1 + ω_2).
+    system = System.from_matrices([[1.0]], [[1.0]], [Contact(normal=0, kn=1.0, gap=0.1)], force={0: 0.1})  # fmt: skip
+    near = 2 * 2**0.5 / (1 + 2**0.5) / TURN
+    with pytest.raises(InputError, match=f"near {near:.3f}"):
+        adaptive_response(lambda _: system, (0.95 * near, 1.05 * near), SHARES, Options(3))
+    below = adaptive_response(lambda _: system, (0.90 * near, 0.94 * near), SHARES, Options(3))
+    assert below.amplitude.max() < 1.0
+
+
 def test_a_path_ends_where_nothing_holds_it() -> None:
     # Raised at the resonance of the mass that slides, the force is 4/π μ n at infinity.
     pad = Contact(tangential=0, kt=0.1, mu=0.3, preload=1.0)
