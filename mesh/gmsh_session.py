@@ -41,13 +41,7 @@ _OPTIONS = {
 
 
 def missing_libraries(load: Callable[[str], object] = ctypes.CDLL) -> list[str]:
-    """Shared libraries that gmsh is linked against and that this system does not have.
-
-    Parameters
-    ----------
-    load : callable
-        Opens a library by name, raising OSError if it is absent.
-    """
+    """Shared libraries that gmsh is linked against and that this system does not have."""
     missing = []
     for name in _LIBRARIES:
         try:
@@ -88,16 +82,6 @@ def session(part: str) -> Iterator[Any]:
 
     Sessions of several threads wait for one another. Configuration files of the user's are not
     read, and no signal handler is changed; it works outside the main thread, too.
-
-    Parameters
-    ----------
-    part : str
-        What is being meshed, for errors.
-
-    Raises
-    ------
-    InputError
-        If gmsh is already in use in this process, or cannot build or mesh the geometry.
     """
     gmsh = load()
     with _session:

@@ -161,14 +161,7 @@ class Component(Product):
 
 
 def carrying(component: Component, given: Iterable[tuple[str, str, float]]) -> Component:
-    """A component with other loads at rest: of each name the sum of multiples of those it has.
-
-    Parameters
-    ----------
-    component : Component
-    given : iterable of (str, str, float)
-        Name, one of the component's loads, and its factor.
-    """
+    """A component with other loads at rest: of each name the sum of multiples of those it has."""
     own: dict[str, Matrix] = component.loads or {}
     found: dict[str, Matrix] = {}
     for name, kind, factor in given:

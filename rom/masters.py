@@ -50,25 +50,13 @@ class Masters(Product):
     areas: dict[str, NDArray[np.float64]] = field(default_factory=dict, metadata={"unit": "m^2"})
 
     def set(self, name: str) -> NDArray[np.int64]:
-        """Node numbers of a set.
-
-        Raises
-        ------
-        InputError
-            If the part has no such set among its masters.
-        """
+        """Node numbers of a set."""
         if (own := called(self.node_sets, name)) is None:
             raise InputError(f"{self.part}: no node set {name!r} among its masters")
         return self.node_sets[own]
 
     def places(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Where nodes stand in `nodes`.
-
-        Raises
-        ------
-        InputError
-            If one is not among them.
-        """
+        """Where nodes stand in `nodes`."""
         order = np.argsort(self.nodes)
         rank = np.searchsorted(self.nodes, nodes, sorter=order)
         places = order[rank.clip(max=len(order) - 1)]
@@ -82,22 +70,7 @@ class Masters(Product):
 
 
 def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Masters:
-    """The nodes of the named sets, each once, in order of first appearance.
-
-    Parameters
-    ----------
-    part : Part
-        The part.
-    names : sequence of str
-        Its sets that are kept.
-    averaged : sequence of str
-        Its contact sets whose nodes stand for their patches, in every set that they belong to.
-
-    Raises
-    ------
-    InputError
-        If the part lacks a set, or an averaged one has no patches.
-    """
+    """The nodes of the named sets, each once, in order of first appearance."""
     none = np.empty(0, np.int64)
     names, averaged = (
         [called(part.node_sets, each) or each for each in given] for given in (names, averaged)

@@ -75,13 +75,7 @@ class ReferenceElement:
 
 
 def reference_element(cell_type: str) -> ReferenceElement:
-    """Tables of a cell type, by meshio's name.
-
-    Raises
-    ------
-    InputError
-        If there is no solid element of that name.
-    """
+    """Tables of a cell type, by meshio's name."""
     make, nodes, degree = _known(cell_type)
     if cell_type == "tetra10":
         points, weights = tetrahedron_rule()
@@ -96,11 +90,6 @@ def shape_functions(cell_type: str, points: Array) -> tuple[Array, Array]:
     """Basis functions (q, k) of a cell type and their derivatives (q, k, 3) at points (q, 3).
 
     Points and derivatives are those of the reference cell, nodes in meshio's order.
-
-    Raises
-    ------
-    InputError
-        If there is no solid element of that name.
     """
     make, nodes, _ = _known(cell_type)
     basis = make()
@@ -115,24 +104,7 @@ def shape_functions(cell_type: str, points: Array) -> tuple[Array, Array]:
 
 
 def sampling(cell_type: str) -> tuple[Array, Array]:
-    """Where the strains of an element are best, and how they reach its nodes.
-
-    Returns
-    -------
-    points : (g, 3) float
-        2 x 2 x 2 Gauss points of a hexahedron, superconvergent in a quadratic one (J. Barlow,
-        Optimal stress locations in finite element models, Int. J. Numer. Meth. Engng 10 (1976)
-        243-251); four points of a quadratic tetrahedron, in which strains are linear when it is
-        straight-sided; the centre of a linear tetrahedron.
-    extrapolation : (k, g) float
-        Values at the nodes of the field that interpolates those at the points: constant, linear or
-        trilinear.
-
-    Raises
-    ------
-    InputError
-        If there is no solid element of that name.
-    """
+    """Where the strains of an element are best, and how they reach its nodes."""
     make, nodes, _ = _known(cell_type)
     found, _ = quadrature.get_quadrature(
         make().refdom, {"tetra": 1, "tetra10": 2}.get(cell_type, 3)

@@ -57,13 +57,7 @@ def pressure(model: Model, node_set: str, value: ArrayLike) -> Array:
 
 
 def faces_of(part: Part, node_set: str) -> Integers:
-    """(f, m) nodes of the faces of the surface that a set covers, outward by the right-hand rule.
-
-    Raises
-    ------
-    InputError
-        If there is no such set or it covers no face.
-    """
+    """(f, m) nodes of the surface's faces that a set covers, outward by the right-hand rule."""
     inside = np.zeros(len(part.points), bool)
     inside[part.nodes(node_set)] = True
     faces = exterior(part.cells, solid(part.cell_type))

@@ -37,13 +37,7 @@ class WantedMatrix:
 
 
 def chosen(source: str, names: Sequence[str], wanted: WantedMatrix) -> str:
-    """The name in the file of the matrix that is wanted.
-
-    Raises
-    ------
-    NoMatrixError
-        If there is none, with the names that there are.
-    """
+    """The name in the file of the matrix that is wanted."""
     if wanted.name is not None:
         same = [name for name in names if name == wanted.name]
         same = same or [name for name in names if name.lower() == wanted.name.lower()]
@@ -62,13 +56,7 @@ def chosen(source: str, names: Sequence[str], wanted: WantedMatrix) -> str:
 
 
 def refuse_unless_alone(source: str, wanted: WantedMatrix) -> None:
-    """A format that holds one matrix holds no other besides.
-
-    Raises
-    ------
-    NoMatrixError
-        If another one is looked for.
-    """
+    """A format that holds one matrix holds no other besides."""
     if not wanted.alone:
         raise NoMatrixError(f"{source}: holds one matrix, no {wanted.what} besides")
 

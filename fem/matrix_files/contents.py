@@ -18,13 +18,7 @@ UNPACKED, ALWAYS = 100, 16 << 20
 
 
 def size_of(path: Path) -> int:
-    """Bytes of a file.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it is too large.
-    """
+    """Bytes of a file."""
     size = regular(path, "a file of matrices")
     if size > LARGEST:
         raise InputError(f"{path}: {size:,} bytes: at most {LARGEST:,} are read")
@@ -39,13 +33,7 @@ def room(packed: int) -> int:
 
 
 def content(path: Path) -> bytes:
-    """All bytes of a file; of one that ends in .gz, what it unpacks to.
-
-    Raises
-    ------
-    InputError
-        Naming the file: absent, too large, not readable or not whole.
-    """
+    """All bytes of a file; of one that ends in .gz, what it unpacks to."""
     size = size_of(path)
     try:
         if path.suffix.lower() != ".gz":
@@ -63,13 +51,7 @@ def content(path: Path) -> bytes:
 
 
 def text(path: Path) -> str:
-    """A text file's contents.
-
-    Raises
-    ------
-    InputError
-        As `content`; or if it is not text.
-    """
+    """A text file's contents."""
     held = content(path)
     if b"\0" in held:
         raise InputError(f"{path}: not a text file")

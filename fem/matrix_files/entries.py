@@ -58,13 +58,7 @@ class Entries:
 
 
 def number_table(source: str, text: str, **options: Any) -> NDArray[np.float64]:
-    """Numbers by lines, as `numpy.loadtxt` reads them; their exponents may be called D.
-
-    Raises
-    ------
-    InputError
-        If there is anything else.
-    """
+    """Numbers by lines, as `numpy.loadtxt` reads them; their exponents may be called D."""
     try:
         return np.loadtxt(io.StringIO(text.replace("D", "E").replace("d", "e")), ndmin=2, **options)
     except (ValueError, OverflowError) as error:
@@ -73,13 +67,7 @@ def number_table(source: str, text: str, **options: Any) -> NDArray[np.float64]:
 
 
 def whole(source: str, values: NDArray[np.float64], what: str, least: float = -np.inf) -> Integers:
-    """Whole numbers that a table has as any others, `what` is what they count.
-
-    Raises
-    ------
-    InputError
-        If one is none, or below the least.
-    """
+    """Whole numbers that a table has as any others, `what` is what they count."""
     with np.errstate(invalid="ignore"):
         wrong = ~((np.abs(values) < 1e15) & (values == np.round(values)))
     if wrong.any():
@@ -90,13 +78,7 @@ def whole(source: str, values: NDArray[np.float64], what: str, least: float = -n
 
 
 def dense_entries(source: str, array: NDArray[Any]) -> Entries:
-    """Entries of a full square array.
-
-    Raises
-    ------
-    InputError
-        If it is not a square array of numbers.
-    """
+    """Entries of a full square array."""
     square(source, array.shape)
     numbers(source, array.dtype)
     rows, columns = np.nonzero(array)
@@ -117,19 +99,7 @@ def numbers(source: str, dtype: np.dtype[Any]) -> None:
 
 
 def assembled(entries: Entries, what: str) -> sp.csc_array:
-    """(n, n) the matrix, exactly Hermitian; complex only where it must be.
-
-    Parameters
-    ----------
-    entries : Entries
-    what : str
-        "stiffness", "mass" or "damping", for messages.
-
-    Raises
-    ------
-    InputError
-        Naming the file and the first entry at fault.
-    """
+    """(n, n) the matrix, exactly Hermitian; complex only where it must be."""
     source, n = entries.source, entries.size
     rows, columns = np.asarray(entries.rows), np.asarray(entries.columns)
     values = np.asarray(entries.values)

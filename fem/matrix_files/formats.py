@@ -50,13 +50,7 @@ def holds_several(path: Path) -> bool:
 
 
 def read_entries(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read the matrix that is wanted from a file.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read the matrix that is wanted from a file."""
     found = READERS.get(ending(path))
     if found is None:
         known = " ".join(sorted(READERS))

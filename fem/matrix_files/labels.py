@@ -28,26 +28,7 @@ Labels = tuple[Integers, Integers]
 
 
 def read_labels(path: Path, size: int) -> Labels:
-    """Node and direction of each row.
-
-    Parameters
-    ----------
-    path : Path
-        Ansys's .mapping; or a table (CSV) with the column `node` and either `direction` (x, y, z,
-        rx, ry, rz or modal) or `dof` (1 to 6; 0: modal), a line for each row, in the rows' order
-        or with their numbers from 1 in a column `row`.
-    size : int
-        Rows that there must be.
-
-    Returns
-    -------
-    node, direction : (size,) int
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Node and direction of each row."""
     if path.suffix.lower() == ".mapping":
         order, node, direction = _mapping(path)
     else:
@@ -65,13 +46,7 @@ def read_labels(path: Path, size: int) -> Labels:
 
 
 def check_labels(source: str, node: Integers, direction: Integers) -> Labels:
-    """Refuse labels that are not unique; generalised coordinates have no node.
-
-    Raises
-    ------
-    InputError
-        Naming the file and the label.
-    """
+    """Refuse labels that are not unique; generalised coordinates have no node."""
     own = direction != GENERALISED
     if (wrong := own & (node < 1)).any():
         k = int(np.flatnonzero(wrong)[0])

@@ -18,20 +18,6 @@ def check_mass(
 
     A row's entries along a direction add up to the inertia that it has as all moves that way. Those
     of a stiffness add up to the force that does so: none, but where the part is held.
-
-    Parameters
-    ----------
-    source : str
-        What errors call it.
-    M : (n, n) sparse
-        The matrix.
-    node, direction : (n,) int
-        Of each row.
-
-    Raises
-    ------
-    InputError
-        Naming the row with a negative diagonal, or the likely mistake.
     """
     own = M.diagonal().real
     if own.size and own.min() < 0:

@@ -51,13 +51,7 @@ class Units:
 
 
 def units(length: str = "m", mass: str = "kg", force: str = "N") -> Units:
-    """Units by name, such as "mm", "t" and "N".
-
-    Raises
-    ------
-    InputError
-        If a name is no unit of that kind.
-    """
+    """Units by name, such as "mm", "t" and "N"."""
     return Units(
         _in_si("length", length, "m"), _in_si("mass_unit", mass, "kg"), _in_si("force", force, "N")
     )

@@ -14,26 +14,7 @@ BYTES = 2**28  # and no more of them than fit in this
 def in_blocks(
     apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool, by_rows: bool = False
 ) -> Matrix:
-    """A linear operator times the columns of b, a block at a time.
-
-    Parameters
-    ----------
-    apply : callable
-        The operator for a dense (n, k) array of its own kind in Fortran order.
-    b : (n,) or (n, k) array, or sparse
-        Real or complex, whatever the operator is. A sparse b is made dense one block at a time.
-    shape : (m, n)
-        Of the operator.
-    is_complex : bool
-        Whether the operator is.
-    by_rows : bool
-        Whether it takes dense arrays of any kind and gives them in C order.
-
-    Returns
-    -------
-    (m,) or (m, k) array
-        Complex if the operator or b is.
-    """
+    """A linear operator times the columns of b, a block at a time."""
     if not sp.issparse(b):
         b = np.asarray(b)
     if b.shape[0] != shape[1] or b.ndim > 2:

@@ -11,13 +11,7 @@ SYMMETRIC = 1e-12  # of |x| |A y|: how far xᴴ(A y) may be from (A x)ᴴ y
 
 
 def hermitian(A: Any) -> sp.csc_array:
-    """A in compressed columns, sorted, without duplicates and in double precision.
-
-    Raises
-    ------
-    InputError
-        If it is not square, finite and Hermitian.
-    """
+    """A in compressed columns, sorted, without duplicates and in double precision."""
     A = sp.csc_array(A)
     if A.shape[0] != A.shape[1] or A.shape[0] == 0:
         raise InputError(f"matrix of shape {A.shape}: it must be square and not empty")

@@ -24,11 +24,5 @@ def factor_bytes(rows: int, is_complex: bool = False) -> float:
 
 
 def require(rows: int, is_complex: bool, times: float) -> None:
-    """Refuse a factorisation that takes more memory than is left.
-
-    Raises
-    ------
-    MemoryError
-        With what it takes and what is left.
-    """
+    """Refuse a factorisation that takes more memory than is left."""
     memory.require(times * factor_bytes(rows, is_complex), f"factorising {rows:,} rows")

@@ -70,20 +70,7 @@ class PatchStrain:
 
 
 def patch_strain(part: Part, u: Field) -> PatchStrain:
-    """Fit the strains of displacement fields.
-
-    Parameters
-    ----------
-    part : Part
-        Mesh of the elements that `assemble` takes.
-    u : (nodes, 3, k), real or complex
-        Displacement fields, m.
-
-    Raises
-    ------
-    InputError
-        If the field does not belong to the part.
-    """
+    """Fit the strains of displacement fields."""
     points, _ = sampling(part.cell_type)
     values, _ = shape_functions(part.cell_type, points)
     linear = linear_type(part.cell_type)

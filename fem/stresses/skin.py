@@ -69,19 +69,7 @@ class Skin:
     normals: Array
 
     def nearest(self, position: Array, normal: Array | None = None) -> SkinPoint:
-        """The point of the surface that is nearest to a position.
-
-        Parameters
-        ----------
-        position : (3,) float
-        normal : (3,) float, optional
-            Unit vector; only faces whose outward normal leans from it by less than 60 degrees.
-
-        Raises
-        ------
-        InputError
-            If there is no such face.
-        """
+        """The point of the surface that is nearest to a position."""
         part = self.part
         allowed = np.arange(len(self.cells))
         if normal is not None:

@@ -114,13 +114,7 @@ def hooke(material: Material, strains: Field, axis: int = 1) -> Field:
 
 
 def strain_rows(part: Part, nodes: NDArray[np.int64], direction: Array) -> sp.csr_array:
-    """Rows that give the nodal strain of `strain` along a unit vector, at a few nodes.
-
-    Returns
-    -------
-    (len(nodes), 3 n) csr_array
-        On displacements of all n nodes, x, y and z of each in turn; 1/m.
-    """
+    """Rows that give the nodal strain of `strain` along a unit vector, at a few nodes."""
     chosen = np.flatnonzero(np.isin(part.cells, nodes).any(axis=1))
     cells = part.cells[chosen]
     points, extrapolation = sampling(part.cell_type)
@@ -144,13 +138,7 @@ def strain_rows(part: Part, nodes: NDArray[np.int64], direction: Array) -> sp.cs
 
 
 def thermal_strain(part: Part, growth: ArrayLike) -> Array:
-    """(nodes,) thermal strain at the nodes, from that or from one number.
-
-    Raises
-    ------
-    InputError
-        If its shape is another, or it is not finite.
-    """
+    """(nodes,) thermal strain at the nodes, from that or from one number."""
     return nodal_values(part, growth, "thermal strain")
 
 

@@ -62,14 +62,6 @@ class KrylovSpace:
     """A space that grows by a block at a time, M-orthonormal, and K⁻¹M in it.
 
     What it holds serves every search in it: one goes on where another ended.
-
-    Parameters
-    ----------
-    solve, mass : callable
-        K⁻¹ b and M x of blocks of columns.
-    start : (n, p)
-        Any block that no wanted mode is orthogonal to; zero in rows without mass. The M-norm does
-        not see those, so they are kept out of the space: M x is the same, and K⁻¹M x has them.
     """
 
     def __init__(self, solve: Apply, mass: Apply, start: Matrix) -> None:
@@ -127,20 +119,7 @@ class KrylovSpace:
 
 
 def krylov_space(solve: Apply, M: Any) -> KrylovSpace:
-    """The space in which modes are searched for, still empty.
-
-    Parameters
-    ----------
-    solve : callable
-        K⁻¹ b of blocks of columns.
-    M : (n, n)
-        Sparse, or an operator that has its diagonal; complex where K is.
-
-    Raises
-    ------
-    InputError
-        If the mass is not positive.
-    """
+    """The space in which modes are searched for, still empty."""
     n = M.shape[0]
     if n and (least := M.diagonal().real.min()) < 0:
         raise InputError(f"the mass matrix has {least:.3g} on its diagonal: it must be >= 0")
@@ -155,24 +134,7 @@ def lowest_modes(
     below: float = np.inf,
     tolerance: float = TOLERANCE,
 ) -> Lowest:
-    """Lowest pairs of K x = λ M x: a number of them, or all below an eigenvalue.
-
-    Parameters
-    ----------
-    space : KrylovSpace
-        Where they are searched for; it grows as far as they need it.
-    count : int, optional
-        How many.
-    below : float
-        Or all whose λ is less than this.
-    tolerance : float
-        Largest residual of K⁻¹M x = x/λ, relative to 1/λ, before a last step that reduces it.
-
-    Raises
-    ------
-    InputError
-        If the iteration does not converge, or the mass is not positive.
-    """
+    """Lowest pairs of K x = λ M x: a number of them, or all below an eigenvalue."""
     first, due = 0, 0
     least = 1 / below if below else np.inf
     while space.steps < _LARGEST:

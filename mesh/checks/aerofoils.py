@@ -21,13 +21,7 @@ _TIP = ("outer_shroud_inner_radius", "outer_shroud_outer_radius")
 
 
 def check_aerofoils(vane: VaneDimensions, sectors: int) -> None:
-    """Refuse aerofoils that leave their shrouds or meet one another.
-
-    Raises
-    ------
-    InputError
-        Naming the dimensions, what was given and what is missing.
-    """
+    """Refuse aerofoils that leave their shrouds or meet one another."""
     start, end = aerofoil.ends(vane)
     root, tip = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     _check_length(vane)

@@ -41,13 +41,7 @@ def filleted(vane: VaneDimensions, sectors: int) -> VaneDimensions:
 
 
 def check_root_fillet(vane: VaneDimensions, sectors: int) -> None:
-    """Refuse a fillet of the aerofoils that does not fit.
-
-    Raises
-    ------
-    InputError
-        Naming where, and the largest radius that fits there.
-    """
+    """Refuse a fillet of the aerofoils that does not fit."""
     if not vane.root_fillet or not _too_narrow(vane, sectors, vane.root_fillet):
         return
     largest, where = _largest(vane, sectors, vane.root_fillet)

@@ -93,20 +93,6 @@ def jacobian_bounds(points: NDArray[np.float64], cells: NDArray[np.int64]) -> ND
     an average of the 20 different β with weights that are positive and sum to one, and no smaller
     than the smallest (the polynomial's Bézier form; Johnen, Remacle and Geuzaine, J. Comput. Phys.
     233, 2013). The bound is attained if a corner's determinant β_iii is the smallest.
-
-    Parameters
-    ----------
-    points : (n, 3) float
-        Nodes, m.
-    cells : (e, 4) or (e, 10) int
-        Linear or quadratic tetrahedra.
-
-    Returns
-    -------
-    (e,) float
-        The smallest β over the size of the determinant that the corners alone span: 1 for straight
-        sides, -1 if such an element is inverted, -inf if the corners lie in a plane. Positive only
-        in an element that is inverted nowhere.
     """
     a, b, c = np.moveaxis(jacobians(points, cells, _CORNERS), -1, 0)  # each (e, 4, 3)
     one_order = np.einsum("eix,ejkx->eijk", a, np.cross(b[:, :, None], c[:, None, :]))
@@ -118,13 +104,7 @@ def jacobian_bounds(points: NDArray[np.float64], cells: NDArray[np.int64]) -> ND
 
 
 def valid(part: Part) -> Part:
-    """The part itself, if every element is the right way round.
-
-    Raises
-    ------
-    InputError
-        If an element is flat, or not proven to be inverted nowhere.
-    """
+    """The part itself, if every element is the right way round."""
     worst = quality(part).smallest_jacobian
     if not worst > 0:
         raise InputError(

@@ -19,22 +19,6 @@ def nodal_areas(points: Array, faces: Integers, nodes: Integers, normal: Array) 
     their area among their nodes in the ratio of ∫ N_i², which is positive even where ∫ N_i is not
     (E. Hinton, T. Rock, O. C. Zienkiewicz, A note on mass lumping and related processes in the
     finite element method, Earthquake Engng Struct. Dyn. 4 (1976) 245-249).
-
-    Parameters
-    ----------
-    points : (n, 3) float
-        Nodes of the mesh, m.
-    faces : (f, m) int
-        Nodes of the faces on its outside.
-    nodes : (k,) int
-        The set.
-    normal : (k, 3) float
-        Unit outward normals there.
-
-    Returns
-    -------
-    (k,) float or None
-        None where a node has no such face.
     """
     cell = surface(faces.shape[1])
     whole = faces[np.isin(faces[:, : cell.corners], nodes).all(axis=1)]

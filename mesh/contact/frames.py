@@ -68,22 +68,7 @@ def _directions(weighted: Array) -> list[tuple[Array, list[int]]]:
 
 
 def opposed(own: Array, other: Array) -> tuple[Array, float, bool]:
-    """The normal that two nodes in contact share, from the directions of their faces.
-
-    Parameters
-    ----------
-    own, other : (c, 3) float
-        Unit normals of the faces around either node.
-
-    Returns
-    -------
-    (3,) float
-        Half-way between the own normal and the reverse of the other's, of the most opposed pair.
-    float
-        Degrees by which that pair misses being opposed; 180 if a node has no face.
-    bool
-        Whether another pair, of another direction, is opposed too.
-    """
+    """The normal that two nodes in contact share, from the directions of their faces."""
     if not len(own) or not len(other):
         return np.zeros(3), 180.0, False
     cosine = (-own @ other.T).clip(-1, 1)
@@ -95,16 +80,7 @@ def opposed(own: Array, other: Array) -> tuple[Array, float, bool]:
 
 
 def frames(normal: Array, wanted: Array, instead: Array) -> Array:
-    """Frames (k, 3, 3): the normals, a first tangent, and their cross product.
-
-    Parameters
-    ----------
-    normal : (k, 3) float
-        Unit normals.
-    wanted, instead : (k, 3) float
-        Unit vectors: the first tangent is the wanted one's projection on the face, or the other
-        one's where the normal lies within 45 degrees of the wanted one.
-    """
+    """Frames (k, 3, 3): the normals, a first tangent, and their cross product."""
     along = np.abs(np.sum(normal * wanted, axis=1)) > _CLEAR
     first = np.where(along[:, None], instead, wanted)
     first = first - np.sum(first * normal, axis=1, keepdims=True) * normal

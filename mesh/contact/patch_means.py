@@ -81,31 +81,7 @@ def _corners(cells: Integers, facets: Facets) -> Integers:
 def averages(
     what: str, points: Array, cells: Integers, facets: Facets, patches: Sequence[Patch]
 ) -> sp.csr_array:
-    """Weights of the nodes in the mean over each patch.
-
-    Parameters
-    ----------
-    what : str
-        Part and set, for errors.
-    points : (n, 3) float
-        Nodes, m.
-    cells : (e, 10) int
-        Quadratic tetrahedra, curved or not.
-    facets : Facets
-        Their faces on the patches' surface.
-    patches : sequence of Patch
-        k patches.
-
-    Returns
-    -------
-    (k, n) csr_array
-        Times displacements (n, 3): the means.
-
-    Raises
-    ------
-    InputError
-        If the faces do not cover a patch.
-    """
+    """Weights of the nodes in the mean over each patch."""
     lattice, pieces = _lattice(DIVISIONS)
     place = _in_tetrahedron(facets.corner[:, None], lattice)
     shapes = quadratic_shapes(place.reshape(-1, 4)).reshape(*place.shape[:2], 10)
@@ -151,22 +127,7 @@ def _in_tetrahedron(corner: Integers, place: Array) -> Array:
 
 
 def _inside(outside: Array) -> tuple[Integers, Integers, Array, Array]:
-    """Quadrature of the faces inside some planes, exact for quadratics in each piece.
-
-    Parameters
-    ----------
-    outside : (t, n, 3, p) float
-        Distance of the corners of each face's n pieces from each plane, positive outside.
-
-    Returns
-    -------
-    face, piece : (q,) int
-        Of each point.
-    place : (q, 3) float
-        Its barycentric coordinates in the piece.
-    share : (q,) float
-        Its share of the face's area, in the face's barycentric coordinates.
-    """
+    """Quadrature of the faces inside some planes, exact for quadratics in each piece."""
     face, piece = np.nonzero(np.all(outside.min(axis=2) < 0, axis=2))
     place, share = _quadrature(_cut(outside[face, piece]))
     used, point = np.nonzero(share > 0)
@@ -178,11 +139,6 @@ def _cut(outside: Array) -> Array:
     """Barycentric corners (t, 3 + p, 3) of triangles cut by p planes; the last ones may repeat.
 
     Sutherland and Hodgman's method, on all triangles at once.
-
-    Parameters
-    ----------
-    outside : (t, 3, p) float
-        Distance of each triangle's corners from each plane, positive outside.
     """
     polygon = np.broadcast_to(np.eye(3), (len(outside), 3, 3))
     for k in range(outside.shape[2]):
@@ -217,19 +173,7 @@ def _quadrature(polygons: Array) -> tuple[Array, Array]:
 def _row(
     points: Array, nodes: Integers, position: Array, J: Array, weight: Array, centroid: Array
 ) -> sp.csr_array:
-    """Weights (1, n) of the mean over some points, carried to the patch's centroid.
-
-    Parameters
-    ----------
-    nodes : (q, 10) int
-        Of the element at each point.
-    position : (q, 4) float
-        Barycentric.
-    J : (q, 3, 3) float
-        Derivative of place by reference coordinates.
-    weight : (q,) float
-        Sums to one.
-    """
+    """Weights (1, n) of the mean over some points, carried to the patch's centroid."""
     mean = weight[:, None] * quadratic_shapes(position)
     offset = centroid - np.einsum("qj,qjx->x", mean, points[nodes])
     if np.linalg.norm(offset) > OFFSET:

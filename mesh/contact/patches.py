@@ -56,17 +56,7 @@ def hook_overlap(vane: VaneDimensions, casing: CasingDimensions) -> tuple[float,
 def hook_patches(
     hook: HookDimensions, overlap: tuple[float, float], sectors: int
 ) -> list[list[Patch]]:
-    """Patches of the nodes of `contact_places.hook_bands`, band by band.
-
-    Parameters
-    ----------
-    hook : HookDimensions
-        The bands.
-    overlap : (front, rear) float
-        Axial range in which the front hook's faces touch, m; see `hook_overlap`.
-    sectors : int
-        N.
-    """
+    """Patches of the nodes of `contact_places.hook_bands`, band by band."""
     front_roof = contact_places.hook_bands(hook, sectors)[0]
     limits = _nearest(np.arctan2(front_roof[:, 1], front_roof[:, 0]))  # the same on all bands
     mirrored = (2 * hook.mid_plane - overlap[1], 2 * hook.mid_plane - overlap[0])
@@ -128,13 +118,6 @@ def _beside_arc(
 
     In coordinates of the face, across it and radial, the arcs are y² + (slope x)² = radius². The
     line is straight and meets the mean of both arcs at the ends in x.
-
-    Returns
-    -------
-    sides : (3, 3) float
-        Half-planes n·(x, y) ≤ d as rows (n, d): all sides but the arc, where the face ends.
-    area : float
-    centroid : (2,) float
     """
 
     def arc(r: float, at: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -44,13 +44,7 @@ _VTK = {
 
 
 def read_archive(source: str, path: Path) -> RawMesh:
-    """Read the blocks NBLOCK, EBLOCK and CMBLOCK; all else in the file is passed over.
-
-    Raises
-    ------
-    InputError
-        If the library is absent, the file malformed, or a quadratic element lacks middle nodes.
-    """
+    """Read the blocks NBLOCK, EBLOCK and CMBLOCK; all else in the file is passed over."""
     reader = library("ansys.mapdl.reader", "ansys", source, "ansys-mapdl-reader")
     read = partial(_contents, reader, source, path)
     return by_library(read, source, path.stat().st_size, "an Ansys archive")

@@ -11,22 +11,6 @@ def file_sets(
     """Nodes of every set, faces of those that have any, and what belongs to no solid element.
 
     A name that stands for several kinds of sets means nodes first, then faces, then elements.
-
-    Parameters
-    ----------
-    raw : RawMesh
-        The file's contents.
-    numbers : (n,) int
-        The file's numbers of the nodes that the solid elements use.
-    faces : (f, m) int
-        Nodes of the faces on the outside.
-
-    Returns
-    -------
-    node_sets, face_sets : dict of str to int
-        As in `FileMesh`.
-    absent : dict of str to (k,) int
-        The file's numbers.
     """
     corners = 3 if faces.shape[1] in (3, 6) else 4
     given = {name: np.array(own, np.int64) for name, own in raw.face_sets.items()}

@@ -5,13 +5,7 @@ from numpy.typing import NDArray
 
 
 def node_numbers(data: bytes) -> NDArray[np.int64] | None:
-    """Numbers of the nodes in the order of a .msh file of version 2 or 4.1; None of any other.
-
-    Parameters
-    ----------
-    data : bytes
-        The file's contents, malformed ones included.
-    """
+    """Numbers of the nodes in the order of a .msh file of version 2 or 4.1; None of any other."""
     words = _after(data, b"$MeshFormat", 200)[:200].split()
     try:
         version, binary = words[0].decode(), words[1] == b"1"

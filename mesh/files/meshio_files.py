@@ -25,11 +25,6 @@ def read_exchange(source: str, path: Path) -> RawMesh:
 
     Sets are meshio's sets of points and of cells, Gmsh's physical groups, and whole-number fields
     at the nodes: a set holds the nodes where the field is not zero, in the order of its values.
-
-    Raises
-    ------
-    InputError
-        If the format is unknown or the file malformed.
     """
     import meshio
 

@@ -27,26 +27,7 @@ FAR = 0.1
 
 
 def nodal_field(path: Path, name: str, unit: str, places: Array) -> Array:
-    """Values of a field at nodes.
-
-    Parameters
-    ----------
-    path : path
-        The CSV file.
-    name, unit : str
-        Of the field's column, such as "pressure", and what it is wanted in.
-    places : (k, 3) float
-        Nodes, m.
-
-    Returns
-    -------
-    (k,) float
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, lacks a column, or has no points where the nodes are.
-    """
+    """Values of a field at nodes."""
     columns = {"x": "m", "y": "m", "z": "m", name: unit}
     table = _numbers(path, columns)
     points, values = table[:, :3], table[:, 3]

@@ -69,13 +69,7 @@ def read_mesh(path: str | os.PathLike[str], unit: str = "m") -> FileMesh:
 
 
 def metres(unit: str) -> float:
-    """Metres in one unit of length.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Metres in one unit of length."""
     try:
         factor = si(f"1 {unit}", "m")
     except ValueError:

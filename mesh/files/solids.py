@@ -27,20 +27,6 @@ def solid_mesh(raw: RawMesh, unit: float) -> FileMesh:
 
     Middle nodes in another order than meshio's are put in that order where the coordinates show it
     without doubt.
-
-    Parameters
-    ----------
-    raw : RawMesh
-        The file's contents.
-    unit : float
-        Metres in one unit of its coordinates.
-
-    Raises
-    ------
-    InputError
-        If there are no solid elements, several kinds, or kinds that cannot be used; too many; an
-        element with an absent node, turned inside out or with misplaced middle nodes; coordinates
-        that are no numbers; or pieces that share no nodes.
     """
     kind, block = _only_solid(raw)
     cells, elements = _once(raw, _rows(raw, block.nodes), block.numbers)

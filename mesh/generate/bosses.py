@@ -24,13 +24,7 @@ def boss_angles(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
 
 
 def check_bosses(casing: CasingDimensions, sectors: int) -> None:
-    """Refuse bosses that reach a flange, a cyclic face, each other, or a force or output node.
-
-    Raises
-    ------
-    InputError
-        Naming the dimension, what was given and what it must respect.
-    """
+    """Refuse bosses that reach a flange, a cyclic face, each other, or a force or output node."""
     if not casing.bosses:
         return
     radius, at = casing.boss_diameter / 2, casing.boss_position

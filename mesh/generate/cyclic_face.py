@@ -32,22 +32,6 @@ def divide_face(gmsh: Any, face: int, size: float, wanted: int) -> None:
 
     The same search finds the same counts; of those found the ones closest to an even mesh of the
     element size are taken. No mesh is left behind.
-
-    Parameters
-    ----------
-    gmsh : module
-        Of an open session whose model is synchronised.
-    face : int
-        Tag of a plane face without holes.
-    size : float
-        Element size, m.
-    wanted : int
-        Quadratic nodes, those of the boundary included.
-
-    Raises
-    ------
-    InputError
-        Naming `mesh.face_nodes`, if the number cannot be had at this element size.
     """
     alone = _Alone.of(gmsh, face)
     try:

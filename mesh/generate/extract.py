@@ -81,11 +81,6 @@ def matching(
 
     Nodes whose place is known in closed form come out of the kernel within its tolerance; one
     further off is the wrong node.
-
-    Raises
-    ------
-    InputError
-        If their count differs, or a place has no candidate within the tolerance, m.
     """
     if len(candidates) != len(places):
         raise InputError(f"{what}: {len(candidates)} nodes, expected {len(places)}")
@@ -130,14 +125,6 @@ def place(
 
     Mid-side nodes lie on the geometry's surfaces. Where that would distort an element, they go
     back towards their chord, as far as needed, those with an exact place apart.
-
-    Parameters
-    ----------
-    mesh : MeshArrays
-    nodes, places
-        Nodes (k,) and where they belong (k, 3), m.
-    images : (left, right, turn), optional
-        Nodes of two faces, of which the second is the first one turned by a rotation (3, 3).
     """
     points = mesh.points.copy()
     points[nodes] = places

@@ -33,20 +33,7 @@ def tetrahedra(
     stretch: float = 1.0,
     same_faces: bool = False,
 ) -> None:
-    """Mesh the current model with linear tetrahedra no larger than `size`, m.
-
-    Parameters
-    ----------
-    gmsh : module
-    size : float
-        m.
-    local : callable, optional
-        Largest edges; not above `size`.
-    stretch : float
-        How many times the mesh will be drawn out around the ring, as which it is judged.
-    same_faces : bool
-        Whether the other sizes that are tried leave the faces' meshes as they are.
-    """
+    """Mesh the current model with linear tetrahedra no larger than `size`, m."""
     reached: dict[tuple[float, bool], float] = {}
     for split in (False, True):
         if max(reached.values(), default=-1.0) > BAD:

@@ -62,16 +62,6 @@ def imprint(gmsh: Any, solid: Entity, *others: Sequence[Entity]) -> list[list[in
     """Fragment a solid with curves and points that lie on its faces.
 
     They are embedded there, so that the mesh follows them.
-
-    Returns
-    -------
-    list of list of int
-        For each sequence the tags that its entities have afterwards, one each.
-
-    Raises
-    ------
-    InputError
-        If an entity was cut in pieces.
     """
     tools = [entity for entities in others for entity in entities]
     _, pieces = gmsh.model.occ.fragment([solid], tools)
@@ -105,17 +95,7 @@ def end_faces(gmsh: Any, half_angle: float) -> tuple[int, int]:
 
 
 def grade_fillets(gmsh: Any, fillet: float, size: float, stretch: float = 1.0) -> None:
-    """Limit the elements along fillets to a multiple of their width, evenly around the ring.
-
-    Parameters
-    ----------
-    fillet : float
-        Radius of the arcs, m; each piece is a face of its own.
-    size : float
-        Element size elsewhere, m.
-    stretch : float
-        How many times the mesh will be drawn out around the ring.
-    """
+    """Limit the elements along fillets to a multiple of their width, evenly around the ring."""
     longest = min(size, min(ASPECT, DRAWN_OUT / stretch) * PIECE * fillet)
     for _, face in gmsh.model.getEntities(2):
         if gmsh.model.getType(2, face) != "Torus":

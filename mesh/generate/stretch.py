@@ -27,13 +27,7 @@ def drawn_out(points: NDArray[np.float64], stretch: float) -> NDArray[np.float64
 
 
 def checked_stretch(stretch: int | None, casing: CasingDimensions) -> int:
-    """A stretch, `USUAL` unless given where there are no bosses; round ones would become oval.
-
-    Raises
-    ------
-    InputError
-        Naming `mesh.stretch`, where it is out of range or there are bosses.
-    """
+    """A stretch, `USUAL` unless given where there are no bosses; round ones would become oval."""
     if stretch is None:
         return 1 if casing.bosses else USUAL
     if stretch not in range(1, MOST + 1):

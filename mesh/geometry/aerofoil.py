@@ -43,22 +43,7 @@ class Edges:
 
 
 def outline(vane: VaneDimensions, station: Array, along: float | None = None) -> Array:
-    """Convex and concave side at stations s between the rounded edges.
-
-    Parameters
-    ----------
-    vane : VaneDimensions
-    station : (n,) float
-        From -1 at the leading to 1 at the trailing edge.
-    along : float, optional
-        Where the aerofoil is cut, along its radial axis from the engine's, m; at mid-span by
-        default.
-
-    Returns
-    -------
-    (2, n, 2) float
-        Circumferential and axial position, m, from the aerofoil's radial axis.
-    """
+    """Convex and concave side at stations s between the rounded edges."""
     x = _length(vane) * np.asarray(station)
     camber, slope = _camber(vane, x)
     half = _half_thickness(vane, np.asarray(station))
@@ -134,21 +119,7 @@ def _section(vane: VaneDimensions, along: Array | None) -> tuple[Array, Array]:
 
 
 def on_rounding(vane: VaneDimensions, points: Array, number: int) -> Array | None:
-    """How far round a rounded edge points lie, from -1 on the concave to 1 on the convex side.
-
-    Parameters
-    ----------
-    vane : VaneDimensions
-    points : (k, 3) float
-        Along the aerofoil's radial axis, circumferentially and axially from mid-plane, m.
-    number : 0 or 1
-        The leading or the trailing edge.
-
-    Returns
-    -------
-    (k,) float or None
-        None unless all of them lie on it, to 1e-6 m.
-    """
+    """How far round a rounded edge points lie, from -1 on the concave to 1 on the convex side."""
     turn, shift = _section(vane, points[:, 0])
     local = np.linalg.solve(turn.swapaxes(1, 2), (points[:, 1:] - shift)[..., None])[..., 0]
     origin, outwards, half = _rounded_frame(vane, number)

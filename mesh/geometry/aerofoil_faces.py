@@ -16,13 +16,7 @@ ON = 1e-5
 
 
 def aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[NDArray[np.int64], ...]:
-    """(f, 6) nodes of the faces of each aerofoil, by ascending angle, root fillets included.
-
-    Raises
-    ------
-    InputError
-        If the surface between the shrouds does not consist of so many pieces.
-    """
+    """(f, 6) nodes of the faces of each aerofoil, by ascending angle, root fillets included."""
     inner, outer = dimensions.inner_shroud_outer_radius, dimensions.outer_shroud_inner_radius
     faces = exterior(part.cells, solid(part.cell_type))
     radius = np.hypot(*part.points.T[:2])[faces]

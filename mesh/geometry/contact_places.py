@@ -19,15 +19,6 @@ def pieces(length: float, nodes: int, size: float) -> int:
 
     An element has a node in its middle, so that two contact nodes' distances make one element, or
     two, three, ...
-
-    Parameters
-    ----------
-    length : float
-        Of the curve, m.
-    nodes : int
-        Contact nodes on it, an odd number.
-    size : float
-        Largest element edge, m.
     """
     return max(1, int(np.ceil(2 * length / (nodes - 1) / (STRETCH * size) - 1e-9)))
 
@@ -49,20 +40,7 @@ def band_pieces(hook: HookDimensions, sectors: int, size: float) -> int:
 
 
 def hook_bands(hook: HookDimensions, sectors: int, pieces: int = 1) -> NDArray[np.float64]:
-    """Nodes of the four contact bands, each by ascending angle.
-
-    Parameters
-    ----------
-    hook : HookDimensions
-    sectors : int
-    pieces : int
-        With 2, 3, ... the places include those of the mesh's nodes between the contact nodes.
-
-    Returns
-    -------
-    (4, (band_nodes - 1)·pieces + 1, 3) float
-        Front roof, front lip, rear roof, rear lip, m.
-    """
+    """Nodes of the four contact bands, each by ascending angle."""
     half = hook.band_extent * np.pi / sectors
     angle = np.linspace(-half, half, (hook.band_nodes - 1) * pieces + 1)
     rear = 2 * hook.mid_plane - hook.band_position
@@ -80,17 +58,6 @@ def hook_frames(bands: NDArray[np.float64], outward: float) -> NDArray[np.float6
 
     Rows are the outward normal ±e_r, e_θ, and ±e_z with the normal's sign: right-handed, and a
     part's frame is its mate's with the normal and the second tangent reversed.
-
-    Parameters
-    ----------
-    bands : (4, n, 3) float
-        Nodes.
-    outward : float
-        +1 for the vane, whose normal at the roof is +e_r; -1 for the casing.
-
-    Returns
-    -------
-    (4, n, 3, 3) float
     """
     angle = np.arctan2(bands[..., 1], bands[..., 0])
     sign = outward * np.array([1.0, -1.0, 1.0, -1.0])[:, None]  # roof, lip, roof, lip
@@ -106,10 +73,6 @@ def interlock_frame(vane: VaneDimensions, sectors: int) -> NDArray[np.float64]:
 
     Rows are the outward normal sin γ·e_z - cos γ·e_θ, the radial direction e_r, and the direction
     across the face sin γ·e_θ + cos γ·e_z; e_r and e_θ are those of the angle -π/N.
-
-    Returns
-    -------
-    (3, 3) float
     """
     slant = np.radians(vane.interlock_slant)
     c, s = np.cos(slant), np.sin(slant)
@@ -134,20 +97,7 @@ def interlock_pieces(vane: VaneDimensions, size: float) -> int:
 
 
 def interlock_rows(vane: VaneDimensions, sectors: int, pieces: int = 1) -> NDArray[np.float64]:
-    """Nodes of the left interlock face, on its two long edges, each by ascending z.
-
-    Parameters
-    ----------
-    vane : VaneDimensions
-    sectors : int
-    pieces : int
-        With 2, 3, ... the places include those of the mesh's nodes between the contact nodes.
-
-    Returns
-    -------
-    (2, (interlock_nodes - 1)·pieces + 1, 3) float
-        The row at the inner radius, then the one at the outer radius, m.
-    """
+    """Nodes of the left interlock face, on its two long edges, each by ascending z."""
     mid = vane.hook.mid_plane
     half = mid - vane.inner_shroud_front
     axial = np.linspace(-half, half, (vane.interlock_nodes - 1) * pieces + 1)

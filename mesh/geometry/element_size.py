@@ -37,20 +37,7 @@ Size = str | float | tuple[float, float]
 
 
 def element_size(size: Size, part: str) -> float:
-    """Largest element edge of a part, m, from a name or a length.
-
-    Parameters
-    ----------
-    size : {"coarse", "medium", "paper", "fine"}, float or (float, float)
-        A name, or a length in m between 1 and 50 mm, or those of vane and casing.
-    part : {"vane", "casing"}
-        A named size may differ from part to part.
-
-    Raises
-    ------
-    InputError
-        For an unknown name or a length out of range.
-    """
+    """Largest element edge of a part, m, from a name or a length."""
     if isinstance(size, str):
         if size not in SIZES:
             names = ", ".join(f'"{name}"' for name in SIZES)
@@ -77,15 +64,7 @@ def thin(vane: VaneDimensions, size: float) -> bool:
 
 
 def of_vane(vane: VaneDimensions, sectors: int, size: float) -> Local:
-    """Largest element edges of a vane.
-
-    Parameters
-    ----------
-    vane : VaneDimensions
-    sectors : int
-    size : float
-        Of the vane, m.
-    """
+    """Largest element edges of a vane."""
     edge = 1e-6 * vane.outer_shroud_inner_radius
     least = FIRST * vane.edge_thickness
     ends = aerofoil.noses(vane, sectors).tolist() if thin(vane, size) else None

@@ -46,13 +46,7 @@ class Edge(NamedTuple):
 
 
 def edges(corners: Sequence[Corner]) -> list[Edge]:
-    """Edges around an outline, each starting where the one before it ends.
-
-    Parameters
-    ----------
-    corners : sequence of Corner
-        In order. The fillets must leave some of every side.
-    """
+    """Edges around an outline, each starting where the one before it ends."""
     rounded = [
         _arc(before, corner, after)
         for before, corner, after in zip(

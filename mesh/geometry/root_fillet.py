@@ -107,15 +107,7 @@ class RationalFace:
 
 
 def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> list[Strip]:
-    """The four strips of a fillet at the inner or the outer shroud.
-
-    Parameters
-    ----------
-    vane : VaneDimensions
-    outer : bool
-    radius : float, optional
-        Of the fillet, m, if not the vane's.
-    """
+    """The four strips of a fillet at the inner or the outer shroud."""
     radius = (vane.root_fillet or 0.0) if radius is None else radius
     sunk = radius * (1 - np.cos(SLANT))
     level = (
@@ -158,17 +150,7 @@ def _strip(
 
 
 def corner(vane: VaneDimensions, strip: int, places: Array, level: float) -> tuple[Array, Array]:
-    """Where the aerofoil's lines meet a cylinder: points (n, 3), and the unit directions outwards.
-
-    Parameters
-    ----------
-    vane : VaneDimensions
-    strip : int
-    places : (n,) float
-        From 0 to 1 along the strip.
-    level : float
-        Radius of the cylinder, m.
-    """
+    """Where the aerofoil's lines meet a cylinder: points (n, 3) and unit directions outwards."""
     ends = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     inner, outer = (_section(vane, strip, places, end) for end in ends)
     radial = np.full(len(places), level)

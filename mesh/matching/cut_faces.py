@@ -16,18 +16,6 @@ def check_cut_faces(side: Side, tolerance: float) -> list[str]:
     """Refuse cut faces of which nodes are not listed, or of whose mates one alone is clamped.
 
     Nodes left out would be a gap in the ring, which later stages would take for a free edge.
-
-    Parameters
-    ----------
-    side : Side
-        A part whose sets `left` and `right` are matched: in the order of their mates.
-    tolerance : float
-        How far mates may lie apart, m.
-
-    Returns
-    -------
-    list of str
-        A line for each fault.
     """
     left, right = side.sets["left"], side.sets["right"]
     problems = []

@@ -22,28 +22,7 @@ def mates(
     tellers: tuple[Teller, Teller],
     size: float = np.inf,
 ) -> tuple[Integers, list[str]]:
-    """For each place of one set the node of the other set that lies there.
-
-    Parameters
-    ----------
-    own, other : (k, 3) float
-        Places of both sets, m, the other's turned to where it meets this one.
-    tolerance : float
-        How far mates may lie apart, m.
-    sets : (str, str)
-        What errors call the sets.
-    tellers : (callable, callable)
-        What they call their nodes.
-    size : float
-        Of the smaller part, m; mates further apart than that hint at a wrong unit.
-
-    Returns
-    -------
-    (k,) int
-        Rows of `other`; of no use where there is a report.
-    list of str
-        A line on nodes without a mate, the furthest first, or on nodes that share one.
-    """
+    """For each place of one set the node of the other set that lies there."""
     problems = []
     trees = cKDTree(own), cKDTree(other)
     to_other, nearest = trees[1].query(own)

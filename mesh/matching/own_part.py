@@ -58,28 +58,7 @@ def own_part(
     interlock: bool = True,
     loaded: Sequence[str] = (),
 ) -> OwnPart:
-    """Find a part's sets in a mesh.
-
-    Parameters
-    ----------
-    mesh : FileMesh
-        The mesh, `read_mesh`.
-    name : {"vane", "casing"}
-        Which part it is.
-    sets : mapping of str to str or sequence of int
-        Of sets that the file calls something else: the file's name, or the file's numbers of the
-        nodes. Upper and lower case are told apart only where it takes that.
-    interlock : bool
-        Whether a vane must have the sets of its interlock.
-    loaded : sequence of str
-        Further sets of the file, whose faces bear a load.
-
-    Raises
-    ------
-    InputError
-        If a set is missing, empty, or has nodes that belong to no solid element; if `key` has nodes
-        outside the hooks; or if nodes are in sets that exclude each other.
-    """
+    """Find a part's sets in a mesh."""
     given = dict(sets or {})
     needed = NEEDED[name] + (INTERLOCKS if interlock and name == "vane" else ())
     node_sets, face_sets = {}, {}

@@ -81,12 +81,6 @@ def check_size(
     """Refuse elements so small that both meshes together would be too large, or too large.
 
     None stands for a part that is meshed already; `hook` then is the one that a casing shares.
-
-    Raises
-    ------
-    InputError
-        Naming `mesh.size`, the estimate and about the smallest size allowed; or a fillet or boss
-        that is too small for the elements; or `mesh.stretch`.
     """
     if vane is not None:
         vane = filleted(vane, sectors)

@@ -63,13 +63,7 @@ class Candidates:
         return len(self.modes.omega_squared) + int(self.vectors.shape[1])
 
     def filled(self, part: HeldPart, count: int) -> "Candidates":
-        """The same with what comes next behind it, and further modes behind that, up to `count`.
-
-        Raises
-        ------
-        InputError
-            If the part has not so many dofs.
-        """
+        """The same with what comes next behind it, and further modes behind that, up to `count`."""
         lacking = count - self.count
         if lacking <= 0:
             return self

@@ -90,15 +90,7 @@ class HeldPart:
 def held_part(
     held: HeldMatrices, M_sm: sp.csc_array, M_ss: sp.csc_array, M_mm: sp.csc_array
 ) -> HeldPart:
-    """One blocked solve for each master dof.
-
-    Parameters
-    ----------
-    held : HeldMatrices
-        The stiffness.
-    M_sm, M_ss, M_mm : sparse
-        The parts of the mass, masters m and slaves s.
-    """
+    """One blocked solve for each master dof."""
     s, m = M_sm.shape
     stiffness = held.stiffness
     unit = np.eye(m, dtype=stiffness.dtype)

@@ -193,17 +193,7 @@ class SpannedMasters:
 
 
 class BoundaryAnswers:
-    """Static answers to real motions of faces and masters, more as nodal diameters ask for more.
-
-    Parameters
-    ----------
-    interior : fem.Interior
-        Factors of K_ss; its rows kept are those of the faces, then the masters'.
-    M : (n, n) sparse
-        Mass.
-    faces : int
-        Rows of both faces.
-    """
+    """Static answers to real motions of faces and masters, more as nodal diameters ask for more."""
 
     def __init__(self, interior: Interior, M: sp.csc_array, faces: int) -> None:
         rows, kept = interior.rest, interior.kept

@@ -24,20 +24,7 @@ NEGATIVE = 1e-7
 
 
 def lowest(K: Matrix, M: Matrix, count: int) -> tuple[NDArray[np.float64], Matrix]:
-    """Lowest modes of Hermitian matrices; fewer than `count` if fewer coordinates have a mass.
-
-    Returns
-    -------
-    omega_squared : (k,) float
-        (rad/s)², ascending.
-    shapes : (n, k)
-        Mass-normalised.
-
-    Raises
-    ------
-    InputError
-        If the mass is negative in some direction, or nothing holds a massless coordinate.
-    """
+    """Lowest modes of Hermitian matrices; fewer than `count` if fewer coordinates have a mass."""
     if _definite(M):
         omega2, shapes = sl.eigh(K, M, subset_by_index=[0, count - 1])
         return omega2, shapes

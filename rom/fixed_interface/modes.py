@@ -36,13 +36,7 @@ def fixed_modes(
     below: float | None = None,
     tolerance: float = TOLERANCE,
 ) -> Fixed:
-    """Lowest fixed-interface modes: a number of them, or all up to a circular frequency.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than that.
-    """
+    """Lowest fixed-interface modes: a number of them, or all up to a circular frequency."""
     s, most = space.shape
     if count is not None and not 0 <= count <= most:
         raise InputError(

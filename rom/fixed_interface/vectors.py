@@ -46,19 +46,7 @@ _ROUND_OFF = 1e-12
 
 
 def accurate(part: HeldPart, accuracy: float, highest: float, space: KrylovSpace) -> Candidates:
-    """Vectors for frequencies up to `highest` within a relative error.
-
-    Parameters
-    ----------
-    part : HeldPart
-        The part with its masters held.
-    accuracy : float
-        Largest relative error of any natural frequency, from this part.
-    highest : float
-        Circular frequency up to which that holds, rad/s.
-    space : KrylovSpace
-        Where its fixed-interface modes are searched for.
-    """
+    """Vectors for frequencies up to `highest` within a relative error."""
     modes = fixed_modes(space, below=MARGIN * highest)
     chosen = Candidates.exactly(modes)
     if np.isinf(modes.complete) or part.K_mm.size == 0:

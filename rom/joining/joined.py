@@ -67,13 +67,7 @@ class Joined:
         return merged(sizes, links)
 
     def system(self, nodal_diameters: Sequence[int]) -> System:
-        """The system with matrices of nodal diameters.
-
-        Raises
-        ------
-        InputError
-            If a node or nodal diameter is missing, or coordinates of outputs are not known.
-        """
+        """The system with matrices of nodal diameters."""
         around = np.eye(3) if self.cylindrical else turn(self.sectors)
         rows = relative_rows(self.contacts, self._merged, self.places, around)
         own, following = (self._by_node(each) for each in rows)
@@ -195,24 +189,7 @@ Places = Callable[[str, Integers, str], Integers]
 def relative_rows(
     contacts: Sequence[Touching], joined: Merged, places: Places, around: Floats
 ) -> tuple[sp.csr_array, sp.csr_array]:
-    """Rows (normal, t1, t2) of every contact's relative displacement, closing positive.
-
-    Parameters
-    ----------
-    contacts : sequence of Touching
-        c contacts in all.
-    joined : Merged
-        The n coordinates.
-    places : callable
-        Where nodes stand among them.
-    around : (3, 3) float
-        Turns displacements of the next sector into this one's directions.
-
-    Returns
-    -------
-    own, next : (3c, n) sparse
-        Rows on this sector's coordinates and on the next one's.
-    """
+    """Rows (normal, t1, t2) of every contact's relative displacement, closing positive."""
     none = sp.csr_array((0, joined.size))
     own, following = [none], [none]
     for each in contacts:

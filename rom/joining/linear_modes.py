@@ -151,20 +151,6 @@ def apart_from_springs(K: Matrix, B: Matrix, springs: Matrix) -> tuple[Matrix, M
 
     With Q, R of the pivoted QR decomposition of Bᴴ k^½, x = Q y: the stiffest springs move the
     first of y, and none move those after the last spring, so that factors are graded.
-
-    Parameters
-    ----------
-    K : (n, n)
-        Stiffness, N/m.
-    B : (m, n)
-        Rows of the springs.
-    springs : (m,)
-        k, N/m.
-
-    Returns
-    -------
-    Q, B Q : (n, n), (m, n)
-        None where no spring is `STIFF` times stiffer than the structure.
     """
     reach = springs * (np.abs(B) ** 2).sum(axis=1)
     if not reach.max(initial=0.0) > STIFF * K.diagonal().real.max(initial=0.0) > 0:

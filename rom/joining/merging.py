@@ -61,20 +61,7 @@ class Merged:
 
 
 def merged(sizes: Sequence[int], ties: Sequence[Integers] = ()) -> Merged:
-    """Join the coordinates of parts.
-
-    Parameters
-    ----------
-    sizes : sequence of int
-        Numbers of coordinates of the parts.
-    ties : sequence of (k, 2) int
-        Pairs of coordinates that are one, counted through all parts in turn.
-
-    Returns
-    -------
-    Merged
-        Joined coordinates in the order in which they first appear.
-    """
+    """Join the coordinates of parts."""
     total = sum(sizes)
     i, j = np.concatenate([np.empty((0, 2), np.int64), *ties]).T
     graph = sp.csr_array((np.ones(len(i)), (i, j)), shape=(total, total))

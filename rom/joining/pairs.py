@@ -45,14 +45,7 @@ class Joint(OfKind):
 
 
 def contact_pairs(vane: Masters, casing: Masters, joints: Sequence[Joint]) -> list[Touching]:
-    """Pair the nodes of the given joints: of "vane" and "casing", or the next sector's "vane".
-
-    Raises
-    ------
-    InputError
-        If a joint is unknown or given twice, sets are missing or of different lengths, nodes that
-        should meet lie apart, or those of one side alone stand for their patches.
-    """
+    """Pair the nodes of the given joints: of "vane" and "casing", or the next sector's "vane"."""
     names = [joint.name for joint in joints]
     for name in names:
         if name not in ("hook", "interlock"):

@@ -49,25 +49,7 @@ def with_means(
 
 
 def patch_transform(model: Model, nodes: Nodes) -> sp.csc_array:
-    """The transformation x = T z after which the dofs of some contact nodes are patch means.
-
-    Parameters
-    ----------
-    model : fem.Model
-        Its part has contact patches.
-    nodes : (k,) int
-        Contact nodes, each once. Nodes of any set that are not among them keep their dofs.
-
-    Returns
-    -------
-    (n, n) csc_array
-        T. In z the rows `model.dofs[node]` of each of the nodes belong to the mean over its patch.
-
-    Raises
-    ------
-    InputError
-        If a node has no patch, or the mesh is too coarse to tell the means apart.
-    """
+    """The transformation x = T z after which the dofs of some contact nodes are patch means."""
     part = model.part
     free = np.flatnonzero(model.dofs[:, 0] >= 0)
     numbered = free[np.argsort(model.dofs[free, 0])]  # rows 3i to 3i + 2 are those of numbered[i]
@@ -82,13 +64,7 @@ def patch_transform(model: Model, nodes: Nodes) -> sp.csc_array:
 
 
 def patch_weights(part: Part, nodes: Nodes) -> sp.csr_array:
-    """Weights (k, n) of all nodes in the mean over the patch of each of some contact nodes.
-
-    Raises
-    ------
-    InputError
-        If a node has no patch.
-    """
+    """Weights (k, n) of all nodes in the mean over the patch of each of some contact nodes."""
     place = np.full(len(part.points), -1)
     rows, first = [sp.csr_array((0, len(part.points)))], 0
     for name, weights in part.patches.items():

@@ -64,13 +64,7 @@ class HeldLoads:
 
 
 def held_loads(shared: Condensed, loads: Loads, sector: Sector | None = None) -> HeldLoads:
-    """Loads on the free dofs of a model, for a part in one piece or a sector at a diameter.
-
-    Raises
-    ------
-    InputError
-        If a load does not belong to the model or is not finite.
-    """
+    """Loads on the free dofs of a model, for a part in one piece or a sector at a diameter."""
     problem = shared.problem
     f = np.column_stack([_of_dofs(problem, name, load) for name, load in loads.items()])
     slaves = f[shared.slaves]

@@ -10,17 +10,7 @@ from vanelock.common.cyclic import phase_factor, turn
 
 
 def cyclic_constraint(faces: int, others: int, nodal_diameter: int, sectors: int) -> sp.csr_array:
-    """W_cs in (x_l, x_r, others) = W_cs (x_l, others).
-
-    Parameters
-    ----------
-    faces : int
-        Number of nodes on one face; the left nodes come first, then the right ones.
-    others : int
-        Number of coordinates that follow them.
-    nodal_diameter, sectors : int
-        ND and N.
-    """
+    """W_cs in (x_l, x_r, others) = W_cs (x_l, others)."""
     follow = phase_factor(nodal_diameter, sectors) * turn(sectors)
     left = sp.vstack([sp.eye_array(3 * faces), sp.kron(sp.eye_array(faces), follow)])
     return sp.csr_array(sp.block_diag([left, sp.eye_array(others)]))

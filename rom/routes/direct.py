@@ -58,21 +58,7 @@ def direct(
 
 
 def _mass(shared: Condensed, Phi: Matrix, moved: Matrix) -> tuple[Matrix, Matrix]:
-    """Mass between all faces and masters, or modes, and static answers to what is moved.
-
-    Parameters
-    ----------
-    shared : Condensed
-        The part.
-    Phi : (s, f)
-        Fixed-interface modes.
-    moved : (m, k)
-        Displacement of faces and masters in each answer.
-
-    Returns
-    -------
-    (m, k) forces at faces and masters, and (f, k) at the modes, per acceleration of each answer.
-    """
+    """Mass between all faces and masters, or modes, and static answers to what is moved."""
     problem, slaves = shared.problem, shared.slaves
     boundary = problem.boundary_rows
     forces, modal = [], []

@@ -79,14 +79,7 @@ class Problem:
 
 
 def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
-    """Matrices and rows of a part whose reduction keeps `masters`.
-
-    Raises
-    ------
-    InputError
-        If a master is clamped or lies on a cyclic face, the faces do not match, nothing is left, or
-        the mesh is too coarse for the patches of averaged masters.
-    """
+    """Matrices and rows of a part whose reduction keeps `masters`."""
     name, none = model.part.name, np.empty(0, np.int64)
     left, right = _free_faces(model) if cyclic else (none, none)
     if shared := sorted(set(masters.nodes) & {*left, *right}):
@@ -104,13 +97,7 @@ def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
 
 
 def condense(problem: Problem) -> tuple[Matrix, Interior]:
-    """Stiffness condensed to faces and masters, and the factors of the rest.
-
-    Raises
-    ------
-    InputError
-        If nodes can still move although faces and masters are held, naming them.
-    """
+    """Stiffness condensed to faces and masters, and the factors of the rest."""
     rows = problem.boundary_rows
     try:
         S, interior = schur_complement(problem.K, rows)

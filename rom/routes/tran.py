@@ -31,20 +31,7 @@ def interface_basis(
     count: int,
     interface: Interface = "published",
 ) -> Matrix:
-    """W_Tran in (x_b, x_t, η) = W_Tran (η_cs, x_t, η).
-
-    Parameters
-    ----------
-    K, M : (b + t + f, b + t + f)
-        Cyclic Craig-Bampton matrices of one nodal diameter, face dofs first, then the retained
-        masters, then fixed-interface modes.
-    faces, masters : int
-        Numbers of dofs b and t.
-    count : int
-        Number of interface modes kept, at most b.
-    interface : "published" or "followed"
-        The basis, see above.
-    """
+    """W_Tran in (x_b, x_t, η) = W_Tran (η_cs, x_t, η)."""
     b, t = slice(0, faces), slice(faces, faces + masters)
     lowest = [0, count - 1]
     follow = np.zeros((faces, masters), K.dtype)

@@ -18,23 +18,7 @@ def check(
     known: Collection[int] = (),
     harmonics: int | None = None,
 ) -> None:
-    """Refuse matrices, contacts and forces that do not fit together.
-
-    Parameters
-    ----------
-    system : System
-    where : str
-        What messages call it, such as a file's name.
-    known : collection of int
-        Nodal diameters whose matrices were looked at before.
-    harmonics : int, optional
-        H, where no more than these will be used: the matrices of other diameters are left alone.
-
-    Raises
-    ------
-    InputError
-        Naming the group, its shape or value, and what is needed.
-    """
+    """Refuse matrices, contacts and forces that do not fit together."""
     if system.sectors < 1:
         raise InputError(f"{where}: sectors = {system.sectors}: must be at least 1")
     if not system.diameters:
@@ -62,13 +46,7 @@ def check(
 
 
 def check_ring(system: System, highest: int, whose: str) -> None:
-    """Refuse a system that lacks any of the nodal diameters 0 to `highest`, which `whose` needs.
-
-    Raises
-    ------
-    InputError
-        Naming those that are missing.
-    """
+    """Refuse a system that lacks any of the nodal diameters 0 to `highest`, which `whose` needs."""
     have = {folded(k, system.sectors) for k in system.diameters}
     if missing := [k for k in range(highest + 1) if k not in have]:
         named = ", ".join(map(str, missing))

@@ -125,14 +125,6 @@ class Element(OfKind):
 
 
 def spring_along(row: NDArray[Any], K: NDArray[Any], M: NDArray[Any]) -> float:
-    """The structure's own stiffness along a displacement, N/m; of a free one, inertia at 1 rad/s.
-
-    Parameters
-    ----------
-    row : (n,)
-        Factors of the coordinates.
-    K, M : (n, n)
-        N/m, kg.
-    """
+    """The structure's own stiffness along a displacement, N/m; if free, inertia at 1 rad/s."""
     own, inertia = ((row.conj() @ A @ row).real for A in (K, M))
     return float(own if own > 0 else inertia) / (float(np.vdot(row, row).real) ** 2 or 1.0)

@@ -66,13 +66,7 @@ def write_system(system: System, group: h5py.Group) -> None:
 
 
 def read_system(kind: type[S], group: h5py.Group) -> S:
-    """Read a system from a group.
-
-    Raises
-    ------
-    InputError
-        If there is none of this version, or its parts do not fit together.
-    """
+    """Read a system from a group."""
     where = group.file.filename
     if group.attrs.get("format") != FORMAT:
         inner = group.get("system")

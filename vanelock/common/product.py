@@ -100,14 +100,7 @@ class Product(Summarised):
 
     @classmethod
     def load(cls, source: Target) -> Self:
-        """Read what `save` wrote.
-
-        Raises
-        ------
-        InputError
-            If the file is missing, is not HDF5, or does not hold this product, or where a file of
-            results is not as it was written.
-        """
+        """Read what `save` wrote."""
         if isinstance(source, h5py.Group):
             verify(source)
             return cls._read_checked(source, source.name or "/")

@@ -35,11 +35,6 @@ def si(value: object, unit: str) -> object:
     """Convert text such as `"0.05 mm"` to a number in the SI unit `unit`; pass numbers through.
 
     Anything that is neither is passed through too, for the model to refuse with its own message.
-
-    Raises
-    ------
-    ValueError
-        If the text is not a quantity of that dimension.
     """
     return _si(value, unit) if isinstance(value, str) else value
 
@@ -65,11 +60,6 @@ def rpm(value: object) -> object:
     """Convert text such as `"16000 rpm"` to revolutions a minute; pass numbers through.
 
     Other units are refused: to a library of units a revolution is 2π, and 1 Hz less than 10 rpm.
-
-    Raises
-    ------
-    ValueError
-        If the text is not a number of rpm.
     """
     if not isinstance(value, str):
         return value
@@ -101,13 +91,7 @@ Wear = Annotated[float, quantity("m^2/N")]  # volume per force and slip distance
 
 
 def number(value: object, field: FieldInfo) -> float:
-    """A number of a field in the field's unit, from text with its own unit too.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """A number of a field in the field's unit, from text with its own unit too."""
     for each in metadata(field):
         if isinstance(each, BeforeValidator):
             value = each.func(value)  # type: ignore[call-arg]
@@ -169,19 +153,7 @@ OTHERS = {
 
 
 def meant(value: float, unit: str, allowed: Bounds, near: float | None = None) -> str:
-    """A number with the unit in which it lies within bounds, "" if there is none.
-
-    Parameters
-    ----------
-    value : float
-        As given, without a unit.
-    unit : str
-        The unit that it would have.
-    allowed : Bounds
-        In that unit.
-    near : float, optional
-        What values are usually like: of several units the one that comes nearest is chosen.
-    """
+    """A number with the unit in which it lies within bounds, "" if there is none."""
     found = []
     for other in OTHERS.get(unit, ()):
         size = float(si(f"1 {other}", unit)) * value  # type: ignore[arg-type]

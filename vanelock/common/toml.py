@@ -19,21 +19,7 @@ _LONG_KEY = re.compile(rf"(?<![\w-]){_WORD}(?:[ \t]*+\.[ \t]*+{_WORD}){{{4 * DEE
 
 
 def toml_tables(text: str, where: str) -> dict[str, Any]:
-    """The tables of a TOML file.
-
-    Parameters
-    ----------
-    text : str
-        The file's text.
-    where : str
-        What errors call it.
-
-    Raises
-    ------
-    InputError
-        One line with the line's number: not TOML, nested too deeply, or an integer that the format
-        does not have.
-    """
+    """The tables of a TOML file."""
     if len(text) > LARGEST:
         raise InputError(f"{where}: more than {LARGEST:,} bytes: at most that are read")
     if long := _LONG_KEY.search(text):

@@ -38,17 +38,7 @@ def asked_by(study: Any) -> dict[str, float]:
 def least_band(
     asked: Mapping[str, float], softest: float = 1.0, least: float = 0.0
 ) -> float | None:
-    """Frequency that a band reaches at least, Hz; None where nothing is asked for.
-
-    Parameters
-    ----------
-    asked : dict of str to float
-        Highest frequencies by key, Hz.
-    softest : float
-        Lowest modulus over that at which parts are reduced; hot parts need modes further up.
-    least : float
-        What it reaches whatever is asked for, Hz.
-    """
+    """Frequency that a band reaches at least, Hz; None where nothing is asked for."""
     least = max(least, MARGIN * max(asked.values(), default=0.0) / math.sqrt(softest))
     if not least:
         return None
@@ -84,22 +74,7 @@ BAND_CHECKS: tuple[Check, ...] = (_holds_what_is_asked_for,)
 
 
 def refuse_beyond(what: str, highest: float, band: float | None, advice: str) -> None:
-    """Refuse a frequency, Hz, beyond what reduced models answer.
-
-    Parameters
-    ----------
-    what : str
-        Who asks for it.
-    highest, band : float
-        The frequency, and up to which they answer, None where that is not known.
-    advice : str
-        What to write, with "{:g}" for the band that it takes.
-
-    Raises
-    ------
-    InputError
-        With the line to write.
-    """
+    """Refuse a frequency, Hz, beyond what reduced models answer."""
     if band is not None and highest > band:
         raise InputError(
             f"{what} reaches {highest:.6g} Hz, and the reduced models answer up to {band:.6g} Hz: "

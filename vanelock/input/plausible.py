@@ -11,13 +11,7 @@ from vanelock.input.messages import field_at, subject_and_unit
 
 
 def unusual(table: BaseModel) -> tuple[str, ...]:
-    """A line for each number of a study or a scene, swept ones too, that is hardly ever so.
-
-    Parameters
-    ----------
-    table : Study or Scene
-        Of the keys that were given.
-    """
+    """A line for each number of a study or a scene, swept ones too, that is hardly ever so."""
     found = [*_keys(table, "")]
     for name in ("sweep", "rows"):
         for key, values in getattr(table, name, {}).items():

@@ -19,13 +19,7 @@ MOST_ND = 1000
 
 
 def load_given(path: str | os.PathLike[str], outside: bool = False) -> Given:
-    """Read and check a study or a scene file, whichever it is.
-
-    Raises
-    ------
-    InputError
-        As `load_study` and `load_scene` do.
-    """
+    """Read and check a study or a scene file, whichever it is."""
     scene = is_scene(toml_tables(read_text(Path(path)), str(path)))
     return load_scene(path, outside) if scene else load_study(path, outside)
 

@@ -66,13 +66,7 @@ def is_scene(data: dict[str, Any]) -> bool:
 
 
 def read_text(path: Path) -> str:
-    """Text of a file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read or is not text.
-    """
+    """Text of a file."""
     try:
         return contents(path, "a study file", LARGEST).decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -96,26 +90,7 @@ def checked(
     known: Iterable[str] = (),
     further: Further[S] = nothing,
 ) -> S:
-    """Nested tables as what a schema makes of them.
-
-    Parameters
-    ----------
-    schema : type
-        The schema.
-    data : dict
-        Nested tables.
-    where : str
-        What errors call them.
-    known : iterable of str
-        Lines about mistakes that are known already.
-    further : callable
-        Says what else is wrong. Where anything is wrong already, the table that it gets lacks that.
-
-    Raises
-    ------
-    InputError
-        One line for each mistake, in the order of the tables.
-    """
+    """Nested tables as what a schema makes of them."""
     table, found = examined(schema, data, mistakes)
     lines, more = described(found, data, schema)
     lines = [*known, *lines]

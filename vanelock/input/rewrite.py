@@ -15,23 +15,7 @@ Changes = Mapping[Any, float | str]
 
 
 def rewritten(text: str, changes: Changes, without: Iterable[str] = ()) -> str:
-    """The text with keys set to values; what it does not hold is added to its table.
-
-    Parameters
-    ----------
-    text : str
-        TOML.
-    changes : mapping of str or tuple to number or str
-        Values by dotted key, or the names and places on the way to it: `measured[1].file` and
-        `("measured", 1, "file")` are both that of the second `[[measured]]`.
-    without : iterable of str
-        Tables and keys, dotted, that are left out where the text has them.
-
-    Raises
-    ------
-    InputError
-        If the text is not TOML, or writes one of these tables in a way that cannot be changed.
-    """
+    """The text with keys set to values; what it does not hold is added to its table."""
     try:
         wanted, document = tomllib.loads(text), tomlkit.parse(text)
         for tables in (wanted, document):

@@ -83,19 +83,7 @@ class Cache:
         return None
 
     def store(self, stage: str, key: str, product: P, seconds: float, cpu: float = 0.0) -> Entry[P]:
-        """Keep a product; a kill leaves a whole entry or none.
-
-        Returns
-        -------
-        Entry
-            What loading it gives, with which to go on: arrays may lie in memory in another order
-            than when they were computed, in which sums of their numbers round otherwise.
-
-        Raises
-        ------
-        InputError
-            If the folder cannot be written.
-        """
+        """Keep a product; a kill leaves a whole entry or none."""
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
             temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
@@ -133,13 +121,7 @@ class Cache:
         return None
 
     def adopt(self, stage: str, key: str, image: bytes) -> None:
-        """Keep an entry that another process made, by its bytes.
-
-        Raises
-        ------
-        InputError
-            If the folder cannot be written.
-        """
+        """Keep an entry that another process made, by its bytes."""
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
             temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
@@ -174,13 +156,7 @@ def write_entry(
 
 
 def read_entry(file: Path | BinaryIO, kind: type[P], key: str) -> Entry[P]:
-    """The product in an entry's file, as loading it gives.
-
-    Raises
-    ------
-    InputError
-        If it is not the product of that key.
-    """
+    """The product in an entry's file, as loading it gives."""
     with h5py.File(file, "r") as opened:
         if opened.attrs["key"] != key:
             raise InputError("it is the entry of another stage or study")
@@ -192,19 +168,7 @@ def read_entry(file: Path | BinaryIO, kind: type[P], key: str) -> Entry[P]:
 def key_of(
     stage: str, package: str, inputs: Mapping[str, Any], upstream: tuple[str, ...] = ()
 ) -> str:
-    """Hash of a stage's own inputs, its upstream keys and the code that computes it.
-
-    Parameters
-    ----------
-    stage : str
-        Its name.
-    package : str
-        The stage package whose code computes it.
-    inputs : mapping
-        What JSON can hold: the study's keys that this stage reads, and nothing else.
-    upstream : tuple of str
-        Keys of the products that it takes.
-    """
+    """Hash of a stage's own inputs, its upstream keys and the code that computes it."""
     record = {
         "stage": stage,
         "inputs": inputs,
@@ -232,11 +196,6 @@ def code_of(*rooms: str) -> str:
 
     A digest, because a working copy changes between versions. The mesh generator's version
     counts too, since node numbers depend on it.
-
-    Parameters
-    ----------
-    *rooms : str
-        Packages of `vanelock`: "fem", "results.figures".
     """
     digest = hashlib.sha256()
     for room in rooms:
@@ -253,13 +212,7 @@ def _digest(image: bytes) -> str:
 
 
 def content_digest(path: str | os.PathLike[str]) -> str:
-    """Digest of the contents of a user's file, taken anew when its size or time of change differ.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read.
-    """
+    """Digest of a user's file, taken anew when its size or time of change differ."""
     try:
         state = os.stat(path)
         return _content_digest(Path(path), state.st_size, state.st_mtime_ns, state.st_ino)

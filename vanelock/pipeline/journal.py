@@ -19,15 +19,7 @@ _BEFORE = Struct("<QI")
 
 
 class JournalFile:
-    """An open journal, see `vanelock.nonlinear.forced_response.replay`.
-
-    Parameters
-    ----------
-    path : Path
-        Of the file; made if it is not there.
-    notice : callable
-        Called with one line of text when records had to be left out.
-    """
+    """An open journal, see `vanelock.nonlinear.forced_response.replay`."""
 
     def __init__(self, path: Path, notice: Callable[[str], None]) -> None:
         self._path, self._notice = path, notice
@@ -123,13 +115,7 @@ class NoJournal:
 def journal(
     path: Path | None, notice: Callable[[str], None] = lambda text: None
 ) -> Generator[JournalFile | NoJournal, None, None]:
-    """A journal, open while a stage is computed; one that keeps nothing where there is no path.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    """
+    """A journal, open while a stage is computed; one that keeps nothing where there is no path."""
     if path is None:
         yield NoJournal()
         return

@@ -171,13 +171,7 @@ def number(value: float) -> str:
 
 
 def write(figure: Figure, path: PathLike) -> Path:
-    """Write a figure as PNG, making its folder, and return the path.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write a figure as PNG, making its folder, and return the path."""
     target = Path(path)
     with placed(target) as temporary:
         figure.set_dpi(DPI)

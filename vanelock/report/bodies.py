@@ -49,10 +49,6 @@ def shaded(
 
     The corners of triangles that meet in a point are one point where a chain of blunt edges joins
     them: shading is smooth there and crisp across sharp edges.
-
-    Returns
-    -------
-    split (p,) int into `points`, triangles (t, 3) int into those p points, normals (p, 3).
     """
     faces: Index = triangles.astype(np.int64)
     a, b, c = (points[faces[:, i]] for i in range(3))

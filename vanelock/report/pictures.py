@@ -20,13 +20,7 @@ _SHADED: Final[dict[str, Any]] = {"quality": 90, "method": 2, "use_sharp_yuv": T
 
 
 def embedded(path: Path) -> tuple[str, tuple[int, int]]:
-    """A PNG or GIF file as a data URI, and its width and height in pixels.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read or is no such picture.
-    """
+    """A PNG or GIF file as a data URI, and its width and height in pixels."""
     try:
         data = path.read_bytes()
     except OSError as error:

@@ -33,13 +33,7 @@ class LegendEntry:
 
 
 def figure(plot: Plot) -> dict[str, Any]:
-    """`data` and `layout` for plotly.js.
-
-    Raises
-    ------
-    InputError
-        If a trace's arrays do not fit each other.
-    """
+    """`data` and `layout` for plotly.js."""
     colours = _colours(plot)
     return {
         "data": [_trace(plot, *pair) for pair in zip(plot.traces, colours, strict=True)],

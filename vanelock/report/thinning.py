@@ -15,12 +15,7 @@ Index = NDArray[np.int64]
 def thinned(
     points: Real, triangles: Index, outline: Index, most: int
 ) -> tuple[Index, Index, Index]:
-    """At most so many triangles.
-
-    Returns
-    -------
-    kept (k,) int into `points`, triangles (t, 3) and outline (o, 2) int into those k.
-    """
+    """At most so many triangles."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     area = np.cross(b - a, c - a)
     normals = np.zeros_like(points)

@@ -26,13 +26,7 @@ Real = NDArray[np.float64]
 
 
 def scene(view: View) -> dict[str, Any]:
-    """What the viewer needs, ready for JSON.
-
-    Raises
-    ------
-    InputError
-        If there is no body or motion, or a shape does not fit its body.
-    """
+    """What the viewer needs, ready for JSON."""
     _check(view)
     places = [shaded(body.points, body.triangles) for body in view.bodies]
     points = np.concatenate([np.asarray(body.points, float) for body in view.bodies])

@@ -24,13 +24,7 @@ FIXED = 1e36
 
 
 def read_mtx(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read a .mtx file of whichever kind it is.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read a .mtx file of whichever kind it is."""
     source = str(path)
     if content(path).removeprefix(BOM_UTF8).lstrip()[:1] == b"%":
         refuse_unless_alone(source, wanted)

@@ -54,13 +54,7 @@ except NotImplementedError as error:
 
 
 def read_full(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read stiffness or mass.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name; or the library is absent.
-    """
+    """Read stiffness or mass."""
     source, size = str(path), size_of(path)
     letter = {"stiffness": "K", "mass": "M"}.get(wanted.what)
     if letter is None or (wanted.name is not None and wanted.name.upper() != letter):

@@ -37,13 +37,7 @@ class _Matrix:
 
 
 def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read the DMIG matrix that is wanted.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name and the line's number.
-    """
+    """Read the DMIG matrix that is wanted."""
     source = str(path)
     found: dict[str, list[tuple[str, list[str]]]] = {}
     for number, keyword, fields in cards(lines_of(text(path))):

@@ -24,13 +24,7 @@ _FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)([IEDFG])(\d{1,3})(?:\.\d+)?(?:E\d+)?\)
 
 
 def read_harwell(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read an assembled real or complex matrix.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read an assembled real or complex matrix."""
     source, lines = str(path), text(path).splitlines()
     if len(lines) < 5:
         raise InputError(f"{source}: not a Harwell-Boeing file: {len(lines)} lines")

@@ -28,13 +28,7 @@ _INDICES = (("ir", "jc"), ("indices", "indptr"))
 
 
 def read_hdf5(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read a matrix of an HDF5 file.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read a matrix of an HDF5 file."""
     file, inside = split_path(path)
     size = size_of(file)
     try:

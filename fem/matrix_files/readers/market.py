@@ -32,13 +32,7 @@ _LAYOUTS = ("coordinate", "array")
 
 
 def read_market(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read a .mtx or .mtx.gz file that begins with a Matrix Market banner.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read a .mtx or .mtx.gz file that begins with a Matrix Market banner."""
     source, held = str(path), content(path).removeprefix(BOM_UTF8)
     banner, _, rest = held.partition(b"\n")
     words = banner[:200].decode("ascii", "replace").lower().split()

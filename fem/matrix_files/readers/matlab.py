@@ -29,13 +29,7 @@ _FAULTS = (
 
 
 def read_mat(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read a variable of a .mat file.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read a variable of a .mat file."""
     source, held = str(path), content(path)
     if held[:9] == b"MATLAB 7." or held[512:520] == b"\x89HDF\r\n\x1a\n":
         return read_hdf5(path, wanted)

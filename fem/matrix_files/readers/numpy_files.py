@@ -39,25 +39,13 @@ _MEMBERS = {
 
 
 def read_npy(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read a .npy file: one full array.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read a .npy file: one full array."""
     refuse_unless_alone(str(path), wanted)
     return dense_entries(str(path), _array(str(path), content(path)))
 
 
 def read_npz(path: Path, wanted: WantedMatrix) -> Entries:
-    """Read an array of a .npz file, or the sparse matrix that it is.
-
-    Raises
-    ------
-    InputError
-        One line with the file's name.
-    """
+    """Read an array of a .npz file, or the sparse matrix that it is."""
     source, size = str(path), size_of(path)
     try:
         with zipfile.ZipFile(path) as archive:

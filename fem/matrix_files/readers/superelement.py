@@ -23,13 +23,7 @@ from vanelock.mesh.files.decks.numbers import real, whole
 
 
 def read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:
-    """Read the matrix that is wanted from a superelement's text.
-
-    Raises
-    ------
-    InputError
-        With the file's name.
-    """
+    """Read the matrix that is wanted from a superelement's text."""
     freedoms: dict[int, list[int]] = {}
     matrices: dict[str, list[float]] = {}
     for number, keyword, options, lines in keywords(source, held):

@@ -110,17 +110,7 @@ class Panels:
 
 
 def panels_of(L: sp.csc_array, columns: int, filled: int = FILLED) -> Panels:
-    """The panels of the first columns of a factor in sorted compressed columns.
-
-    Parameters
-    ----------
-    L : (n, n) sparse
-        Lower triangular; entries that are zero but stored count as structure.
-    columns : int
-        How many columns; no panel reaches beyond.
-    filled : int
-        Zeros that a panel may take in to be joined with the next.
-    """
+    """The panels of the first columns of a factor in sorted compressed columns."""
     counts, first = np.diff(L.indptr), L.indptr[:-1]
     # A column's structure without the diagonal lies within that of the next if its first row is it.
     follows = L.indices[np.minimum(first + 1, L.nnz - 1)][:-1] == np.arange(1, L.shape[0])

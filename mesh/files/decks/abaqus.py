@@ -20,11 +20,6 @@ def read_abaqus(source: str, text: str) -> RawMesh:
 
     Names of sets are told apart without regard to upper and lower case, as the format has it, and
     come out in upper case.
-
-    Raises
-    ------
-    InputError
-        With the line's number: what is malformed, or generates a mesh instead of listing it.
     """
     deck = Deck(source)
     for number, keyword, options, lines in keywords(source, text):

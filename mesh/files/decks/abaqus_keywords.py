@@ -12,11 +12,6 @@ def keywords(source: str, text: str) -> Iterator[tuple[int, str, dict[str, str],
     """Each keyword: its line's number, its name, its options by name, its lines of data.
 
     Names are in upper case; a keyword's has no blanks: `USERELEMENT`.
-
-    Raises
-    ------
-    InputError
-        If data come before the first keyword, or the text ends within one.
     """
     current: tuple[int, str, dict[str, str], list[Line]] | None = None
     pending: list[str] = []  # a keyword's line that ends in a comma goes on

@@ -44,11 +44,6 @@ def read_nastran(source: str, text: str) -> RawMesh:
 
     Sets are called by their number, "12", from `SET` in the case control and `SET1` and `SET3` in
     the bulk data.
-
-    Raises
-    ------
-    InputError
-        With the line's number: what is malformed, or in a coordinate system of its own.
     """
     lines = lines_of(text)
     sets = _case_sets(source, lines)

@@ -13,13 +13,7 @@ _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 
 
 def whole(text: str, where: str) -> int:
-    """A whole number out of a file.
-
-    Raises
-    ------
-    InputError
-        Where it is none, or too large to number anything.
-    """
+    """A whole number out of a file."""
     try:
         number = int(text.replace("_", "?"))
     except ValueError:
@@ -30,13 +24,7 @@ def whole(text: str, where: str) -> int:
 
 
 def real(text: str, where: str) -> float:
-    """A real number, whose exponent may be called D, or lack its letter as in 1.5-3.
-
-    Raises
-    ------
-    InputError
-        Where it is none; it need not be finite.
-    """
+    """A real number, whose exponent may be called D, or lack its letter as in 1.5-3."""
     spelt = _BARE_EXPONENT.sub(r"E\1", text.upper().replace("D", "E").replace("_", "?"))
     try:
         return float(spelt)

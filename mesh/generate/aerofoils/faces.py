@@ -57,26 +57,7 @@ class Divisions(NamedTuple):
 
 
 def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
-    """Prescribe the nodes on all faces of the aerofoils of the current model.
-
-    Parameters
-    ----------
-    gmsh : module
-        With the vane's solid.
-    vane : VaneDimensions
-    size : float
-        Largest element edge, m.
-
-    Returns
-    -------
-    list of int
-        Tags of the sides, without the rounded edges.
-
-    Raises
-    ------
-    InputError
-        If an aerofoil has not its four faces, as where it leaves its shrouds.
-    """
+    """Prescribe the nodes on all faces of the aerofoils of the current model."""
     ends = _ends(gmsh, vane)
     faces = []
     for _, tag in gmsh.model.getEntities(2):

@@ -30,27 +30,7 @@ Corner = tuple[int, int, int]
 
 
 def divide_filleted(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) -> list[int]:
-    """Prescribe the nodes on all faces of the aerofoils of the current model.
-
-    Parameters
-    ----------
-    gmsh : module
-        With the vane's solid.
-    vane : VaneDimensions
-    sectors : int
-    size : float
-        Largest element edge, m.
-
-    Returns
-    -------
-    list of int
-        Tags of the sides, without the rounded edges and the fillets.
-
-    Raises
-    ------
-    InputError
-        If an aerofoil has not all its faces, as where a fillet leaves its shroud.
-    """
+    """Prescribe the nodes on all faces of the aerofoils of the current model."""
     corners = _corners(gmsh, vane, sectors)
     faces = {}
     for _, face in gmsh.model.getEntities(2):

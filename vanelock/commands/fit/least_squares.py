@@ -64,38 +64,7 @@ def fit(
     curves: Sequence[Sequence[str]] | None = None,
     slopes: Slopes | None = None,
 ) -> FitSolution:
-    """Fit parameters to data.
-
-    Parameters
-    ----------
-    predict : callable
-        The model.
-    data : (n,) float
-        What it is to meet.
-    sigma : (n,) float or None
-        Standard deviations; None: unknown.
-    parameters : sequence of FitParameter
-        What varies.
-    starts : int
-        The first at the parameters' own starts, the others at the best of several points spread
-        over the bounds.
-    weights : (n,) float, optional
-        Without `sigma`: what stands in its place, up to a factor.
-    progress : callable
-        Called with each start when it has ended.
-    tried : callable
-        Called with each evaluation of the model: their number, about how many there will be, the
-        misfit, and the least so far.
-    curves : sequence of sequence of str, optional
-        Names of the points of each curve, one after the other in `data`; default: one curve.
-    slopes : callable, optional
-        The model's derivatives; differences take their place where they are not known.
-
-    Raises
-    ------
-    InputError
-        If there are fewer points than parameters, or the model has no value at any start.
-    """
+    """Fit parameters to data."""
     n, p = len(data), len(parameters)
     enough(n, p)
     spread = np.asarray(sigma if sigma is not None else np.ones(n) if weights is None else weights)
@@ -134,13 +103,7 @@ def fit(
 
 
 def enough(points: int, parameters: int) -> None:
-    """Refuse fewer points than determine parameters and a scatter.
-
-    Raises
-    ------
-    InputError
-        Telling both numbers.
-    """
+    """Refuse fewer points than determine parameters and a scatter."""
     if points <= parameters:
         raise InputError(
             f"fit: {points} measured points for {parameters} parameters: more are needed"

@@ -21,23 +21,7 @@ from vanelock.common.files.files import placed
 def write_columns(
     path: str | Path, columns: Mapping[str, ArrayLike], notes: Sequence[str] = ()
 ) -> Path:
-    """Write columns as a CSV file, as a whole or not at all, and return the path.
-
-    Parameters
-    ----------
-    path : path
-        File to write; its folder is made.
-    columns : mapping of str to (n,) array_like
-        Columns by their header, in order: real numbers (NaN becomes an empty cell), truth values
-        (1 and 0) or text. Shorter columns end in empty cells.
-    notes : sequence of str
-        Lines before the header.
-
-    Raises
-    ------
-    InputError
-        If a column is not a list of real numbers or of text, or the file cannot be written.
-    """
+    """Write columns as a CSV file, as a whole or not at all, and return the path."""
     cells = [_cells(name, values) for name, values in columns.items()]
     text = io.StringIO()
     for note in notes:

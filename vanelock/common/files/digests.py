@@ -41,18 +41,7 @@ def stamp(path: Path) -> None:
 
 
 def verify(group: h5py.Group) -> None:
-    """Refuse a group of results whose file, or one that it needs, is not what was written.
-
-    Parameters
-    ----------
-    group : Group
-        Of any file; one that has no digest is taken as it is.
-
-    Raises
-    ------
-    InputError
-        Naming the file.
-    """
+    """Refuse a group of results whose file, or one that it needs, is not what was written."""
     file = group.file
     names = needs(file)
     if names is None and file.userblock_size != BLOCK:
@@ -70,13 +59,7 @@ def needs(file: h5py.File) -> list[str] | None:
 
 
 def verify_file(path: Path) -> None:
-    """Refuse a file that is not what its name says, or where that says nothing, its first block.
-
-    Raises
-    ------
-    InputError
-        If it is missing, damaged or altered.
-    """
+    """Refuse a file that is not what its name says, or where that says nothing, its first block."""
     try:
         fits = _fits(path, _state(path))
     except OSError as error:

@@ -23,22 +23,6 @@ def beside(folder: str | os.PathLike[str], given: str, key: str, outside: bool =
 
     A path that leaves that folder, by `..`, from the root or through a link, is refused: a study
     that somebody sends should read what was sent with it and nothing else.
-
-    Parameters
-    ----------
-    folder : path
-        The study file's folder.
-    given : str
-        The path as the study has it, from that folder on.
-    key : str
-        What errors call it, such as "measured[0].file".
-    outside : bool
-        Whether the user allows what leaves the folder.
-
-    Raises
-    ------
-    InputError
-        Naming the key, the path and the option that allows it.
     """
     shown = printable(given)
     where = f'{key} = "{shown if len(shown) <= 80 else shown[:77] + "..."}"'
@@ -59,13 +43,7 @@ def beside(folder: str | os.PathLike[str], given: str, key: str, outside: bool =
 
 
 def possible(place: str | os.PathLike[str], where: str) -> None:
-    """Refuse what can be no path: too long, or with a NUL; `where` is what errors call it.
-
-    Raises
-    ------
-    InputError
-        With the system's reason.
-    """
+    """Refuse what can be no path: too long, or with a NUL; `where` is what errors call it."""
     try:
         with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
             os.lstat(place)
@@ -75,22 +53,7 @@ def possible(place: str | os.PathLike[str], where: str) -> None:
 
 
 def contents(path: str | os.PathLike[str], needed: str, largest: int = LARGEST) -> bytes:
-    """All bytes of a file of the user.
-
-    Parameters
-    ----------
-    path : path
-        A regular file: a pipe or a device could go on for ever.
-    needed : str
-        What is expected, such as "a CSV file".
-    largest : int
-        Bytes of the largest one that is read.
-
-    Raises
-    ------
-    InputError
-        One line with the path and the reason.
-    """
+    """All bytes of a file of the user."""
     regular(path, needed)
     try:
         with open(path, "rb") as file:
@@ -103,13 +66,7 @@ def contents(path: str | os.PathLike[str], needed: str, largest: int = LARGEST) 
 
 
 def regular(path: str | os.PathLike[str], needed: str) -> int:
-    """Bytes of a regular file of the user that a library will read.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it is something else.
-    """
+    """Bytes of a regular file of the user that a library will read."""
     try:
         found = os.stat(path)
     except FileNotFoundError:
@@ -132,13 +89,7 @@ def default_folder(file: Path) -> Path:
 
 @contextmanager
 def writing(path: str | os.PathLike[str]) -> Iterator[None]:
-    """Turn a failure to write (no permission, full disk) into one line about `path`.
-
-    Raises
-    ------
-    FolderError
-        Where the system, or HDF5 for it, refuses.
-    """
+    """Turn a failure to write (no permission, full disk) into one line about `path`."""
     try:
         yield
     except (OSError, RuntimeError) as error:  # HDF5 raises either when the disk is full
@@ -154,11 +105,6 @@ def placed(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     Where `path` is a link, it is replaced: what it leads to is not written. What was left beside it
     by writers that were killed on this machine is removed.
-
-    Raises
-    ------
-    InputError
-        If the system refuses, naming `path`.
     """
     target = Path(path)
     begins = f".{target.name}.{os.uname().nodename}-"

@@ -41,23 +41,7 @@ SECONDS = 4
 def opened(
     path: str | os.PathLike[str], beside: str | None = None, follow: bool = True
 ) -> Generator[h5py.File, None, None]:
-    """A file, open for reading, whose every object could be read.
-
-    Parameters
-    ----------
-    path : path
-    beside : str, optional
-        The folder beside it that files lie in to which it may lead, and these to one another;
-        their names end in digests, see `vanelock.common.files.digests`.
-    follow : bool
-        Whether these are read, too.
-
-    Raises
-    ------
-    InputError
-        If it is missing, is not HDF5, is damaged, leads to files elsewhere, or stands for more than
-        could be kept in memory.
-    """
+    """A file, open for reading, whose every object could be read."""
     regular(path, "an HDF5 file")
     _refuse_unreadable(path, beside, follow)
     try:
@@ -80,11 +64,6 @@ def written(
     word, and crashes as it closes the file. So it is given success, and what the system
     said is raised when it is done. Nor can a signal's exception pass through it: signals wait while
     the file is opened and closed, and should wait while it is written (`signals.held`).
-
-    Raises
-    ------
-    OSError
-        If the system refuses.
     """
     with open(path, "w+b" if mode == "w" else "r+b", buffering=0) as place:
         sink = _Sink(place)
@@ -152,13 +131,7 @@ class _Sink:
 
 
 def texts(dataset: h5py.Dataset) -> list[str]:
-    """The texts of a data set of one dimension, or none.
-
-    Raises
-    ------
-    TypeError
-        If it holds something else.
-    """
+    """The texts of a data set of one dimension, or none."""
     return [str(each) for each in np.atleast_1d(dataset.asstr()[()]).tolist()]
 
 

@@ -31,22 +31,7 @@ class Fallen(Exception):
 
 
 def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
-    """What some work says, done in a child process.
-
-    Parameters
-    ----------
-    work : callable
-        Its text is handed over; what it prints is not.
-    seconds : int
-        Processor time that it may take.
-    memory : int
-        Bytes that it may take beyond what this process has.
-
-    Raises
-    ------
-    Fallen
-        If it crashed, or needed more than it may.
-    """
+    """What some work says, done in a child process."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
@@ -77,25 +62,7 @@ def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
 
 
 def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
-    """What a library reads from a user's file, in a child first: it may do anything but fail well.
-
-    Parameters
-    ----------
-    read : callable
-        Reads the file; the library is loaded already, so that the child need not.
-    where : str
-        What messages call the file.
-    size : int
-        Its bytes, by which the child's time and memory are bounded.
-    what : str
-        What the file should be, such as "a mesh".
-
-    Raises
-    ------
-    InputError
-        One line: what `read` refuses, what the library says or prints before it ends the program,
-        or that it fell.
-    """
+    """What a library reads from a user's file, in a child first: libraries need not fail well."""
     printed = io.StringIO()
 
     def quietly() -> T:

@@ -52,13 +52,7 @@ def capacity() -> float:
 
 
 def require(needed: float, what: str) -> None:
-    """Refuse what takes more bytes than are left.
-
-    Raises
-    ------
-    MemoryError
-        With what is needed, what is left, and of which bound.
-    """
+    """Refuse what takes more bytes than are left."""
     for each in bounds():
         if needed > each.left:
             has = f"{gigabytes(max(each.left, 0.0))} of {each.name} are left"
@@ -87,11 +81,6 @@ def require_least() -> None:
     """Refuse to begin where not even the smallest run fits: libraries then fail, or hang.
 
     OpenBLAS tries for ever to get its buffers.
-
-    Raises
-    ------
-    MemoryError
-        With the bound that is too small.
     """
     for each in bounds():
         least = LEAST_SPACE if each.name == SPACE else LEAST

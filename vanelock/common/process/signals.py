@@ -22,13 +22,7 @@ _ROOM = 1024
 
 
 class Stopped(BaseException):
-    """A signal that ends the command.
-
-    Parameters
-    ----------
-    number : int
-        Of the signal.
-    """
+    """A signal that ends the command."""
 
     def __init__(self, number: int) -> None:
         super().__init__(f"stopped by {signal.Signals(number).name}")

@@ -10,15 +10,7 @@ from typing import Any, TextIO, cast
 
 
 class Lost(BaseException):
-    """A standard stream that cannot be written, which no library takes for an error of its own.
-
-    Parameters
-    ----------
-    name : str
-        Of the stream.
-    error : OSError
-        What the system says.
-    """
+    """A standard stream that cannot be written, which no library takes for an error of its own."""
 
     def __init__(self, name: str, error: OSError) -> None:
         super().__init__(f"{name}: cannot be written: {error.strerror or error}")

@@ -27,13 +27,7 @@ LEAST = 1e-3
 
 
 def samples(given: Given) -> dict[str, list[float]]:
-    """Values of each scattering key, in the order of the samples.
-
-    Raises
-    ------
-    InputError
-        If a key cannot scatter, or not so.
-    """
+    """Values of each scattering key, in the order of the samples."""
     from scipy.stats import qmc  # takes longer to load than the rest of this package
 
     scatter = given.scatter

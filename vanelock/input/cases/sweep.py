@@ -111,15 +111,7 @@ def _orders(given: Given) -> tuple[int, ...]:
 
 
 def list_mistakes(given: Given, context: str | None = None) -> list[str]:
-    """What is wrong with the lists of its sweep, rows and scatter.
-
-    Parameters
-    ----------
-    given : Study or Scene
-        It may lack keys whose values are wrong.
-    context : str, optional
-        "unchecked" looks at each value by itself, without its combination with others.
-    """
+    """What is wrong with the lists of its sweep, rows and scatter."""
     from vanelock.input.cases.samples import sample_mistakes
 
     found: list[str] = []
@@ -328,15 +320,7 @@ def short_names(keys: list[str]) -> dict[str, str]:
 
 
 def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
-    """What distinguishes the groups that cases belong to: the swept values fixed in every group.
-
-    Parameters
-    ----------
-    cases : sequence of Case
-        All cases.
-    groups : sequence
-        The group of each; "" is the label of an only one.
-    """
+    """What distinguishes the groups that cases belong to: the swept values fixed in every group."""
     if len(set(groups)) < 2:
         return [""] * len(cases)
     if len(set(groups)) == len(cases):

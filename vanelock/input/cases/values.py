@@ -49,13 +49,7 @@ def value_at(given: Given, key: str) -> Any:
 
 
 def ring_of(given: Given) -> tuple[int, int]:
-    """Number of sectors N and engine order EO; of a joined system those in its file.
-
-    Raises
-    ------
-    InputError
-        If that file cannot be read or is none of a system.
-    """
+    """Number of sectors N and engine order EO; of a joined system those in its file."""
     if isinstance(given, Study) or given.system is None:
         return given.ring.sectors, given.excitation.engine_order
     with opened(given.system.file) as file:
@@ -76,11 +70,6 @@ def with_values(
     Tables without a change are those of the given one itself, which are not checked again, nor are
     tables `known` from the same changes of the same study; new ones are added to these. In the
     context "unchecked" it is not looked at whether keys contradict one another.
-
-    Raises
-    ------
-    InputError
-        If there is no entry or table of that name to change.
     """
     changed: dict[str, Any] = {"excitation": ("excitation",)}  # what it is known by
     for key, value in changes.items():

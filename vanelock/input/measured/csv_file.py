@@ -36,13 +36,7 @@ LARGEST = 10_000_000
 
 
 def read_csv(path: Path, engine_order: int) -> Points:
-    """The points of a file; those over speed are at that engine order.
-
-    Raises
-    ------
-    InputError
-        One line with file, line and column for what cannot be read.
-    """
+    """The points of a file; those over speed are at that engine order."""
     columns = _Columns(path)
     abscissa, scale = columns.one_of("frequency"), 1.0
     if abscissa is None:

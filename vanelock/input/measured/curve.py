@@ -69,13 +69,7 @@ class Measured:
 
 
 def load_measured(given: Given) -> tuple[Measured, ...]:
-    """The measured curves of a study or a scene.
-
-    Raises
-    ------
-    InputError
-        One line with file, line and column for what cannot be read.
-    """
+    """The measured curves of a study or a scene."""
     return tuple(_read(given, i) for i in range(len(given.measured)))
 
 
@@ -96,19 +90,7 @@ def _read(given: Given, i: int) -> Measured:
 
 
 def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:
-    """A measured curve.
-
-    Parameters
-    ----------
-    keys : MeasuredCurve
-        Its table of the study.
-    order : int
-        Engine order of the study, for a file that says none.
-    gauges : int
-        Number of strain gauges of the study.
-    where : str
-        What the table is called in errors.
-    """
+    """A measured curve."""
     path, own = Path(keys.file), keys.engine_order or order
     points = _points(keys, path, own, where)
     sigma = points.sigma

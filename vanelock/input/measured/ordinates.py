@@ -50,11 +50,6 @@ def ordinate(
 
     The file says it twice, by a label and by the system of units of its data set 164, and where
     the two do not agree the study has to.
-
-    Raises
-    ------
-    InputError
-        If nothing says it, or it is none of the four kinds.
     """
     kind = int(record.get("ordinate_spec_data_type", 0))
     below = int(record.get("orddenom_spec_data_type", 0))

@@ -45,25 +45,7 @@ FREQUENCY, SPEED = 18, 19
 def read_universal(
     path: Path, engine_order: int, record: int | None, unit: str | None, force: float | None
 ) -> Points:
-    """The points of a record.
-
-    Parameters
-    ----------
-    path : Path
-    engine_order : int
-        At which those over speed are.
-    record : int, optional
-        Its number among the function records, from 1; only one of several needs it.
-    unit : str, optional
-        Of its ordinate, where the file does not say it.
-    force : float, optional
-        N, of a response per force.
-
-    Raises
-    ------
-    InputError
-        One line: the library is absent, the file malformed, or not an amplitude over frequency.
-    """
+    """The points of a record."""
     size = regular(path, "a Universal File")
     if size > LARGEST:
         raise InputError(f"{path}: more than {LARGEST:,} bytes: at most that are read")

@@ -21,25 +21,7 @@ def in_background(
     peak: Callable[[], float],
     idle: Callable[[], object],
 ) -> Generator[None, None, None]:
-    """Have tasks done by other processes, if there are any and there is something to divide.
-
-    Parameters
-    ----------
-    make : callable or None
-        Gets the processes.
-    divide : callable
-        What all cases need, which is computed here first, and the tasks after it.
-    stages : Stages
-        What then waits for the tasks' products.
-    cache : Cache
-        Where these go.
-    listener : callable
-        Called with how many tasks are done.
-    peak : callable
-        The largest peak so far, m.
-    idle : callable
-        Called whenever it waits.
-    """
+    """Have tasks done by other processes, if there are any and there is something to divide."""
     if make is None:
         yield
         return

@@ -14,13 +14,7 @@ def chosen_executor(
     journals: Path | None = None,
     insecure: bool = False,
 ) -> Callable[[], Executor] | None:
-    """What gets the processes when they are needed; None where this one does all.
-
-    Raises
-    ------
-    InputError
-        If the scheduler cannot be used.
-    """
+    """What gets the processes when they are needed; None where this one does all."""
     if scheduler is not None:
         from vanelock.pipeline.executor.dask import Cluster
 

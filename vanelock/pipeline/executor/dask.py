@@ -27,23 +27,7 @@ PATIENCE = 10.0
 
 
 class Cluster:
-    """An existing cluster.
-
-    Parameters
-    ----------
-    address : str
-        Of its scheduler; for "tls://..." Dask's own configuration names the certificates.
-    listener : callable
-        Called with workers that are waited for.
-    insecure : bool
-        Whether the scheduler may be on another machine without encryption.
-
-    Raises
-    ------
-    InputError
-        If the connection would be neither encrypted nor to this machine, Dask is not installed, the
-        scheduler does not answer, or a worker has another version of the program.
-    """
+    """An existing cluster."""
 
     def __init__(self, address: str, listener: Listener, insecure: bool = False) -> None:
         place = _ADDRESS.fullmatch(address)
@@ -81,13 +65,7 @@ class Cluster:
 
     @property
     def slots(self) -> int:
-        """How many tasks may be out at a time, by the workers there are now.
-
-        Raises
-        ------
-        InputError
-            If the scheduler is gone.
-        """
+        """How many tasks may be out at a time, by the workers there are now."""
         self._check_scheduler()
         return int(max(AHEAD * sum(self._client.nthreads().values()), 1))
 

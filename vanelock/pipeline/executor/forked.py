@@ -31,15 +31,6 @@ def shared(
     """Have copies of this process do works while the block does something else.
 
     When the block has ended this process joins in, until all are done.
-
-    Parameters
-    ----------
-    works : sequence of callable
-        Each gives what can be pickled.
-    copies : int
-        How many copies at most; none where the system's libraries bear none.
-    take : callable
-        Called here with the place of each work and what it gave.
     """
     context = get_context("fork" if sys.platform == "linux" else None)
     begun = context.Value("i", 0)

@@ -30,14 +30,7 @@ def cores() -> int:
 
 
 class Processes:
-    """So many processes, started when there is something to do.
-
-    Parameters
-    ----------
-    count : int
-    journals : Path, optional
-        Folder of the cache, where they write down the points of what they compute.
-    """
+    """So many processes, started when there is something to do."""
 
     def __init__(self, count: int, journals: Path | None = None) -> None:
         self.slots, self._journals = count, journals

@@ -29,13 +29,7 @@ class Executor(Protocol):
 
     @property
     def slots(self) -> int:
-        """How many tasks may be out at a time.
-
-        Raises
-        ------
-        InputError
-            If nothing will come back of those that are.
-        """
+        """How many tasks may be out at a time."""
         ...
 
     def submit(self, task: Task, image: Callable[[str, str], bytes | None]) -> Future[Answer]:
@@ -43,13 +37,7 @@ class Executor(Protocol):
         ...
 
     def failure(self, task: Task, error: Exception) -> Failure:
-        """Why there is no answer to a task.
-
-        Raises
-        ------
-        InputError
-            If there will be none to any other.
-        """
+        """Why there is no answer to a task."""
         ...
 
     def forget(self, keys: Collection[str]) -> None:
@@ -108,13 +96,7 @@ class TaskQueue:
         self._began = self._told = self._ended = time.monotonic()
 
     def bring(self, key: str) -> bool:
-        """Wait until a product is in the cache; False where no task makes it.
-
-        Raises
-        ------
-        TaskFailed
-            If its task failed.
-        """
+        """Wait until a product is in the cache; False where no task makes it."""
         if key not in self._maker:
             return False
         while key not in self._made:

@@ -156,13 +156,7 @@ class Memory:
 
 
 class Worker:
-    """Where tasks are done, one after the other, in a process that has no folder.
-
-    Parameters
-    ----------
-    journals : Path, optional
-        Folder of the cache, where this process shares it.
-    """
+    """Where tasks are done, one after the other, in a process that has no folder."""
 
     def __init__(self, journals: Path | None = None) -> None:
         self._memory = Memory(journals=journals)

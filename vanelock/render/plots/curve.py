@@ -171,13 +171,7 @@ def peak(curve: Curve) -> MarkedPeak | None:
 
 
 def check(curve: Curve) -> None:
-    """Refuse a curve whose arrays do not fit together.
-
-    Raises
-    ------
-    InputError
-        If they do not.
-    """
+    """Refuse a curve whose arrays do not fit together."""
     frequency, amplitude = np.asarray(curve.frequency), np.asarray(curve.amplitude)
     if frequency.ndim != 1 or not len(frequency) or amplitude.shape != frequency.shape:
         raise InputError(

@@ -30,13 +30,7 @@ def canvas(figure: Figure) -> Pixels:
 
 
 def write_gif(path: style.PathLike, frames: Sequence[Pixels], milliseconds: int) -> Path:
-    """Write frames of one size, each shown for so long, and return the path.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+    """Write frames of one size, each shown for so long, and return the path."""
     target = Path(path)
     palette = _palette(frames[:: -(-len(frames) // 4)])
     codes = [_code(frame) for frame in frames]

@@ -39,14 +39,7 @@ raise SystemExit(0 if red == [255, 0, 0] else 3)
 
 
 def pyvista() -> ModuleType:
-    """`pyvista`, once it is certain that a picture can be drawn here.
-
-    Raises
-    ------
-    InputError
-        If an OpenGL library is missing or VTK cannot draw, with the line that installs what is
-        needed.
-    """
+    """`pyvista`, once it is certain that a picture can be drawn here."""
     render_window()
     import pyvista
 

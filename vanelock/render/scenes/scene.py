@@ -90,12 +90,7 @@ class DrawnScene:
 
 
 def smooth_surface(points: Real, skin: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Points doubled along sharp edges, so that shading is smooth between them and crisp there.
-
-    Returns
-    -------
-    (p,) int into `skin.nodes`, (t, 3) int into those p points.
-    """
+    """Points doubled along sharp edges, so that shading is smooth between them and crisp there."""
     pv = offscreen.pyvista()
     mesh = pv.PolyData.from_regular_faces(points, skin.triangles)
     mesh.point_data["place"] = np.arange(len(points))

@@ -77,22 +77,7 @@ class Surface:
 
 
 def surface(part: Part, bend: float = BEND, corners_only: bool = False) -> Surface:
-    """Extract the skin of a part of tetrahedra or hexahedra, linear or quadratic.
-
-    Parameters
-    ----------
-    part : Part
-        The part.
-    bend : float
-        Angle in degrees beyond which an edge belongs to the outline.
-    corners_only : bool
-        Draw through the elements' corners alone: a quarter of the triangles, for small pictures.
-
-    Raises
-    ------
-    InputError
-        If the element type is not one of them.
-    """
+    """Extract the skin of a part of tetrahedra or hexahedra, linear or quadratic."""
     if part.cell_type not in _FACES:
         allowed = ", ".join(_FACES)
         raise InputError(f"{part.name}: element type {part.cell_type}: pictures know {allowed}")

@@ -65,13 +65,7 @@ class Window:
 
 @contextmanager
 def window(scene: DrawnScene, size: tuple[int, int]) -> Iterator[Window]:
-    """Open a window of that size in pixels on a scene without marks, on white.
-
-    Raises
-    ------
-    InputError
-        If this machine cannot draw.
-    """
+    """Open a window of that size in pixels on a scene without marks, on white."""
     pv = offscreen.pyvista()
     fine = [_FINER * length for length in size]
     with offscreen.selected():
@@ -95,13 +89,7 @@ def window(scene: DrawnScene, size: tuple[int, int]) -> Iterator[Window]:
 
 
 def snapshot(scene: DrawnScene, size: tuple[int, int]) -> Pixels:
-    """Draw on white and return (height, width, 3) bytes.
-
-    Raises
-    ------
-    InputError
-        If this machine cannot draw.
-    """
+    """Draw on white and return (height, width, 3) bytes."""
     with window(scene, size) as opened:
         for marks in scene.marks:
             opened.plotter.add_points(

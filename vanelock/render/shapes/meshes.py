@@ -171,13 +171,6 @@ def meridional_section(part: Part, angle: float) -> tuple[list[Real], Real]:
     """Cut of a part's elements by the half plane at `angle` radians about z.
 
     Quadratic tetrahedra are cut in eight pieces each, so that their curved sides show.
-
-    Returns
-    -------
-    list of (k, 2) float
-        z and r of the outline of each piece, m.
-    (e, 2, 2) float
-        The elements' outlines: ends of each straight edge.
     """
     pv = offscreen.pyvista()
     if part.cell_type == "tetra10":

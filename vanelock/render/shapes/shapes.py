@@ -209,13 +209,7 @@ def response_picture(
 def skins_of(
     parts: Sequence[Part], shapes: Sequence[Complex], corners_only: bool = False
 ) -> list[DeformedSkin]:
-    """Check that parts and shapes belong together, and extract what is drawn.
-
-    Raises
-    ------
-    InputError
-        If they do not, or the shapes are zero.
-    """
+    """Check that parts and shapes belong together, and extract what is drawn."""
     check_shapes(parts, shapes)
     if not any(np.any(shape) for shape in shapes):
         raise InputError("shapes: zero everywhere: there is nothing to draw")
@@ -227,13 +221,7 @@ def skins_of(
 
 
 def check_shapes(parts: Sequence[Part], shapes: Sequence[Complex]) -> None:
-    """Refuse shapes that do not belong to the parts.
-
-    Raises
-    ------
-    InputError
-        If their numbers or sizes differ, or a value is not finite.
-    """
+    """Refuse shapes that do not belong to the parts."""
     if len(parts) != len(shapes):
         raise InputError(f"shapes: given {len(shapes)}: {len(parts)}, one for each part, needed")
     if len({part.sectors for part in parts}) > 1:

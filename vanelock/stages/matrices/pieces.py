@@ -47,21 +47,7 @@ def superelement(
     by_diameter: Sequence[int],
     forces: Sequence[NodalForces] = (),
 ) -> Piece:
-    """Matrices as they are.
-
-    Parameters
-    ----------
-    name : str
-        The component's.
-    ring : SceneRingKeys
-        Its ring.
-    load : callable
-        The matrices of a nodal diameter.
-    by_diameter : sequence of int
-        Nodal diameters with matrices of their own; none: those of 0 serve all.
-    forces : sequence of NodalForces
-        Loads of files, each of another content.
-    """
+    """Matrices as they are."""
     found = {k: load(k) for k in by_diameter} or {-1: load(0)}
     first = next(iter(found.values()))
     blocks = {}
@@ -95,41 +81,6 @@ def reduced(
 ) -> Piece:
     """A component whose named nodes stay and whose rest becomes fixed-interface vectors.
 
-    Parameters
-    ----------
-    name : str
-        The component's.
-    keys : ComponentKeys
-        How much is kept.
-    ring : SceneRingKeys
-        Its ring.
-    given : Matrices
-        Stiffness and mass, all rows.
-    wanted : (k,) int
-        Nodes whose displacements are kept.
-    turned : (k,) int
-        Those of them whose rotations are kept too.
-    fixed : (k,) int
-        Clamped nodes.
-    faces : pair of (k,) int, optional
-        Nodes of the low and of the high cyclic face, mates at equal places.
-    nodal_diameters : sequence of int
-        Where a cyclic component is reduced.
-    least : float, optional
-        Frequency that the band reaches at least where none is given, Hz.
-    followed : pair of tuples
-        Sets of nodes that loads alone act on, and nodes that are outputs alone.
-    forces : sequence of NodalForces
-        Loads of files, each of another content; none where there are faces.
-
-    Raises
-    ------
-    InputError
-        If a node is missing or clamped, a face does not fit, or something without stiffness of its
-        own can move although the kept nodes are held.
-
-    Notes
-    -----
     A component that can move as a whole although its kept nodes are held, such as by turning about
     a single one, keeps as many further displacements as it takes to hold it.
 

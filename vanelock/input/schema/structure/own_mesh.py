@@ -177,13 +177,7 @@ OWN_MESH_CHECKS: tuple[Check, ...] = (_has_areas, _has_the_dimensions)
 
 
 def refuse_without_areas(study: Any, vane: Part) -> None:
-    """Refuse a stiffness per area of a `Study` where the vane's contact nodes have no areas.
-
-    Raises
-    ------
-    InputError
-        Naming the key and the set.
-    """
+    """Refuse a stiffness per area of a `Study` where the vane's contact nodes have no areas."""
     contacts = {"hook": HOOKS, "interlock": INTERLOCKS if study.joints.interlock.enabled else ()}
     for joint, sets in contacts.items():
         for name in ("kn_area", "kt_area"):

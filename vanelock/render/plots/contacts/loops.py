@@ -124,13 +124,7 @@ def period(
     isotropic: bool = False,
     tangents: tuple[str, str] = TANGENTS,
 ) -> LoopPeriod:
-    """A contact's period, its parameters as of `loop_picture`.
-
-    Raises
-    ------
-    InputError
-        If the arrays do not fit together.
-    """
+    """A contact's period, its parameters as of `loop_picture`."""
     u, f = np.asarray(displacement, float), np.asarray(force, float)
     if u.ndim != 2 or u.shape[1:] != (3,) or u.shape != f.shape or len(u) < 4:
         raise InputError(
