@@ -253,16 +253,7 @@ class Structure:
         )
 
     def push_rate(self, harmonic: int, omega: float, amplitudes: Array) -> Array | None:
-        """Modal forces that moving on in ω amounts to, at fixed w; None where nothing changes.
-
-        Parameters
-        ----------
-        harmonic : int
-        omega : float
-            rad/s.
-        amplitudes : (n,)
-            Modal amplitudes there.
-        """
+        """Modal forces that moving on in ω amounts to, at fixed w; None where nothing changes."""
         force = self.system.force.get(harmonic)
         grows = force is not None and force.omega_power
         if harmonic == 0 and not grows:
@@ -313,24 +304,7 @@ def structure(
     harmonic_diameters: str = "wave",
     known: Mapping[int, StuckModes] | None = None,
 ) -> Structure:
-    """Prepare a system for the balance of `harmonics` harmonics.
-
-    Parameters
-    ----------
-    system : System
-    harmonics : int
-        H >= 0.
-    harmonic_diameters : {"wave", "sector"}
-        Whether harmonic h has the nodal diameter (h·EO) mod N of a travelling wave, or every
-        h >= 1 that of the first harmonic (to measure what that assumption costs).
-    known : dict of int to StuckModes, optional
-        Modes of the system's nodal diameters that were computed before.
-
-    Raises
-    ------
-    InputError
-        If the system's parts do not fit together.
-    """
+    """Prepare a system for the balance of `harmonics` harmonics."""
     known = known or {}
     check(system, known=known, harmonics=harmonics)
     wave = harmonic_diameters == "wave"

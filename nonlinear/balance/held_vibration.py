@@ -39,19 +39,7 @@ Floats = NDArray[np.float64]
 
 
 class ExcitedModes:
-    """One harmonic's structure at s = hω, excited by itself, ready to be solved.
-
-    Parameters
-    ----------
-    modes : StuckModes
-        Of the harmonic.
-    s : float
-        rad/s.
-    xi : float
-        ξ, 1/s.
-    border : (n,) complex, optional
-        VᴴMφ, where the amplitude along a shape is held.
-    """
+    """One harmonic's structure at s = hω, excited by itself, ready to be solved."""
 
     def __init__(self, modes: StuckModes, s: float, xi: float, border: Array | None = None) -> None:
         self.modes, self.s, self.xi = modes, s, xi
@@ -191,13 +179,7 @@ class HeldVibration:
         return complex(self.excited[0].solve(push[:, None])[1][0]) + amplitude * self._unit[1]
 
     def rates(self, amplitudes: Sequence[Array]) -> list[tuple[Floats, complex]]:
-        """Derivatives of u (c, 3, 2H + 1) and of Λ by ω and by ξ, at fixed a and w.
-
-        Parameters
-        ----------
-        amplitudes : sequence of (n_h,)
-            Modal amplitudes of the harmonics, as `motion` gives them.
-        """
+        """Derivatives of u (c, 3, 2H + 1) and of Λ by ω and by ξ, at fixed a and w."""
         prepared = self.structure
         moved = np.zeros((2, prepared.harmonics + 1, len(prepared.stiffness)), complex)
         changes = np.zeros(2, complex)

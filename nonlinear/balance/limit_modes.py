@@ -138,17 +138,7 @@ def times(A: Array, y: Array) -> Array:
 
 
 def limit_modes(modes: "StuckModes", stiffness: Floats, closed: NDArray[np.bool_]) -> LimitModes:
-    """Modes of a limit.
-
-    Parameters
-    ----------
-    modes : StuckModes
-        Of the nodal diameter.
-    stiffness : (3c,) float
-        Of all contacts, N/m.
-    closed : (3c,) bool
-        Components of contacts that act as springs.
-    """
+    """Modes of a limit."""
     opened = np.zeros(len(stiffness), bool)
     opened[modes.opened] = True
     damping = modes.damping if modes.coupled_damping is None else modes.coupled_damping

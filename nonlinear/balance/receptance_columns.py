@@ -43,13 +43,6 @@ class Columns(HeldColumns):
     """The columns of R̂_h, h = 0 ... H, that have been asked for so far.
 
     A contact that sticks where it was assembled never needs its own.
-
-    Parameters
-    ----------
-    size : int
-        3c, number of rows and of columns.
-    compute : sequence of callable
-        For each harmonic, from k components (k,) to their columns (k, 3c), one a row.
     """
 
     def __init__(self, size: int, compute: tuple[Callable[[Rows], Array], ...]) -> None:

@@ -29,13 +29,7 @@ Rows = NDArray[np.int64]
 
 
 class RingColumns(HeldColumns):
-    """Columns of the receptances of all waves of a ring that have been asked for so far.
-
-    Parameters
-    ----------
-    waves : tuple of Columns
-        Of the waves n = 0 ... N - 1.
-    """
+    """Columns of the receptances of all waves of a ring that have been asked for so far."""
 
     def __init__(self, waves: tuple[Columns, ...]) -> None:
         super().__init__(waves[0].size)

@@ -225,13 +225,7 @@ class StuckModes(Product):
             return np.where(self.static > 0, np.asarray(2 * self.static / stable), 0.0)
 
     def static_beyond(self, s: float) -> "StuckModes":
-        """The same modes, those whose poles lie beyond s, rad/s, following at once.
-
-        Raises
-        ------
-        InputError
-            If a given C couples the modes.
-        """
+        """The same modes, those whose poles lie beyond s, rad/s, following at once."""
         if self.coupled_damping is not None:
             raise InputError("static_beyond: given with a C that couples the modes; leave it out")
         follows = self.poles() < s

@@ -24,18 +24,7 @@ FINEST = 1e-4
 def whole_residual(
     structure: Structure, omegas: Floats, modal: Sequence[Array], force: NDArray[np.complex128]
 ) -> Floats:
-    """Largest zᴴ r_h of each point over the largest of its terms, (p,); at rest and vibrating.
-
-    Parameters
-    ----------
-    structure : Structure
-    omegas : (p,)
-        rad/s.
-    modal : sequence of (p, n)
-        Modal amplitudes of each harmonic.
-    force : (p, H + 1, c, 3)
-        Contact forces, N.
-    """
+    """Largest zᴴ r_h of each point over the largest of its terms, (p,); at rest and vibrating."""
     left, size = np.zeros((2, structure.harmonics + 1, len(omegas)))
     signs = np.random.default_rng(0)
     for h, amplitudes in enumerate(modal):

@@ -186,26 +186,7 @@ def contact_law(
     friction: str = "orthogonal",
     constant_load: bool = False,
 ) -> Law:
-    """The law of all contacts for displacements of `harmonics` harmonics.
-
-    Parameters
-    ----------
-    contacts : Contacts
-    harmonics : int
-        H; 0 for a static state.
-    samples : int, optional
-        Sample the period at this many instants instead of locating events: the coefficients are
-        then off by 1e-5 to 1e-2, most where contacts open.
-    friction : {"orthogonal", "isotropic"}
-        |t1| <= μ n and |t2| <= μ n, each by itself; or |t| <= μ n in the tangential plane.
-    constant_load : bool
-        Friction bounded by the mean normal force for good, the normal spring linear.
-
-    Raises
-    ------
-    InputError
-        If friction is unknown, or isotropic where a contact is stiffer in one direction.
-    """
+    """The law of all contacts for displacements of `harmonics` harmonics."""
     check_friction(contacts, friction)
     isotropic = friction == "isotropic"
     if samples is None:

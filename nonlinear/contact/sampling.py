@@ -13,13 +13,7 @@ def least_samples(harmonics: int, friction: str) -> int:
 def checked_samples(
     samples: int | None, harmonics: int, friction: str = "orthogonal"
 ) -> int | None:
-    """The samples to evaluate the law on; None where events are located.
-
-    Raises
-    ------
-    InputError
-        If they are too few.
-    """
+    """The samples to evaluate the law on; None where events are located."""
     least = least_samples(harmonics, friction)
     if samples is not None and samples < least:
         raise InputError(f"samples: given {samples}: needs at least {least}")

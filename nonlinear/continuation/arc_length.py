@@ -94,26 +94,7 @@ def follow(
     shortest: float = SHORTEST,
     away: float = np.inf,
 ) -> Arc:
-    """Follow the path of solutions from a converged point until the parameter passes `target`.
-
-    Parameters
-    ----------
-    family : Family
-    start : Solution
-        Converged, at another value of the parameter.
-    target : float
-        Value of the parameter wanted.
-    tolerance : float
-        Relative residual at the target.
-    limit : int
-        Most points of the path.
-    effort : int
-        Most Newton steps.
-    shortest : float
-        Shortest step, in units of the distance to the target.
-    away : float
-        How far the path may lead the other way, in distances to the target.
-    """
+    """Follow the path of solutions from a converged point until the parameter passes `target`."""
     if target == start.parameter:
         return Arc(start, (), 0)
     here, folds, iterations, length = start, [], 0, 0.2
@@ -154,25 +135,7 @@ def follow(
 
 
 def path(family: Family, start: Solution, target: float, longest: float = 1.0) -> Iterator[ArcStep]:
-    """Points of the path of solutions, from a converged one towards a parameter, without end.
-
-    Parameters
-    ----------
-    family : Family
-    start : Solution
-        Converged, at another value of the parameter.
-    target : float
-        Where the path goes first, and what its steps are measured by.
-    longest : float
-        Longest step, in units of the distance to the target and relative to w, or to the response
-        of the stuck structure where that is larger. An open contact moves by many times what the
-        same contact does when stuck: steps in units of that would be as many times too short.
-
-    Yields
-    ------
-    ArcStep
-        From `start` on; the generator ends where the path cannot be followed.
-    """
+    """Points of the path of solutions, from a converged one towards a parameter, without end."""
     here, length = start, min(0.2, longest)
     aim: Course | None = None
     came: Solution | None = None

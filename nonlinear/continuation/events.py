@@ -46,24 +46,7 @@ def locate(
     values: tuple[float, float],
     tolerance: float = TOLERANCE,
 ) -> Located | None:
-    """Find where a quantity passes zero between two neighbouring points of a path.
-
-    Parameters
-    ----------
-    family : Family
-    before, after : ArcStep
-    measure : callable
-        The quantity, of a solution and its tangent.
-    values : (float, float)
-        Its values at the two points, of opposite signs.
-    tolerance : float
-        Relative residual of the solutions.
-
-    Returns
-    -------
-    Located or None
-        None where a point between the two was not found, or the path itself jumps.
-    """
+    """Find where a quantity passes zero between two neighbouring points of a path."""
     a, b = before.solution, after.solution
     solved: list[tuple[float, Solution, Tangent]] = []
     normal = (

@@ -45,23 +45,7 @@ def from_nothing(
     tolerance: float = TOLERANCE,
     effort: Effort | None = None,
 ) -> Solution:
-    """Solve a balance without a start, by what works, the cheapest first.
-
-    Parameters
-    ----------
-    balance : Balance
-    law : callable
-        The contact law for a number of harmonics.
-    tolerance : float
-        Relative residual that counts as converged.
-    effort : Effort, optional
-        What it may take; `EFFORT` steps by default.
-
-    Returns
-    -------
-    Solution
-        Not converged if nothing worked: the one of smallest residual.
-    """
+    """Solve a balance without a start, by what works, the cheapest first."""
     spent = 0
     best: Solution | None = None
     for attempt in _attempts(balance, law, tolerance, effort or Effort()):
@@ -75,13 +59,7 @@ def from_nothing(
 
 
 def at_once(balance: Balance, law: Callable[[int], Law], tolerance: float = TOLERANCE) -> Solution:
-    """Solve a balance without a start by Newton's iteration, or by raising H, but no more.
-
-    Returns
-    -------
-    Solution
-        Perhaps not converged.
-    """
+    """Solve a balance without a start by Newton's iteration, or by raising H, but no more."""
     still = np.zeros_like(balance.linear)
     top = law((balance.linear.shape[2] - 1) // 2)
     found = solve(fixed(balance, top), still, 0.0, tolerance=tolerance)

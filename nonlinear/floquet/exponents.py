@@ -53,15 +53,7 @@ class Zeros:
 def zeros(
     structure: Callable[[float], PerturbedStructure], law: Transfer, window: Rectangle
 ) -> Zeros:
-    """All zeros in a window.
-
-    Parameters
-    ----------
-    structure : callable
-        From how near poles of modes are told apart to the structure.
-    law : Transfer
-    window : Rectangle
-    """
+    """All zeros in a window."""
     centre = (window.left + window.right) / 2
     radius = float(np.hypot(window.right - centre, window.half))  # through the corners
     series: Series | None = None

@@ -165,17 +165,7 @@ class LawTransfer:
 
 
 def law_transfer(u: Floats, alpha: Floats, harmonics: int) -> LawTransfer:
-    """Γ about a periodic motion.
-
-    Parameters
-    ----------
-    u : (c, 3, 2H + 1) float
-        Relative displacements of the contacts, m.
-    alpha : (c, 2) float
-        μ kn/kt of each tangential direction.
-    harmonics : int
-        P of the perturbation.
-    """
+    """Γ about a periodic motion."""
     m, count = u.shape[2], u.shape[0]
     longest = 6 * (2 * m + 2) + 2
     moments = np.zeros((count, 3, 2, 2 * harmonics + 1), complex)

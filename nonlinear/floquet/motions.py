@@ -114,22 +114,7 @@ def motions(
     harmonics: int,
     friction: str = "orthogonal",
 ) -> FloquetMotions:
-    """The motions beside a wave that are in the window.
-
-    Parameters
-    ----------
-    system : System
-    modes : mapping of int to StuckModes
-        Of the nodal diameters 0 ... N - 1.
-    u : (c, 3, 2H + 1) float
-        The wave's relative displacements, m.
-    omega : float
-        rad/s.
-    harmonics : int
-        P.
-    friction : {"orthogonal", "isotropic"}
-        As of `Options`.
-    """
+    """The motions beside a wave that are in the window."""
     transfer = plane_transfer if friction == "isotropic" else law_transfer
     law = transfer(u, system.contacts.alpha, harmonics).onto_open(modes[0].opened)
     found: list[FloquetMotion] = []

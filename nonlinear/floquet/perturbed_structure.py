@@ -129,16 +129,7 @@ class PerturbedStructure:
         return np.array(found, complex).reshape(len(found), len(components))
 
     def rest(self, s: complex, rows: list[Array], pull: list[Array]) -> Complex:
-        """(2P + 1, k, o) R_k(s) of all modes but the near ones.
-
-        Parameters
-        ----------
-        s : complex
-        rows : list of (k, n) complex
-            b of the components that are moved, by harmonic.
-        pull : list of (n, o) complex
-            bᴴ K_c of those that deviate.
-        """
+        """(2P + 1, k, o) R_k(s) of all modes but the near ones."""
         found = np.empty((len(rows), len(rows[0]), pull[0].shape[1]), complex)
         for place, modes in enumerate(self.each):
             z = self.omega * (s + 1j * (place - self.harmonics))

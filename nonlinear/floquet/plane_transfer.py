@@ -158,17 +158,7 @@ def _partners(components: Rows) -> Rows:
 
 
 def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> PlaneTransfer:
-    """Γ about a periodic motion.
-
-    Parameters
-    ----------
-    u : (c, 3, 2H + 1) float
-        Relative displacements of the contacts, m.
-    alpha : (c, 2) float
-        μ kn/kt, the same in both tangential directions.
-    harmonics : int
-        P of the perturbation.
-    """
+    """Γ about a periodic motion."""
     u, M = np.ascontiguousarray(u), 2 * harmonics + 1
     normal = law_transfer(u, alpha, harmonics)
     opens = normal.components % 3 == 0

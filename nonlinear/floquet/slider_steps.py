@@ -121,11 +121,6 @@ def _passed(
     """Once round with unit perturbations: (n,) η where it began, after the period.
 
     The columns are the harmonics -P ... P of v, of u1 and of u2, and the remembered value.
-
-    Parameters
-    ----------
-    eta, held : (p, STAGES, n), (p, 2, n)
-        Receive η at the nodes of slip and dw at the beginning of what is held.
     """
     M = 2 * harmonics + 1
     across, w = np.zeros(3 * M + 1, np.complex128), np.zeros((2, 3 * M + 1), np.complex128)
@@ -179,17 +174,7 @@ def _passed(
 
 
 def slider_steps(u: Floats, alpha: float, table: Floats) -> SliderSteps | None:
-    """The path of one contact's slider; None where it sticks for good.
-
-    Parameters
-    ----------
-    u : (3, 2H + 1)
-        Displacements of (v, u1, u2), m.
-    alpha : float
-        μ kn/kt.
-    table : (s, 2H + 1)
-        φ on the angles that bracket roots.
-    """
+    """The path of one contact's slider; None where it sticks for good."""
     rows = slider_pieces(u, alpha, table)
     kinds = rows[:, KIND]
     if len(rows) == 1 and kinds[0] == HELD:

@@ -245,13 +245,7 @@ def _solved_again(
     truncation: float,
     friction: str,
 ) -> Floats | None:
-    """The wave with more harmonics, (c, 3, 2H + 1) m; None where no solution was found.
-
-    Raises
-    ------
-    InputError
-        If the wave given is none of this system.
-    """
+    """The wave with more harmonics, (c, 3, 2H + 1) m; None where no solution was found."""
     given = (u.shape[2] - 1) // 2
     balance = structure(system, given, known=modes).balance(omega)
     w = contact_law(system.contacts, given, friction=friction)(u).w

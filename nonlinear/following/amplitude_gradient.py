@@ -162,14 +162,7 @@ class AmplitudeGradient:
 
 
 def modal_stiffness(prepared: Structure, changes: Mapping[int, Array]) -> dict[int, Array]:
-    """Changes of the stiffness by harmonic, in its modes.
-
-    Parameters
-    ----------
-    prepared : Structure
-    changes : dict of int to (n, n)
-        Hermitian dK, N/m, by nodal diameter; of N - k the conjugate counts where only k is given.
-    """
+    """Changes of the stiffness by harmonic, in its modes."""
     found: dict[int, Array] = {}
     known: dict[int, Array] = {}
     for h, k in enumerate(prepared.nodal_diameters):
@@ -290,13 +283,7 @@ def _transposed(modes: StuckModes, s: float, row: Array) -> Array:
 def prepared_again(
     system: System, response: Response, modes: Mapping[int, StuckModes] | None = None
 ) -> PreparedSystem:
-    """The system of a response ready to be solved as that was, its own friction included.
-
-    Raises
-    ------
-    InputError
-        As of `frequency_response`, or if the response has another number of contacts.
-    """
+    """The system of a response ready to be solved as that was, its own friction included."""
     check_contacts(response, system.contacts)
     given = response.harmonic_diameters.tolist()
     wave = given == [system.nodal_diameter(h) for h in range(len(given))]

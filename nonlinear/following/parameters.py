@@ -139,21 +139,7 @@ class Parameter:
 
 
 def checked_parameter(name: str, system: System, values: Floats, joint: Joint = None) -> Parameter:
-    """A parameter by its name, checked against the values that it shall take.
-
-    Parameters
-    ----------
-    name : {"force", "mu", "interference"}
-    system : System
-    values : (p,) float
-    joint : str, sequence of str or (c,) bool, optional
-        The joints or contacts whose friction or interference varies; all by default.
-
-    Raises
-    ------
-    InputError
-        If the name or a joint is unknown, or a value is not possible.
-    """
+    """A parameter by its name, checked against the values that it shall take."""
     check_option("parameter", name, NAMES)
     if name == "force" and joint is not None:
         raise InputError(f"joint: given {joint!r}: the force acts on no joint; leave it out")
@@ -171,13 +157,7 @@ def checked_parameter(name: str, system: System, values: Floats, joint: Joint = 
 
 
 def checked_values(values: ArrayLike) -> Floats:
-    """(p,) values of a parameter.
-
-    Raises
-    ------
-    InputError
-        If they are no list of numbers.
-    """
+    """(p,) values of a parameter."""
     given = np.atleast_1d(as_array(values, "values"))
     if given.ndim != 1:
         raise InputError(f"values: given shape {given.shape}: needs a list")

@@ -194,17 +194,7 @@ def peak_gradient_of(
 def gradient_of_peak(
     ready: PreparedSystem, component: tuple[int, int], peak: PeakPoint, frequency: bool = False
 ) -> PeakGradient | None:
-    """What moves a known peak; None where the solutions fold there.
-
-    Parameters
-    ----------
-    ready : PreparedSystem
-    component : (int, int)
-        Output node and direction.
-    peak : PeakPoint
-    frequency : bool
-        Whether what moves its frequency is asked for, too.
-    """
+    """What moves a known peak; None where the solutions fold there."""
     at_peak = amplitude_gradient(ready, peak.solution, component)
     if at_peak is None:
         return None

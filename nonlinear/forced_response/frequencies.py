@@ -12,13 +12,7 @@ ROUND_OFF = 1e-9
 
 
 def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
-    """(p,) Hz, positive and finite.
-
-    Raises
-    ------
-    InputError
-        If they are not.
-    """
+    """(p,) Hz, positive and finite."""
     hertz = np.atleast_1d(as_array(frequencies, "frequencies"))
     if hertz.ndim != 1 or not len(hertz):
         raise InputError(f"frequencies: given shape {hertz.shape}: needs a list of at least one")
@@ -28,13 +22,7 @@ def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
 
 
 def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> NDArray[np.float64]:
-    """(2,) Hz, a range.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """(2,) Hz, a range."""
     hertz = checked_frequencies(frequencies)
     if len(hertz) != 2 or hertz[0] >= hertz[1]:
         raise InputError(f"{name}: given {tuple(hertz)}: a range is (low, high), low < high")
@@ -42,19 +30,7 @@ def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> NDArray[
 
 
 def check_band(system: System, hertz: ArrayLike) -> None:
-    """Refuse frequencies beyond those that a system's reduced parts answer.
-
-    Parameters
-    ----------
-    system : System
-    hertz : (p,) array_like
-        Frequencies of the excitation; their higher harmonics may lie beyond.
-
-    Raises
-    ------
-    InputError
-        Naming the frequency and the band.
-    """
+    """Refuse frequencies beyond those that a system's reduced parts answer."""
     highest = float(np.max(hertz))
     if system.band is not None and highest > system.band * (1 + ROUND_OFF):
         raise InputError(

@@ -114,17 +114,7 @@ def _check(response: Response, point: int, contact: int, u: Floats) -> None:
 
 
 def slider_history(v: Floats, u: Floats, alpha: float, angle: Floats) -> Floats:
-    """Place of a friction slider at the given angles in [0, 2π).
-
-    Parameters
-    ----------
-    v, u : (2H + 1,)
-        Coefficients of the normal and tangential displacement.
-    alpha : float
-        μ kn/kt.
-    angle : (s,)
-        rad.
-    """
+    """Place of a friction slider at the given angles in [0, 2π)."""
     harmonics = (len(u) - 1) // 2
     table, contact = grid(harmonics), np.empty(4 * harmonics + 4)
     path = np.empty((6 * len(contact) + 2, WIDTH))

@@ -24,15 +24,7 @@ POINTS, EFFORT = 60, 300
 
 
 def jumps(solver: PointSolver, swept: Sequence[Solution]) -> NDArray[np.int64]:
-    """(j, 2) places of the points before and after each jump.
-
-    Parameters
-    ----------
-    solver : PointSolver
-        What solved them.
-    swept : sequence of Solution
-        In the order of the sweep; those that did not converge are passed over.
-    """
+    """(j, 2) places of the points before and after each jump."""
     solved = [i for i, each in enumerate(swept) if each.converged]
     found = []
     for k in range(len(solved) - 1):

@@ -74,13 +74,7 @@ def linear_response(
 
 
 def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
-    """(c,) mask of the contacts that `closed` names, elements never among them.
-
-    Raises
-    ------
-    InputError
-        If a joint is unknown or the mask has the wrong length.
-    """
+    """(c,) mask of the contacts that `closed` names, elements never among them."""
     if isinstance(closed, str) and closed in ("all", "none"):
         return contacts.springs & (closed == "all")
     names = [closed] if isinstance(closed, str) else closed

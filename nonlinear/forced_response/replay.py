@@ -45,17 +45,7 @@ class Journal(Protocol):
 
 
 class Replay:
-    """Answers questions from a journal as long as it lasts, then by computing.
-
-    Parameters
-    ----------
-    journal : Journal, optional
-        Where answers are written down; without one they are computed, and no more.
-    shared : tuple of type
-        Classes whose objects go from one answer to the next, and are written once.
-    known : tuple of type
-        All other dataclasses that answers consist of.
-    """
+    """Answers questions from a journal as long as it lasts, then by computing."""
 
     def __init__(
         self,
@@ -72,17 +62,7 @@ class Replay:
         return self._journal is not None
 
     def __call__(self, question: str, arguments: tuple[Any, ...], compute: Callable[[], T]) -> T:
-        """The answer to a question.
-
-        Parameters
-        ----------
-        question : str
-            What is asked.
-        arguments : tuple of float, int, str, None or array
-            What the answer follows from; it identifies a record as that answer.
-        compute : callable
-            Gives the answer.
-        """
+        """The answer to a question."""
         if self._journal is None:
             return compute()
         asked = _label(question, arguments)

@@ -252,13 +252,7 @@ def half_peak_to_peak(q: Array) -> Floats:
 
 
 def chosen_points(response: Response, points: Sequence[int] | None) -> list[int]:
-    """Points of a response that are asked for; None for all.
-
-    Raises
-    ------
-    InputError
-        If one does not exist, or there are none.
-    """
+    """Points of a response that are asked for; None for all."""
     chosen = list(range(response.points) if points is None else points)
     for point in chosen:
         if not 0 <= point < response.points:
@@ -269,13 +263,7 @@ def chosen_points(response: Response, points: Sequence[int] | None) -> list[int]
 
 
 def check_contacts(response: Response, contacts: Contacts) -> None:
-    """Refuse a response of another number of contacts.
-
-    Raises
-    ------
-    InputError
-        Telling both numbers.
-    """
+    """Refuse a response of another number of contacts."""
     if len(response.mu) != contacts.count:
         raise InputError(
             f"response: has {len(response.mu)} contacts: the system has {contacts.count}"

@@ -26,22 +26,7 @@ COUPLINGS = ("coupled", "uncoupled", "constant-load")
 def at_rest(
     structure: Structure, law: Callable[[int], Law], tolerance: float = TOLERANCE
 ) -> Solution:
-    """The static state that vibration is referred to, m = 1 coefficient.
-
-    Parameters
-    ----------
-    structure : Structure
-        Of any number of harmonics.
-    law : callable
-        The contact law for a number of harmonics.
-    tolerance : float
-        Relative residual that counts as converged.
-
-    Raises
-    ------
-    InputError
-        If the static load depends on the frequency.
-    """
+    """The static state that vibration is referred to, m = 1 coefficient."""
     force = structure.system.force.get(0)
     if force is not None and force.omega_power and force.vector.any():
         raise InputError(

@@ -37,11 +37,6 @@ def check_bound(
     """Refuse a range, rad/s, in which friction does not bound a resonance of an output, or of any.
 
     Where a largest amplitude is `lost`, rad/s, refuse that friction alone may bound it, too.
-
-    Raises
-    ------
-    InputError
-        Beginning with `what`.
     """
     if unheld := unbound(structure, limits, output):
         omega, why = unheld[0], f"friction holds {unheld[1]:.3g} of its load at most"
@@ -60,11 +55,6 @@ def check_top(structure: Structure, response: Response, output: tuple[int, int],
 
     At a resonance that is bounded the load's work, π Σ h |f_h x_h| at most, is that of friction; a
     top at which friction does next to none is a point beside a pole.
-
-    Raises
-    ------
-    InputError
-        Beginning with `what`.
     """
     sizes = np.where(response.converged, response.amplitude[:, *output], 0.0)
     top, system = int(sizes.argmax()), structure.system

@@ -34,19 +34,7 @@ class Reached:
 def gmres(
     operator: Callable[[Floats], Floats], right: Floats, tolerance: float, limit: int
 ) -> Reached:
-    """Solve A x = b by minimal residuals, from zero, without restart (Saad and Schultz, 1986).
-
-    Parameters
-    ----------
-    operator : callable
-        x to A x.
-    right : (n,) float
-        b.
-    tolerance : float
-        Norm of the residual wanted, over that of b.
-    limit : int
-        Largest dimension of the subspace.
-    """
+    """Solve A x = b by minimal residuals, from zero, without restart (Saad and Schultz, 1986)."""
     size = sqrt(right @ right)
     if size == 0.0:
         return Reached(np.zeros_like(right), 0.0, 0, np.empty((0, 0)))

@@ -119,18 +119,7 @@ def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
 
 
 class Direct:
-    """P factored.
-
-    Parameters
-    ----------
-    balance, deviation
-        Where it is linearised.
-    rows : (k,) int
-        Components of w that are unknown.
-    weight : (n,) float
-        Of each component in a norm.
-    border : Border, optional
-    """
+    """P factored."""
 
     def __init__(
         self,

@@ -57,20 +57,7 @@ class KeptRing(Kept):
 
 
 class LinearisedRing(Preconditioned):
-    """P applied, preconditioned by that of the ring of alike sectors.
-
-    Parameters
-    ----------
-    balance, deviation
-        Where it is linearised.
-    rows : (k,) int
-        Components of w that are unknown; those contacts are in all sectors.
-    weight : (n,) float
-        Of each component in a norm.
-    border : Border, optional
-    kept : Kept, optional
-        Of an earlier state.
-    """
+    """P applied, preconditioned by that of the ring of alike sectors."""
 
     LIMIT, STALE = 200, 4
 

@@ -174,24 +174,7 @@ def solve(
     limit: int = 15,
     kept: Kept | None = None,
 ) -> Solution:
-    """Solve w = W(u(w)) from a start, at a parameter or on a plane.
-
-    Parameters
-    ----------
-    family : Family
-    start : (c, 3, 2H + 1) float
-        First guess of w, m.
-    parameter : float
-        Its value; where a plane is given, the first guess.
-    plane : CuttingPlane, optional
-        Where the solution is looked for with the parameter free.
-    tolerance : float
-        Relative residual that counts as converged.
-    limit : int
-        Most Newton steps.
-    kept : Kept, optional
-        Preconditioner of an earlier solution.
-    """
+    """Solve w = W(u(w)) from a start, at a parameter or on a plane."""
     held = family.at(parameter) if plane is None else None
     state = _evaluate(family, start, parameter, held, plane)
     scale = scales(state.balance.linear)

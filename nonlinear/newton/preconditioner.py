@@ -60,14 +60,7 @@ class Basis:
 
 
 def strong_directions(balance: Balance, stiffness: Floats) -> Basis:
-    """Strong directions of a balance, by sketches of its receptances (Halko and others, 2011).
-
-    Parameters
-    ----------
-    balance : Balance
-    stiffness : (3c,) float
-        K_c, N/m.
-    """
+    """Strong directions of a balance, by sketches of its receptances (Halko and others, 2011)."""
     root = np.sqrt(stiffness)
     rng = np.random.default_rng(0)
     left, right = [], []

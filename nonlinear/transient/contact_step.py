@@ -38,21 +38,7 @@ def slider_place(
     v: float,
     alpha: float,
 ) -> float:
-    """Place w of a slider at the end of a step, u = known + own w.
-
-    Parameters
-    ----------
-    known, own : float
-        u and what w adds to it.
-    held : float
-        w at the beginning.
-    u_before, v_before : float
-        Displacements at the beginning.
-    v : float
-        Normal displacement at the end.
-    alpha : float
-        μ kn/kt: the slider is no further than alpha v from u.
-    """
+    """Place w of a slider at the end of a step, u = known + own w."""
     if v <= 0.0:
         return known / (1.0 - own)
     place = held

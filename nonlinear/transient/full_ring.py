@@ -123,19 +123,7 @@ class FullRing:
 
 
 def ring(system: System, every: bool = False) -> FullRing:
-    """The ring of a system.
-
-    Parameters
-    ----------
-    system : System
-    every : bool
-        Whether all sectors are followed even where the excitation moves them alike.
-
-    Raises
-    ------
-    InputError
-        If nodal diameters are missing, or the stuck modes do not leave a given damping diagonal.
-    """
+    """The ring of a system."""
     check(system)
     system.contacts.refuse_elements("time integration of the ring")
     N = system.sectors

@@ -207,20 +207,7 @@ def integrator(
     modes: int | None = None,
     isotropic: bool = False,
 ) -> Integrator:
-    """Prepare the motion of a ring at ω, rad/s.
-
-    Parameters
-    ----------
-    ring : FullRing
-    omega : float
-    steps : int
-        A period.
-    modes : int, optional
-        Modes of each diameter with inertia, lowest first; the others follow the deviations
-        statically, the excitation with theirs. All if not given.
-    isotropic : bool
-        Whether friction is bounded in the tangential plane.
-    """
+    """Prepare the motion of a ring at ω, rad/s."""
     contacts, step = ring.system.contacts, TURN / omega / steps
     counts = [min(len(m.compliance), modes or len(m.compliance)) for m in ring.modes]
     n, d = max(counts), 3 * contacts.count

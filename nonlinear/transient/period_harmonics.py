@@ -21,17 +21,7 @@ def coefficients(history: Floats, harmonics: int) -> Array:
 def departure(
     stepped: Integrator, found: Period, output: Floats, response: Response, point: int
 ) -> float:
-    """Largest difference of the harmonics from those of a point of a response.
-
-    Parameters
-    ----------
-    stepped : Integrator
-    found : Period
-    output : (s, N, 3o) float
-        `output_history` of the period, m.
-    response : Response
-    point : int
-    """
+    """Largest difference of the harmonics from those of a point of a response."""
     lag = stepped.ring.lag(np.arange(response.harmonics + 1))
     largest = 0.0
     for history, expected in (

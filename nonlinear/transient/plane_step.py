@@ -33,21 +33,7 @@ def slider_in_plane(
     following: Floats,
     rates: Floats,
 ) -> None:
-    """Place w of a slider at the end of a step, u = known + own w.
-
-    Parameters
-    ----------
-    known, own : (2,), (2, 2)
-        u and what w adds to it.
-    held, u_before : (2,)
-        w and u at the beginning.
-    r_before, r : float
-        Radii α v at the beginning and at the end, not positive where open.
-    place : (2,)
-        Where to begin; receives w.
-    following, rates : (2,), (2, 8)
-        Worked on.
-    """
+    """Place w of a slider at the end of a step, u = known + own w."""
     x, y, before = place[0], place[1], math.inf
     centre = u_before.copy()
     for _ in range(ITERATIONS):

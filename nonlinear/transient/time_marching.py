@@ -195,40 +195,7 @@ def march(
     places: Floats,
     motion: Complex,
 ) -> int:
-    """One period of all sectors; returns how many steps were not solved.
-
-    Parameters
-    ----------
-    linear : (s, N, 3c)
-        Steady linear displacements at the end of each step.
-    rows : (k, 3c, n)
-        b of the modes that have inertia, by diameter.
-    transition, hold, rise : (k, 4, 4, n), (k, 4, n), (k, 4, n)
-        Their steps.
-    rigid : (k, 3c, 3c)
-        Column by column (as rows), displacements that a deviation causes through the other modes.
-    response : (k, 3c, 3c)
-        The same through all modes at the end of a step.
-    coupling : (N, 3c, 3c)
-        The same from sector 0 to each.
-    shift, weight : (k, N), (k,)
-        Of the ring.
-    stiffness : (3c,)
-    alpha : (c, 2)
-    isotropic : bool
-        Whether friction is bounded in the tangential plane.
-    opened : (m,)
-        Components of contacts that are open in the modes.
-    small : float
-        Change of a deviation at which a step counts as solved, m.
-    state, load, static, place, u, w : (k, 4, n), (k, n), (k, 3c), (k, 3c), (N, 3c), (N, 3c)
-        Updated: states, modal loads, static displacements, those of all modes, displacements in
-        all and deviations.
-    awake : (c,)
-        Contacts that may deviate more; grows.
-    path, places, motion : (s, N, 3c), (s, N, 3c), (s, k, n)
-        Receive u, w and y at the end of each step.
-    """
+    """One period of all sectors; returns how many steps were not solved."""
     predicted = np.empty_like(state)
     known, moved, change = np.empty_like(static), np.empty_like(static), np.empty_like(static)
     push = np.empty_like(load[0])

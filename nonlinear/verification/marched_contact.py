@@ -53,21 +53,7 @@ def march_contacts(
     friction: str = "orthogonal",
     begin: Floats | None = None,
 ) -> Marched:
-    """Forces and friction work of contacts under periodic relative displacements.
-
-    Parameters
-    ----------
-    contacts : Contacts
-    displacement : (H + 1, c, 3) complex
-        One-sided coefficients of (v, u1, u2), m.
-    samples : int
-        Steps of a period, a power of two.
-    friction : {"orthogonal", "isotropic"}
-        As of `Options`.
-    begin : (c, 2) float, optional
-        Friction at the first sample, N, cut to its bound. It matters where a contact sticks for
-        good, anywhere within the bound; by default that of sliders at zero.
-    """
+    """Forces and friction work of contacts under periodic relative displacements."""
     at_zero = contacts.kt * displacement[:, :, 1:].sum(axis=0).real
     start = at_zero if begin is None else begin
     force = np.zeros((len(displacement), contacts.count, 3), complex)

@@ -21,13 +21,7 @@ SIGNATURE = types.void(float64[::1], float64[::1], float64[::1], float64[::1], f
 
 @lru_cache(maxsize=256)
 def compiled(function: Force, name: str) -> Any:
-    """The law, compiled.
-
-    Raises
-    ------
-    InputError
-        If Numba cannot.
-    """
+    """The law, compiled."""
     try:
         return numba.cfunc(SIGNATURE)(function)
     except (numba.core.errors.NumbaError, TypeError) as error:

@@ -125,25 +125,7 @@ class PeriodicForce:
 def periodic_force(
     element: Element, u: Floats, omega: float, samples: int | None = None, counts: float = 0.0
 ) -> PeriodicForce:
-    """The force of an element under periodic displacements.
-
-    Parameters
-    ----------
-    element : Element
-    u : (d, 2H + 1) float
-        Coefficients of its displacements, m.
-    omega : float
-        rad/s.
-    samples : int, optional
-        Uniform ones of the period; by default instants are chosen by what the force does.
-    counts : float
-        N: forces below RESOLVED of that count for nothing.
-
-    Raises
-    ------
-    InputError
-        If the law cannot be compiled, or no division of the period resolves it.
-    """
+    """The force of an element under periodic displacements."""
     law = compiled(element.function, element.name)
     harmonics = (u.shape[1] - 1) // 2
     if harmonics == 0 or samples is not None:

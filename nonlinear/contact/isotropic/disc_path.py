@@ -300,25 +300,7 @@ def _closed(
 def once_round(
     u: Floats, alpha: float, contact: Floats, count: int, brackets: int, path: Path
 ) -> tuple[bool, float]:
-    """Follow a slider over a period from the first touch-down, or from 0 where it is given.
-
-    Parameters
-    ----------
-    u : (3, m)
-        Displacements of (v, u1, u2), m.
-    alpha : float
-        μ kn/kt.
-    contact : (r,)
-        The first `count` entries are the roots of v.
-    brackets : int
-        Angles of a period that bracket events.
-    path : Path
-        With n >= 3 m columns where the contact opens.
-
-    Returns
-    -------
-    Whether it slips; ∫ r |dw|.
-    """
+    """Follow a slider over a period from the first touch-down, or from 0 where it is given."""
     if count == 0:
         motion_at(0.0, u, alpha, path.phi, path.motion)
         at = path.motion

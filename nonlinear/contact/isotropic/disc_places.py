@@ -16,15 +16,6 @@ def slider_places(u: Floats, alpha: float, angles: Floats) -> Floats:
     """Places (s, 2) of a slider, m, on its periodic path.
 
     While it slips, z of its step (`disc_slip`) is the polynomial that was collocated.
-
-    Parameters
-    ----------
-    u : (3, 2H + 1)
-        Displacements of (v, u1, u2), m.
-    alpha : float
-        μ kn/kt.
-    angles : (s,)
-        rad.
     """
     harmonics = u.shape[1] // 2
     pieces = slider_pieces(np.ascontiguousarray(u), alpha, grid(harmonics))

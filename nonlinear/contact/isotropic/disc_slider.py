@@ -92,10 +92,6 @@ def pursue(
 
     From `a` and r0 to `b` and r1, which are not positive where the contact is open; `out` and
     `rates` (2, 8) receive the slider at the end and, unless HELD from the beginning, its rates.
-
-    Returns
-    -------
-    HELD, SLIPPING or FREE; ∫ r |dw|, to second order in the step.
     """
     if r1 <= 0.0:
         _follow_centre(b, out, rates)

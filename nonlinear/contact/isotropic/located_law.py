@@ -231,21 +231,7 @@ def _start(
 
 @kernel
 def slider_pieces(u: Floats, alpha: float, table: Floats) -> Floats:
-    """The periodic path of a slider piece by piece, from a touch-down where there is one.
-
-    Parameters
-    ----------
-    u : (3, m)
-        Displacements of (v, u1, u2), m.
-    alpha : float
-        μ kn/kt.
-    table : (s, m)
-        φ on the angles that bracket roots.
-
-    Returns
-    -------
-    (p, WIDTH) as `disc_integrals` has them; one held piece where it sticks for good.
-    """
+    """The periodic path of a slider piece by piece, from a touch-down where there is one."""
     m, start, contact = u.shape[1], np.zeros(2), np.empty(2 * u.shape[1] + 2)
     count = roots(u[0], table, contact)
     whole = np.zeros((1, WIDTH))

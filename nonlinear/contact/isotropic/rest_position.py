@@ -48,19 +48,7 @@ def _corner(centre: Floats, radius: Floats, i: int, j: int, side: float, out: Fl
 
 @kernel
 def rest_point(centre: Floats, radius: Floats, w: Floats) -> tuple[bool, int, int]:
-    """Find the common point of all discs nearest to zero.
-
-    Parameters
-    ----------
-    centre, radius : (s, 2), (s,)
-        The discs, m.
-    w : (2,)
-        Receives the point; entries of trial and chosen points before.
-
-    Returns
-    -------
-    Whether the discs have a common point; the discs whose edges it is on, NONE where it is not.
-    """
+    """Find the common point of all discs nearest to zero."""
     size = 0.0
     for i in range(radius.size):
         size = max(size, abs(centre[i, 0]), abs(centre[i, 1]), abs(radius[i]))

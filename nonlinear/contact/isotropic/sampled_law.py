@@ -115,12 +115,7 @@ def _advance(
 def slider_path(
     centre: Floats, radius: Floats, alpha: float, table: Floats, path: Floats, rate: Floats
 ) -> tuple[bool, float]:
-    """Periodic path (s, 2) of a slider that slips or opens, and its rates (2, s, 3, m).
-
-    Returns
-    -------
-    Whether it slips; ∫ r |dw|.
-    """
+    """Periodic path (s, 2) of a slider that slips or opens, and its rates (2, s, 3, m)."""
     size, m = table.shape
     now, following, rates = np.empty(2), np.empty(2), np.empty((2, RATES))
     carried = np.zeros((2, 3, m))
@@ -225,12 +220,7 @@ def without_path(
     opening: NDArray[np.int64],
     slips: NDArray[np.bool_],
 ) -> tuple[bool, int]:
-    """The normal direction of a contact, and the plane of one that is free or never moved.
-
-    Returns
-    -------
-    Whether nothing is left to be followed; how many roots of v are in `contact`.
-    """
+    """The normal direction of a contact, and the plane of one that is free or never moved."""
     v, a, m = u[c, 0], alpha[c, 0], u.shape[2]
     count = roots(v, table, contact)
     along[:] = 0.0

@@ -35,25 +35,7 @@ def sampled_law(
 def sampled_contact(
     u: Floats, alpha: Floats, stiffness: Floats, table: Floats, w: Floats, jacobian: Floats
 ) -> tuple[int, bool, float]:
-    """W and dw/du of one contact from samples of the period.
-
-    Parameters
-    ----------
-    u : (3, m)
-        Coefficients of (v, u1, u2), m = 2H + 1.
-    alpha : (2,)
-        μ kn/kt.
-    stiffness : (3,)
-        (kn, kt1, kt2), N/m.
-    table : (s, m)
-        φ at the samples.
-    w, jacobian : (3, m), (3, m, 3, m)
-        Receive the result; zero on entry.
-
-    Returns
-    -------
-    CLOSED, PARTLY or ALWAYS open; whether it slips; friction work, J.
-    """
+    """W and dw/du of one contact from samples of the period."""
     size, m = table.shape
     v = table @ u[0]
     opened = 0

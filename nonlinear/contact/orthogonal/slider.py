@@ -101,21 +101,7 @@ def _ordered(start: float, groups: Floats, counts: Floats, out: Floats) -> int:
 def slider_path(
     v: Floats, u: Floats, alpha: float, contact: Floats, contacts: int, table: Floats, out: Floats
 ) -> int:
-    """Segments of the periodic slider path into `out`; returns how many.
-
-    Parameters
-    ----------
-    v, u : (2H + 1,)
-        Normal and tangential relative displacement.
-    alpha : float
-        μ kn/kt.
-    contact : (r,)
-        The first `contacts` entries are the roots of v.
-    table : (s, 2H + 1)
-        φ on the angles that bracket roots.
-    out : (n, 6)
-        Receives the segments; n = 6 r + 2 suffices.
-    """
+    """Segments of the periodic slider path into `out`; returns how many."""
     closed = contacts == 0 and v[0] > 0.0
     if alpha == 0.0 or (contacts == 0 and not closed):
         return _whole(out, FREE, 0.0, np.nan, 0.0)

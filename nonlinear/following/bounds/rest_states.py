@@ -266,11 +266,6 @@ class RestStates:
 
         Contacts may open and close, as long as the objective is above `floor`; those that are
         `closed` to begin with may be given, and count if such states exist.
-
-        Raises
-        ------
-        InputError
-            If the programme has no solution.
         """
         if self._fixed(objective):
             return self.zero

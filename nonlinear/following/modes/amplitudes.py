@@ -19,13 +19,7 @@ FARTHEST = 1e5
 
 
 def checked_amplitudes(amplitudes: ArrayLike | tuple[float, float] | None) -> Floats | None:
-    """(p,) amplitudes, ascending; those of a range are its ends.
-
-    Raises
-    ------
-    InputError
-        If they are not positive and finite, or no range.
-    """
+    """(p,) amplitudes, ascending; those of a range are its ends."""
     if amplitudes is None:
         return None
     given = np.atleast_1d(as_array(amplitudes, "amplitudes"))
@@ -39,19 +33,7 @@ def checked_amplitudes(amplitudes: ArrayLike | tuple[float, float] | None) -> Fl
 def followed(
     path: ModePath, wanted: Floats | None, is_range: bool, onset: float
 ) -> Iterator[ModePoint]:
-    """Points that are asked for, as the path passes them; it may end before the last one.
-
-    Parameters
-    ----------
-    path : ModePath
-        At its first point, below all amplitudes or at the lowest.
-    wanted : (p,) float or None
-        Amplitudes, ascending, kg^½ m; None: until gross slip.
-    is_range : bool
-        Whether they are the ends of a range.
-    onset : float
-        Amplitude at which the first contact slips or opens, kg^½ m.
-    """
+    """Points that are asked for, as the path passes them; it may end before the last one."""
     if wanted is None:
         yield path.last
         yield from until_gross_slip(path, onset)

@@ -238,13 +238,7 @@ def prepared(
 
 
 def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
-    """The state at rest, and the linear mode about it.
-
-    Raises
-    ------
-    InputError
-        If the state at rest is not found, there is no such mode or it lies beyond the band.
-    """
+    """The state at rest, and the linear mode about it."""
     made, tolerance = ready.structure, ready.options.tolerance
 
     def found(omega: float) -> tuple[Solution, LinearMode]:
@@ -277,13 +271,7 @@ def solver_of(ready: PreparedSystem, rest: Solution, everywhere: bool) -> ModeSo
 
 
 def smallest(solver: ModeSolver, linear: LinearMode, rest: Solution, amplitude: float) -> ModePoint:
-    """The mode's first point.
-
-    Raises
-    ------
-    InputError
-        If it is not found.
-    """
+    """The mode's first point."""
     held = solver.held(linear.shape, linear.omega, linear.xi)
     w = np.zeros((*rest.w.shape[:2], 2 * solver.structure.harmonics + 1))
     if solver.mean is None:

@@ -46,21 +46,7 @@ class LinearMode:
 
 
 def linear_mode(structure: Structure, mode: int, rest: Solution) -> LinearMode:
-    """A mode of the first harmonic's nodal diameter about the state at rest.
-
-    Parameters
-    ----------
-    structure : Structure
-    mode : int
-        Counted from 1, the slowest; motions that nothing holds do not count.
-    rest : Solution
-        The state at rest.
-
-    Raises
-    ------
-    InputError
-        If there is no such mode.
-    """
+    """A mode of the first harmonic's nodal diameter about the state at rest."""
     contacts, modes = structure.system.contacts, structure.at(1)
     gap = rest.u[:, 0, 0]
     closed = np.repeat((gap > 0)[:, None], 3, axis=1)

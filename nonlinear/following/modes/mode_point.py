@@ -157,19 +157,7 @@ class ModeSolver:
     def point(
         self, held: HeldVibration, w: Floats, plane: CuttingPlane, kept: Kept | None = None
     ) -> ModePoint | None:
-        """The free vibration on a plane, near a first guess; None if it is not found.
-
-        Parameters
-        ----------
-        held : HeldVibration
-            At the first guess of (ω, ξ).
-        w : (c, 3, 2H + 1) float
-            First guess of w, m.
-        plane : CuttingPlane
-            Of w and a; through the first guess of a.
-        kept : Kept, optional
-            Of a neighbouring solution.
-        """
+        """The free vibration on a plane, near a first guess; None if it is not found."""
         amplitude, best = plane.parameter, None
         for steps in range(1, LIMIT + 1):
             found = self._contacts(held, w, amplitude, plane, kept)

@@ -46,21 +46,7 @@ class Archard:
 
 
 def checked_archard(contacts: Contacts, coefficient: ArrayLike, area: ArrayLike) -> Archard:
-    """The law of wear of these contacts.
-
-    Parameters
-    ----------
-    contacts : Contacts
-    coefficient : float or (c,) array_like
-        Wear coefficient, m²/N; 0 for a contact that does not wear. Elements do not, whatever it is.
-    area : float or (c,) array_like
-        Of each contact, m².
-
-    Raises
-    ------
-    InputError
-        If one is impossible, or a contact wears without friction.
-    """
+    """The law of wear of these contacts."""
     k = _of_contacts(coefficient, "coefficient", "m²/N", contacts.count)
     A = _of_contacts(area, "area", "m²", contacts.count)
     if (k < 0).any():

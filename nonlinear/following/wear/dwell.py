@@ -79,13 +79,7 @@ class Dwell:
 
 
 def positive(given: object, name: str) -> float:
-    """A number > 0.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """A number > 0."""
     found = as_array(given, name)
     if found.shape != () or not (np.isfinite(found) and found > 0):
         raise InputError(f"{name}: given {given!r}: must be one number > 0 and finite")
@@ -93,13 +87,7 @@ def positive(given: object, name: str) -> float:
 
 
 def checked_dwells(dwells: Dwell | Sequence[Dwell]) -> tuple[Dwell, ...]:
-    """One dwell or several as a tuple.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """One dwell or several as a tuple."""
     given = (dwells,) if isinstance(dwells, Dwell) else dwells
     if not given:
         raise InputError(f"dwells: given {dwells!r}: needs a Dwell, or a list of them")

@@ -84,19 +84,7 @@ def stepped(
     share: float,
     following: Callable[[Vibration, Floats], Vibration | None],
 ) -> WearStep | None:
-    """One step of so many cycles, or of fewer; None where no vibration is found after the shortest.
-
-    Parameters
-    ----------
-    begin : Vibration
-    law : Archard
-    cycles : float
-        Longest step.
-    share : float
-        Of the interference, that it may change by in a step.
-    following : callable
-        The vibration at another interference.
-    """
+    """One step of so many cycles or fewer; None where no vibration is found after the shortest."""
     rate, solved, h = law.rate(begin.solution.deviation), 0, cycles
     enough = min(CHANGE, FINER * share)
     while True:

@@ -130,27 +130,7 @@ def ring_source(
     modes: SectorModes | None = None,
     known: Mapping[int, StuckModes] | None = None,
 ) -> RingSource:
-    """The ring of a system, all sectors alike.
-
-    Parameters
-    ----------
-    system : System
-        With all nodal diameters.
-    harmonics : int
-        H.
-    limits : (float, float)
-        Of the circular frequency, rad/s.
-    points : int
-        About how many balances are asked for.
-    modes : SectorModes, optional
-    known : dict of int to StuckModes, optional
-        Those of `ring_modes`, or some of the system's, which were computed before.
-
-    Raises
-    ------
-    InputError
-        If nodal diameters are missing, or the modes' rows do not fit.
-    """
+    """The ring of a system, all sectors alike."""
     N, known = system.sectors, known or {}
     loaded = replace(system, contacts=with_modes(system.contacts, modes))
     rows = 3 * loaded.contacts.count
@@ -264,15 +244,7 @@ class RingContacts:
 
 
 def ring_contacts(alike: Contacts, unlike: Unlike) -> RingContacts:
-    """Contacts of a ring.
-
-    Parameters
-    ----------
-    alike : Contacts
-        Of one sector, without modes.
-    unlike : Unlike
-        Complete, see `Unlike.of`.
-    """
+    """Contacts of a ring."""
     N, modes = unlike.sectors, unlike.modes
     each = with_modes(alike, modes)
     c, own = each.count, alike.count

@@ -87,7 +87,8 @@ def test_a_resonance_that_no_known_friction_holds_is_said_where_it_is_not_found(
 
 def test_a_stop_that_nothing_damps_is_refused_where_it_grows() -> None:
     # Far beyond the gap, half a period belongs to each stiffness: 2 ω_1 ω_2 / (ω_1 + ω_2).
-    system = System.from_matrices([[1.0]], [[1.0]], [Contact(normal=0, kn=1.0, gap=0.1)], force={0: 0.1})  # fmt: skip
+    stop = Contact(normal=0, kn=1.0, gap=0.1)
+    system = System.from_matrices([[1.0]], [[1.0]], [stop], force={0: 0.1})
     near = 2 * 2**0.5 / (1 + 2**0.5) / TURN
     with pytest.raises(InputError, match=f"near {near:.3f}"):
         adaptive_response(lambda _: system, (0.95 * near, 1.05 * near), SHARES, Options(3))
