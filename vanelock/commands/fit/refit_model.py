@@ -159,7 +159,6 @@ class Rejoined:
             friction=given.friction,
             direction=direction,
             harmonic_diameters=given.harmonic_diameters,
-            effort=given.effort,
         )
 
     def amplitudes(

@@ -117,7 +117,6 @@ class ResponseKeys(KeyTable):
         le=1_000_000,
         description="number of samples of a period",
     )
-    effort: int = Field(default=3000, ge=1, le=1_000_000, description="Newton steps of a point")
 
     @field_validator("points")
     @classmethod

@@ -134,9 +134,7 @@ def _ring_step(
         "range": keys.range,
         "monitor": given.outputs.monitor,
         **frequency_keys(given),
-        "response": given.response.model_dump(
-            include={"harmonics", "friction", "direction", "effort"}
-        ),
+        "response": given.response.model_dump(include={"harmonics", "friction", "direction"}),
     }
     needs: tuple[Step[Any], ...] = (whole, limits, first.linear.system, free, planned.modes)
     needs += (planned.response,) if adaptive else ()
@@ -158,7 +156,6 @@ def _ring_step(
             harmonics=peak_harmonics(others[0], watched) if adaptive else given.response.harmonics,
             friction=given.response.friction,
             direction="down" if given.response.direction == "down" else "up",
-            effort=given.response.effort,
         )
         modes: SectorModes | None = None if own is None else others[-1]
         shared: HarmonicModes = others[-1 if own is None else -2]

@@ -43,7 +43,6 @@ def adaptive_step(
         "coupling": study.response.coupling,
         "samples": study.response.samples,
         "friction": study.response.friction,
-        "effort": study.response.effort,
     }
     inputs = {
         **frequency_keys(study),

@@ -182,7 +182,7 @@ def _reduced_casing(
     if least is not None:
         inputs["least"] = least
     inputs |= {"nodal_diameters": list(chosen), "route": options.route}
-    inputs |= {"interface": options.interface, "interface_modes": options.interface_modes}
+    inputs |= {"interface_modes": options.interface_modes}
 
     def compute(model: Model, *others: Any) -> Component:
         band = {} if vane is None else {"band": others[0].band}

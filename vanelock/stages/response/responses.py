@@ -173,7 +173,6 @@ def response_step(
         "samples": response.samples,
         "friction": response.friction,
         "harmonic_diameters": response.harmonic_diameters,
-        "effort": response.effort,
         "direction": direction or FIRST[response.direction],
     }
     inputs = {**frequency_keys(given), **options}

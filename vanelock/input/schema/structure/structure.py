@@ -239,19 +239,15 @@ class Rom(KeyTable):
     interface_modes: int | None = Field(
         default=None, ge=1, le=10000, description="number of interface modes"
     )
-    interface: Literal["published", "followed"] | None = Field(
-        default=None, description="interface basis"
-    )
 
     def _belongs_to_the_route(self) -> Iterator[str]:
         """What the route would not heed is refused."""
         if self.route == "cyclic":
-            for name in ("interface", "interface_modes"):
-                if (value := getattr(self, name)) is not None:
-                    yield (
-                        f'{name} = {value}: rom.route = "cyclic" has no interface to reduce; '
-                        'choose "direct" or "paper"'
-                    )
+            if (value := self.interface_modes) is not None:
+                yield (
+                    f'interface_modes = {value}: rom.route = "cyclic" has no interface to reduce; '
+                    'choose "direct" or "paper"'
+                )
             by_number = self.vane_modes is not None and self.casing_modes is not None
         else:
             by_number = True
