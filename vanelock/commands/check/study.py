@@ -14,7 +14,7 @@ from vanelock.input.plausible import unusual
 from vanelock.input.read_study import load_study
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
-from vanelock.mesh.geometry.element_size import words_of
+from vanelock.mesh.geometry.element_size import element_size, words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated
 from vanelock.stages.parts.load_lines import load_lines
@@ -91,7 +91,7 @@ def _parts(study: Study, found: tuple[Case, ...], dofs: dict[str, int]) -> Itera
                 f"{len(part.points):,} nodes, {len(part.cells):,} {part.cell_type}; {sets}",
             )
         else:
-            sizes = dict.fromkeys(_elements(case.study) for case in found)
+            sizes = dict.fromkeys(_elements(case.study, name) for case in found)
             yield name, f"from dimensions, elements {', '.join(sizes)}"
 
 
@@ -104,11 +104,12 @@ def _accuracy(study: Study) -> str:
     return f"{text}: the run chooses {', '.join(chosen)}" if chosen else f"{text} is estimated"
 
 
-def _elements(study: Study) -> str:
-    """The size of the elements, or what it is chosen for."""
+def _elements(study: Study, part: str) -> str:
+    """The size of a part's elements, or what it is chosen for."""
     if study.accuracy is not None and "mesh" not in pins(study):
         return f"chosen for an error of {100 * study.accuracy:g} %"
-    return words_of(study.mesh.size)
+    size = study.mesh.size
+    return size if isinstance(size, str) else words_of(element_size(size, part))
 
 
 def _outputs(study: Study) -> Iterator[str]:
