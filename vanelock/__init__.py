@@ -32,7 +32,6 @@ _modules = {
     "open_results": "results.files.results_file",
     "parse_study": "input.read_study",
     "run": "commands.run.file",
-    "run_campaign": "published.command",
     "run_scene": "commands.run.study",
     "run_study": "commands.run.study",
     "template_text": "input.templates.template",

@@ -77,13 +77,12 @@ def run(
     memory: Memory = None,
     insecure_scheduler: Insecure = False,
 ) -> None:
-    """Run a study, its [campaign], or a scene of matrices; an earlier run's work is used again.
+    """Run a study or a scene of matrices; an earlier run's work is used again.
 
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
     from vanelock.input.read_scene import load_given
     from vanelock.input.read_study import read_text
-    from vanelock.input.schema.scene import Scene
     from vanelock.pipeline.executor.processes import cores
     from vanelock.pipeline.progress import Counter, choose_listener
 
@@ -94,15 +93,10 @@ def run(
     from vanelock.commands.run.study import run_study
 
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-        if isinstance(loaded, Scene) or loaded.campaign is None:
-            counter = Counter(listener)
-            run_study(loaded, folder, counter, text, *computing, memory)
-            if counter.failed:
-                raise typer.Exit(1)
-        else:
-            from vanelock.published.command import run_campaign
-
-            run_campaign(loaded, folder, listener, text, *computing)
+        counter = Counter(listener)
+        run_study(loaded, folder, counter, text, *computing, memory)
+        if counter.failed:
+            raise typer.Exit(1)
 
 
 @app.command()

@@ -2,7 +2,7 @@
 
     python -m benchmarks.solver.optimum [--size coarse] [--write]
 
-The map has the campaign's default values, each cell a response over the study's range; the search
+The map has the values of `examples/paper`, each cell a response over the study's range; the search
 of `vanelock optimise` begins at the study's own values, on the same reduced parts and within the
 ends of the map. Printed are the least peak of both, how many frequencies each solved, and how much
 longer the map took.
@@ -16,18 +16,18 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.clock import page
+from examples.paper.paper import MAP_INTERFERENCE as INTERFERENCE
+from examples.paper.paper import MAP_MU as MU
+from examples.paper.paper import Model, Plane
 from vanelock import parse_study
 from vanelock.commands.fit.fit import model_of, planned_alone
 from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import Optimum, optimum
-from vanelock.input.schema.published import Campaign
+from vanelock.nonlinear import Options
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
-from vanelock.published.maps.plane import Method, Plane, changed, joined, of_point, peak
 from vanelock.stages.response.limits import frequencies
-
-MU, INTERFERENCE = Campaign().map_mu, Campaign().map_interference
 
 
 def both(size: str, harmonics: int, force: float) -> tuple[Plane, Optimum, float]:
@@ -49,30 +49,26 @@ def both(size: str, harmonics: int, force: float) -> tuple[Plane, Optimum, float
         wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
         near = float(wanted.min()), float(wanted.max())
         model = model_of(planned, stages)
-        system, modes = stages.get(planned.system), stages.get(planned.modes)
-    output, method = (model.monitor.node, model.monitor.component), Method(harmonics)
+        system = stages.get(planned.system)
+    output = model.monitor.node, model.monitor.component
     assert study.optimise is not None
     optimum(Peaks(model, varied_parameters(study, "optimise"), near))  # compiles
     began = time.process_time()
     found = optimum(Peaks(model, varied_parameters(study, "optimise"), near), study.optimise.starts)
-    ended, points = time.process_time(), []
-    for mu in MU:
-        for value in INTERFERENCE:
-            other = changed(system, mu, "interference", value)
-            row = peak(other, method, near, output, modes)
-            points.append(of_point("interference", mu, value, [method], [row]))
-        print(f"map, mu {mu:g}", flush=True)
-    longer = (time.process_time() - ended) / (ended - began)
-    return joined(points, MU, INTERFERENCE), found, longer
+    ended = time.process_time()
+    plane = Plane("interference", MU, INTERFERENCE, [Options(harmonics)])
+    plane = plane.solved(Model(system, near, output))
+    return plane, found, (time.process_time() - ended) / (ended - began)
 
 
 def line(plane: Plane, found: Optimum, longer: float, force: float, harmonics: int) -> str:
     """A row of the table."""
-    size = np.where(np.isnan(plane.amplitude[:, :, 0]), np.inf, plane.amplitude[:, :, 0])
+    (method,) = plane.methods
+    size = np.nan_to_num(plane.of(method), nan=np.inf)
     i, j = np.unravel_index(int(size.argmin()), size.shape)
     mu, interference = found.value
     near = beside(MU, int(i), float(mu)) and beside(INTERFERENCE, int(j), float(interference))
-    solved, by_map = found.solved, int(plane.points.sum())
+    solved, by_map = found.solved, int(plane.of(method, "points").sum())
     return (
         f"| {force:g} | {harmonics} | {plane.mu[i]:g}, {1e6 * plane.value[j]:g} "
         f"| {1e6 * size[i, j]:.3f} | {mu:.3f}, {1e6 * interference:.2f} | {1e6 * found.after:.3f} "
@@ -99,8 +95,8 @@ def main() -> None:
         "Made by `python -m benchmarks.solver.optimum --write`.",
         "",
         "The default vane's least peak over friction and interference of the interlock: of a map "
-        f"of {len(MU)} by {len(INTERFERENCE)} responses with the campaign's values, and by "
-        "`vanelock optimise` from the study's own values within the map's ends. Beside: whether "
+        f"of {len(MU)} by {len(INTERFERENCE)} responses with the values of `examples/paper`, and "
+        "by `vanelock optimise` from the study's own values within the map's ends. Beside: whether "
         "the optimum lies between the neighbours of the map's least cell. Ratios: of the map's "
         "frequencies to those of the search with all harmonics, and of CPU times, those with one "
         "harmonic included.",

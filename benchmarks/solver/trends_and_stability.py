@@ -2,26 +2,27 @@
 
     python -m benchmarks.solver.trends_and_stability [--study FILE] [--write]
 
-Peaks of a study's ring over the interlock's friction and the load, by all methods of the campaign,
-and whether the ring stays with the coupled wave of three harmonics. Only the ratio of load to
-interference matters while the hooks stick: a scene with both doubled has twice the peak.
+Peaks of a study's ring over the interlock's friction and the load, by the methods of
+`examples/paper`, and whether the ring stays with the coupled wave of three harmonics. Only the
+ratio of load to interference matters while the hooks stick: a scene with both doubled has twice
+the peak.
 """
 
 import argparse
+import json
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.clock import page
-from vanelock import cases, load_study, nonlinear, parse_study, render
+from examples.paper.paper import FEW, ONE, Model, Peak, Plane, draw_panels, holds, peak
+from vanelock import cases, load_study, nonlinear, parse_study
 from vanelock.input.schema.assessment.bounds_and_stability import StabilityKeys
-from vanelock.nonlinear import HarmonicModes, Options, Stability, System
+from vanelock.nonlinear import Options, Stability
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
-from vanelock.published.maps import plane
-from vanelock.published.maps.map_figures import holds
-from vanelock.published.maps.plane import Method, Plane
 from vanelock.stages.assessment.stability import WORDS, whole_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
@@ -32,19 +33,14 @@ NAME = "trends_and_stability"
 PICTURE = ROOT / "docs" / "benchmarks" / f"{NAME}.png"
 MU = (0.06, 0.1, 0.15, 0.2, 0.3)
 LOAD = (0.1, 0.15, 0.2, 0.25, 0.5, 1.0)
-METHODS = (
-    Method(1),
-    Method(1, "uncoupled"),
-    Method(1, "constant-load"),
-    Method(3),
-    Method(5),
-)
+METHODS = (*FEW, Options(3), Options(5))
 NEAR = (240.0, 300.0)
 HARMONICS = 3
+THREE = Options(HARMONICS)
 
 
-def scene(path: Path | None, folder: Path) -> tuple[System, tuple[int, int], str]:
-    """The system of a study's first case with all nodal diameters, and what is monitored."""
+def scene(path: Path | None, folder: Path) -> tuple[Model, str]:
+    """A study's first case with all nodal diameters, and its load."""
     given = parse_study("") if path is None else load_study(path)
     given = given.model_copy(update={"sweep": {}, "stability": StabilityKeys(), "bounds": None})
     stages = Stages(Cache(folder, print), lambda event: None)
@@ -54,38 +50,34 @@ def scene(path: Path | None, folder: Path) -> tuple[System, tuple[int, int], str
     watched = monitor(given.outputs.monitor, system, free)
     joint = given.joints.interlock
     load = f"{given.excitation.force_per_node:g} N a node, {1e6 * joint.interference:g} µm"
-    return system, (watched.node, watched.component), load
+    return Model(system, NEAR, (watched.node, watched.component)), load
 
 
-def verdict(system: System, output: tuple[int, int], modes: HarmonicModes) -> Stability:
+def verdict(model: Model) -> Stability:
     """Stability of the wave at the peak."""
-    found = nonlinear.frequency_response(
-        system, NEAR, Options(HARMONICS), modes=modes.diameters, find_jumps=False
-    )
-    size = np.where(found.converged, found.amplitude[:, *output], -np.inf)
-    return nonlinear.stability(system, found, [int(size.argmax())], modes=modes.diameters)
+    found = model.solve(THREE)
+    return nonlinear.stability(model.system, found.response, [found.top], modes=model.modes)
 
 
-def solved(
-    system: System, output: tuple[int, int], folder: Path
-) -> tuple[Plane, dict[tuple[float, float], Stability]]:
+def solved(model: Model, folder: Path) -> tuple[Plane, dict[tuple[float, float], Stability]]:
     """The plane of peaks, and stability by friction and load; kept in a folder on the way."""
-    held = {k: nonlinear.stuck_modes(system, k) for k in range(system.sectors // 2 + 1)}
-    every = {**nonlinear.harmonic_modes(system, 5).diameters, **held}
-    modes = HarmonicModes(every)
-    points, waves = [], {}
+    every = range(model.system.sectors // 2 + 1)
+    held = {k: nonlinear.stuck_modes(model.system, k) for k in every}
+    model = model.prepared(5)
+    model = replace(model, modes={**model.modes, **held})
+    lines, waves = [], {}
     for mu in MU:
+        lines.append([])
         for load in LOAD:
-            peaks, wave = (folder / f"{mu:g}-{load:g}-{what}.h5" for what in ("peaks", "wave"))
-            changed = plane.changed(system, mu, "load", load)
+            peaks, wave = (folder / f"{mu:g}-{load:g}-{each}" for each in ("peaks.json", "wave.h5"))
+            changed = model.changed(mu, load=load)
             if not wave.exists():
-                rows = [plane.peak(changed, each, NEAR, output, modes) for each in METHODS]
-                plane.of_point("load", mu, load, METHODS, rows).save(peaks)
-                verdict(changed, output, modes).save(wave)
-            points.append(Plane.load(peaks))
+                peaks.write_text(json.dumps([peak(changed, each) for each in METHODS]))
+                verdict(changed).save(wave)
+            lines[-1].append([Peak(*each) for each in json.loads(peaks.read_text())])
             waves[mu, load] = Stability.load(wave)
             print(f"mu {mu:g}, load {load:g}: {worded(waves[mu, load])}", flush=True)
-    return plane.joined(points, MU, LOAD), waves
+    return Plane("load", MU, LOAD, METHODS, lines), waves
 
 
 def worded(stability: Stability) -> str:
@@ -96,7 +88,7 @@ def worded(stability: Stability) -> str:
 
 def trends(found: Plane) -> dict[str, np.ndarray]:
     """(m, v) where each statement holds; interference grows as the load falls."""
-    amplitude = found.of(Method(1))[0] / found.value
+    amplitude = found.of(ONE) / found.value
     rises = np.zeros(amplitude.shape, bool)
     rises[:, :-1] = np.diff(amplitude, axis=1) > 0
     rises[:, -1] = rises[:, -2]
@@ -109,29 +101,23 @@ def lines_of(found: Plane, waves: dict[tuple[float, float], Stability], load: st
     every = np.logical_and.reduce(list(held.values()))
     growth = [[np.abs(waves[mu, v].multiplier[0, 0]) for v in LOAD] for mu in MU]
     stays = np.array([[waves[mu, v].verdict[0] == 0 for v in LOAD] for mu in MU])
-    scaled = found.of(Method(3))[0] / found.value
-    panels = [
-        render.MapPanel("peak (µm) over load, H = 3", 1e6 * scaled, ".3g", logarithmic=True),
-        render.MapPanel("growth a period", np.array(growth), ".3f", logarithmic=True),
-        render.MapPanel("wave is stable", stays),
-        *(render.MapPanel(name, where) for name, where in held.items()),
-        render.MapPanel("all of them, and stable", every & stays),
-    ]
-    render.map_picture(
-        PICTURE,
-        LOAD,
-        MU,
-        panels,
-        f"load / ({load})",
-        "interlock friction coefficient",
-        "Where the published trends hold, and where their waves are stable",
-    )
+    scaled, hertz = found.of(THREE) / found.value, found.of(THREE, "frequency")
+    panels = {
+        "peak (µm) over load, H = 3": 1e6 * scaled,
+        "growth a period": np.array(growth),
+        "wave is stable": stays,
+        **held,
+        "all of them, and stable": every & stays,
+    }
+    title = "Where the published trends hold, and where their waves are stable"
+    draw_panels(PICTURE, title, panels, found, f"load / ({load})")
+    PICTURE.with_suffix(".csv").unlink()  # the page has the numbers
     lines = [
         "Made by `python -m benchmarks.solver.trends_and_stability --write`.",
         "",
         "Peaks of the default vane over the interlock's friction and the load, and whether the "
         "ring stays with their waves (H = 3 and 5). Trends: those of the "
-        "[published study](../campaign.md) that a map can check, at H = 1; that of interference "
+        "published study (`examples/paper`) that a map can check, at H = 1; that of interference "
         f"by the load, since the one over the other decides. Load 1: {load} of interference. "
         "Growth: what a period makes of the perturbation that decays slowest or grows fastest, and "
         "its nodal diameter, ND.",
@@ -144,7 +130,7 @@ def lines_of(found: Plane, waves: dict[tuple[float, float], Stability], load: st
             wave, count = waves[mu, value], sum(bool(each[i, j]) for each in held.values())
             lines.append(
                 f"| {mu:g} | {value:g} | {1e6 * scaled[i, j]:.2f} "
-                f"| {found.of(Method(3))[1][i, j]:.1f} | {growth[i][j]:.3f} "
+                f"| {hertz[i, j]:.1f} | {growth[i][j]:.3f} "
                 f"| {wave.diameter[0, 0]} | {WORDS[int(wave.verdict[0])]} "
                 f"| {count} of {len(held)} |"
             )
@@ -159,8 +145,8 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     given.folder.mkdir(exist_ok=True)
-    system, output, load = scene(given.study, given.folder / "cache")
-    lines = lines_of(*solved(system, output, given.folder), load)
+    model, load = scene(given.study, given.folder / "cache")
+    lines = lines_of(*solved(model, given.folder), load)
     print("\n".join(lines))
     page(NAME, "Published trends, and stability", lines, given.write)
 

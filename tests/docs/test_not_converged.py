@@ -22,7 +22,6 @@ REPORTED = re.compile(
     r"|end of the frequency range|WARNING"
 )
 ELSEWHERE = {
-    "points not converged",  # a column of a campaign's CSV files
     NOTE,  # a caption
     "WARNING: ",  # taken off a warning, or put before one
 }

@@ -15,7 +15,7 @@ _LEFT = shutil.ignore_patterns("runs", "__pycache__", ".*")
 
 
 def examples() -> dict[str, Path]:
-    """The examples by name: a study file, or the folder of a scene with its matrices."""
+    """The examples by name: a study file, or the folder of a study or scene with what it needs."""
     found = sorted(each for each in EXAMPLES.iterdir() if not each.name.startswith(("_", ".")))
     return {each.stem: each for each in found if each.is_dir() or each.suffix == ".toml"}
 
@@ -50,10 +50,9 @@ def write_example(name: str, path: Path | None = None) -> Path:
 
 def how_to_use(path: Path) -> str:
     """What to do with an example that was written."""
-    if not path.is_dir():
-        return f"run it with: vanelock run {path}"
-    if (path / "scene.toml").exists():
-        return f"run it with: vanelock run {path / 'scene.toml'}"
+    for file in (path, path / "scene.toml", path / "study.toml"):
+        if file.is_file():
+            return f"run it with: vanelock run {file}"
     return "open its notebooks with Jupyter"
 
 

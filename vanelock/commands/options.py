@@ -76,8 +76,8 @@ Workers = Annotated[
         "-w",
         min=1,
         max=1024,
-        help="Processes that compute a sweep's cases or a campaign's maps; default: as many as "
-        "there are cores to use; 1: none but this one.",
+        help="Processes that compute a sweep's cases; default: as many as there are cores to "
+        "use; 1: none but this one.",
         metavar="N",
     ),
 ]

@@ -7,7 +7,9 @@ import pytest
 
 from vanelock import load_study, mesh_study
 
-EXAMPLES = sorted((Path(__file__).resolve().parents[3] / "examples").glob("*.toml"))
+FOLDER = Path(__file__).resolve().parents[3] / "examples"
+PAPER = FOLDER / "paper" / "study.toml"
+EXAMPLES = [*sorted(FOLDER.glob("*.toml")), PAPER]
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -20,8 +22,7 @@ def test_an_example_is_valid(path):
 def test_the_paper_s_scale(tmp_path, monkeypatch):
     """Counts of the published model: 326 nodes a face, 56 + 10 contact pairs, 16 forces."""
     monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
-    (path,) = (path for path in EXAMPLES if path.stem == "paper")
-    found = mesh_study(load_study(path), tmp_path)
+    found = mesh_study(load_study(PAPER), tmp_path)
     with (tmp_path / "mesh" / "sets.csv").open() as file:
         rows = {row["set"]: (row["vane"], row["casing"]) for row in csv.DictReader(file)}
     fixed = rows.pop("fixed")

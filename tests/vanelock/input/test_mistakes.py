@@ -82,7 +82,7 @@ def test_what_depends_on_a_wrong_value_is_not_checked(tmp_path):
         "[response]\nharmonics = 200\nsamples = 20",
         "[vane]\nleg_front = 0.09\nleg_rear = -1",
         "[ring]\nsectors = 3\n[vane]\naerofoils = 12",
-        '[response]\nfriction = "none"\n[campaign]',
+        '[response]\nfriction = "none"\n[stability]',
         "[temperature]\nvane = 1e9\nspeed = 3000",
         "[outputs]\ngauges = [{ aerofoil = 0, span = 0.5, chord = 0.5 }]",  # needed and wrong
         "[outputs]\ngauges = [{ aerofoil = 9, span = 0.5 }]",

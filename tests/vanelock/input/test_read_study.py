@@ -11,7 +11,6 @@ from vanelock.input.schema.assessment.unlike import UnlikeKeys
 from vanelock.input.schema.assessment.wear import WearKeys
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, Optimise
 from vanelock.input.schema.distributions import Distribution, Scatter
-from vanelock.input.schema.published import Campaign
 from vanelock.input.schema.structure.loads import RestLoadKeys
 from vanelock.input.schema.structure.structure import _mesh_size
 from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST
@@ -54,7 +53,6 @@ def test_template_states_every_default():
 def test_template_mentions_every_key():
     text = template_text()
     tables: dict[str, type[BaseModel]] = {
-        "campaign": Campaign,
         "loads": RestLoadKeys,
         "bounds": BoundsKeys,
         "stability": StabilityKeys,
@@ -348,11 +346,10 @@ def test_an_accuracy_is_refused_where_it_could_not_be_estimated():
 
 def test_wrong_entries_do_not_make_a_list_too_short():
     with pytest.raises(InputError) as error:
-        parse_study("[campaign]\ninterference = [0.5, 1]", "vane.toml")
+        parse_study("[campbell]\nspeeds = [-1, -2]", "vane.toml")
     assert str(error.value).splitlines() == [
-        f"vane.toml: campaign.interference[{i}] = {value}: interference must be <= 0.001 m; "
-        f'{value} is {value} m: "{value} um"?'
-        for i, value in enumerate(("0.5", "1"))
+        f"vane.toml: campbell.speeds[{i}] = {value}: [low, high] rotor speed must be >= 0 rpm"
+        for i, value in enumerate((-1, -2))
     ]
 
 

@@ -41,7 +41,6 @@ LOADED = (
     "vanelock.report.writer",
     "pint",
     "h5py",
-    "vanelock.published.command",
     "scipy.io",
     "scipy.sparse.csgraph",
     "vanelock.fem.matrix_files.load",

@@ -127,7 +127,6 @@ def _outputs(study: Study) -> Iterator[str]:
         "damped modes": study.damped_modes is not None,
         "wear over cycles": study.wear is not None,
         "Campbell diagram": study.campbell is not None,
-        "campaign": study.campaign is not None,
         "report.html": wanted.report,
     }
     yield from (name for name, there in chosen.items() if there)

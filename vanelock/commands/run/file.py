@@ -4,11 +4,9 @@ import os
 from pathlib import Path
 
 from vanelock.commands.run.study import run_study
-from vanelock.common.errors import InputError
 from vanelock.common.files.files import default_folder
 from vanelock.input.read_scene import load_given
 from vanelock.input.read_study import read_text
-from vanelock.input.schema.study import Study
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.pipeline.progress import choose_listener
 from vanelock.results.reading.run import Run, load
@@ -56,8 +54,6 @@ def run(
     """
     path = Path(file)
     given = load_given(path, allow_outside)
-    if isinstance(given, Study) and given.campaign is not None:
-        raise InputError(f"{path}: has a [campaign]: vanelock.run_campaign runs it")
     folder = default_folder(path) if output is None else Path(output)
     with choose_listener(quiet, as_json=False) as listener:
         run_study(given, folder, listener, read_text(path), workers, memory=memory)

@@ -27,7 +27,6 @@ from vanelock.input.schema.comparison import (
 )
 from vanelock.input.schema.distributions import Scatter
 from vanelock.input.schema.outputs import MONITOR, MONITORED, Outputs
-from vanelock.input.schema.published import CAMPAIGN_CHECKS, Campaign
 from vanelock.input.schema.response import Damping, ExcitationKeys, ResponseKeys
 from vanelock.input.schema.structure.loads import LOAD_CHECKS, RestLoadKeys
 from vanelock.input.schema.structure.own_mesh import (
@@ -99,7 +98,6 @@ class Study(KeyTable):
     )
     fit: Fit | None = Field(default=None, description="fit to the measured curves")
     optimise: Optimise | None = Field(default=None, description="joints whose peak is smallest")
-    campaign: Campaign | None = Field(default=None, description="published study")
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -204,7 +202,6 @@ class Study(KeyTable):
         *TEMPERATURE_CHECKS,
         *LOAD_CHECKS,
         *COMPARISON_CHECKS,
-        *CAMPAIGN_CHECKS,
         *BAND_CHECKS,
         _can_be_meshed,
         *OWN_MESH_CHECKS,

@@ -162,10 +162,6 @@ def test_what_is_no_run_is_refused(ran: vanelock.Run, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"holds no results\.h5: not the folder of a run"):
         vanelock.load(tmp_path)
     assert vanelock.load(ran.folder / "results.h5").cases == CASES
-    study = tmp_path / "campaign.toml"
-    study.write_text("[campaign]\n")
-    with pytest.raises(InputError, match=r"has a \[campaign\]: vanelock\.run_campaign runs it"):
-        vanelock.run(study)
     with pytest.raises(InputError, match="no such file"):
         vanelock.run(tmp_path / "none.toml")
 

@@ -26,11 +26,11 @@ def is_assessed(given: "Study | Scene") -> bool:
 
 
 def can_be_assessed(given: "Study | Scene") -> Iterator[str]:
-    """What keeps these tables from being used; cases of a campaign may lack them."""
+    """What keeps these tables from being used."""
     response = given.response
     yield from can_be_unlike(given)
     for table in TABLES:
-        if getattr(given, table, None) is None or getattr(given, "campaign", None) is not None:
+        if getattr(given, table, None) is None:
             continue
         if getattr(given, "elements", None) and table != "unlike":
             yield f"elements: [{table}] is of contacts alone: leave one of them out"

@@ -1,1 +1,0 @@
-"""Peaks over planes of two parameters, and where each statement holds."""
