@@ -16,7 +16,7 @@ MOST = 20
 GENERAL = [
     "fem", "nonlinear", "rom/fixed_interface", "rom/full_fields", "rom/routes",
     "vanelock/common", "vanelock/input/templates", "vanelock/pipeline",
-    "vanelock/render/maps", "vanelock/render/scenes", "vanelock/report",
+    "vanelock/render/scenes", "vanelock/report",
     "vanelock/stages/matrices", "vanelock/stages/response", "vanelock/stages/sweep",
 ]  # fmt: skip
 """What knows no vane, casing or interlock: of these a study alone has any."""

@@ -1,7 +1,7 @@
 """What the pictures of a run are drawn from: its cases, its products and its responses' peaks."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -107,15 +107,6 @@ class Shown:
     def curves(self, case: str) -> dict[str, Drawn]:
         """The curves of a case by their direction, which is "" where there is but one."""
         return self.sweeps.get(case) or {"": self.curve[case]}
-
-    def only(self, case: str, limits: str) -> "Shown":
-        """What one case alone shows, and the limits of that name, which now need none."""
-        by_case = ("curve", "peak", "harmonics", "sweeps", "ends", "verdicts")
-        kept = {
-            name: {k: v for k, v in getattr(self, name).items() if k == case} for name in by_case
-        }
-        linear = {("", which): v for (name, which), v in self.linear.items() if name == limits}
-        return replace(self, linear=linear, **kept)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)

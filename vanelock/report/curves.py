@@ -8,14 +8,13 @@ import numpy as np
 
 from vanelock.render import style
 from vanelock.render.plots.curve import (
+    MICROMETRES,
     Band,
     Curve,
     CurveLook,
     Dash,
-    MarkedPeak,
     converged,
     looks,
-    shown_over,
 )
 from vanelock.report.blocks import Mode, Plot, Trace
 
@@ -30,12 +29,11 @@ def curve_plot(
     curves: Sequence[Curve],
     title: str,
     caption: str,
-    reference: MarkedPeak | None = None,
     band: Band | None = None,
     data: Sequence[Path] = (),
 ) -> Plot:
-    """The curves of a picture, with a reference over its peak; see `render.response_curves`."""
-    curves, unit = shown_over(curves, reference)
+    """The curves of a picture, see `render.response_curves`."""
+    unit = MICROMETRES
     traces = [] if band is None else list(_shaded(band, unit.factor))
     for curve, look in looks(curves):
         traces += _traces(curve, look, unit.factor)

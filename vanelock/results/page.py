@@ -1,6 +1,5 @@
 """The page of a run, report.html: its sections in order, written when what it shows changed."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -34,28 +33,20 @@ OPEN = ("summary", "scatter", "moves", "certainty", "damped_modes", "shapes")
 """Sections that are not folded: what most readers came for."""
 
 
-def write_report(
-    content: PageContent, first: Callable[[], Sequence[Section]] = tuple, shows: Any = ()
-) -> Path:
+def write_report(content: PageContent) -> Path:
     """Write the page of a run into its folder, unless it is there and shows the same already."""
     output_files = content.run_data.output_files
-    depends = [shown(content), shows] if shows else shown(content)
-    return output_files.draw(REPORT, depends, lambda path: write_page(path, page(content, first())))
+    return output_files.draw(REPORT, shown(content), lambda path: write_page(path, page(content)))
 
 
-def page(content: PageContent, first: Sequence[Section] = ()) -> Page:
-    """The page; of the `first` sections, a campaign's, one stands before the summary."""
-    summed, *rest = sections(content)
-    version = f"vanelock {vanelock.__version__}, {written()}"
-    return Page(
-        content.run_data.given.name,
-        f"Friction-damped vibration; {version}",
-        (*first[:1], summed, *first[1:], *rest),
-    )
+def page(content: PageContent) -> Page:
+    """The page."""
+    about = f"Friction-damped vibration; vanelock {vanelock.__version__}, {written()}"
+    return Page(content.run_data.given.name, about, tuple(sections(content)))
 
 
 def sections(content: PageContent) -> list[Section]:
-    """All sections of an ordinary run."""
+    """All of its sections."""
     made = [
         summary(content),
         scatter(content),

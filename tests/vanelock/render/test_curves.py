@@ -220,23 +220,6 @@ def test_a_label_never_breaks_inside_a_quantity(figures):
     assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]
 
 
-def test_a_reference_scales_both_axes_and_every_peak(figures):
-    reference = MarkedPeak(250.0, 40e-6, False)
-    drawn = [
-        Curve(F, resonance(250.0, 40e-6), group="free"),
-        Curve(F, resonance(255.0, 10e-6), group="damped"),
-    ]
-    response_curves("x.png", drawn, reference=reference, engine_order=1)
-    free, damped = labels(figures[0])
-    assert free == "free\n1.00 at 1.0000"
-    assert damped.startswith("damped\n0.250 at 1.02")
-    axes = figures[0].axes[0]
-    assert axes.get_xlim() == (F[0] / 250, F[-1] / 250)
-    assert axes.get_ylabel() == "amplitude / reference peak"
-    assert len(figures[0].axes) == 1  # no speed on a relative axis
-    assert not axes.child_axes
-
-
 def test_a_variant_takes_a_line_style_and_the_group_its_colour(figures):
     drawn = [
         Curve(F, resonance(250.0, 1e-5), group=group, variant=variant)

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from vanelock.commands.run.doubts import doubts, load_lines_of, opening
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import Case, cases
+from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import Given
 from vanelock.input.measured.curve import load_measured
 from vanelock.input.plausible import unusual
@@ -64,7 +64,7 @@ from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
-from vanelock.stages.sweep.graph import Job, bundle, jobs, parts_of, steps_of
+from vanelock.stages.sweep.graph import bundle, jobs, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
 from vanelock.stages.sweep.time_left import Clock
 
@@ -84,7 +84,7 @@ class OngoingRun:
         folder: Path,
         listener: Listener,
         stages: Stages,
-        found: Sequence[Case] = (),
+        found: Sequence[Case],
         executor: Callable[[], Executor] | None = None,
         memory: float | None = None,
     ) -> None:
@@ -93,7 +93,7 @@ class OngoingRun:
         self.failed: dict[str, Failure] = {}
         self._executor = executor
         self.measured = load_measured(given)  # refused before the long stages
-        found = with_temperature_speeds(found or cases(given), stages)
+        found = with_temperature_speeds(found, stages)
         self._every = found
         studies = [case.given for case in found if isinstance(case.given, Study)]
         self._say(*unusual(given), *filter(None, dict.fromkeys(map(described, studies))))
@@ -118,15 +118,15 @@ class OngoingRun:
         self._loose: dict[str, bool] = {}
         self._turned: set[str] = set()
 
-    def background(self, more: Sequence[Job] = ()) -> AbstractContextManager[None]:
-        """Have other processes compute all cases, and more, where that is wanted."""
+    def background(self) -> AbstractContextManager[None]:
+        """Have other processes compute all cases, where that is wanted."""
         for each in self.planned:
             study = each.case.given
             if isinstance(study, Study) and isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(each.meshes["vane"]))
         return in_background(
             self._executor,
-            lambda: bundle([*jobs(self.planned), *more], self._cache),
+            lambda: bundle(jobs(self.planned), self._cache),
             self.stages,
             self._cache,
             self.listener,

@@ -1,7 +1,7 @@
 """A forced response curve to be drawn: its arrays, its name, and its peak."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
@@ -88,7 +88,7 @@ class Curve:
         Whether a line joins the points; without it they are dots, and no peak is said to lie at
         the end of a range.
     variant : str
-        What the line style stands for instead of H, such as "uncoupled".
+        What the line style stands for instead of H, such as a direction of the sweep.
     envelope : Envelope or None
         Shaded in the curve's colour.
     verdict : (p,) int or None
@@ -124,15 +124,6 @@ class Curve:
     def style(self) -> str | int:
         """What the line style stands for."""
         return self.variant or self.harmonics or 0
-
-    def over(self, reference: MarkedPeak) -> "Curve":
-        """The same over a peak's frequency and amplitude."""
-        return replace(
-            self,
-            frequency=np.asarray(self.frequency, float) / reference.frequency,
-            amplitude=np.asarray(self.amplitude, float) / reference.amplitude,
-            envelope=None,
-        )
 
     @property
     def outcome(self) -> str:
@@ -210,18 +201,6 @@ class CurveUnit:
 MICROMETRES: Final = CurveUnit(
     1e6, "excitation frequency (Hz)", "amplitude (µm)", "{} µm at {:.1f} Hz"
 )
-OVER: Final = CurveUnit(
-    1.0, "frequency / reference frequency", "amplitude / reference peak", "{} at {:.4f}"
-)
-
-
-def shown_over(
-    curves: Sequence[Curve], reference: MarkedPeak | None
-) -> tuple[Sequence[Curve], CurveUnit]:
-    """Curves as their axes have them: over a reference where there is one."""
-    if reference is None:
-        return curves, MICROMETRES
-    return [curve.over(reference) for curve in curves], OVER
 
 
 @dataclass(frozen=True)

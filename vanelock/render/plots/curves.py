@@ -16,16 +16,15 @@ from matplotlib.ticker import LogFormatter
 from vanelock.common.errors import InputError
 from vanelock.render import style
 from vanelock.render.plots.curve import (
+    MICROMETRES,
     Band,
     Curve,
     CurveLook,
     CurveUnit,
-    MarkedPeak,
     check,
     converged,
     looks,
     peak,
-    shown_over,
 )
 
 _DASHES: Final = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
@@ -45,7 +44,6 @@ def response_figure(
     monitor: str = "",
     logarithmic: bool = False,
     engine_order: int | None = None,
-    reference: MarkedPeak | None = None,
     band: Band | None = None,
 ) -> Figure:
     """Forced response curves with their peaks.
@@ -66,8 +64,6 @@ def response_figure(
         Logarithmic amplitudes.
     engine_order : int, optional
         With it, a second axis gives the rotor's speed 60 f/EO in rpm.
-    reference : MarkedPeak, optional
-        With it, frequencies and amplitudes are shown over its own.
     band : Band, optional
         Percentiles of many curves, of which `curves` are a few.
 
@@ -80,7 +76,7 @@ def response_figure(
         raise InputError("curves: none given: at least one is needed")
     for curve in curves:
         check(curve)
-    curves, unit = shown_over(curves, reference)
+    unit = MICROMETRES
     with style.applied():
         made = style.figure(6.75, title, f"Monitored: {monitor}" if monitor else "")
         axes = style.axes(made, 0.95, 0.75, 7.3, 4.75)
@@ -103,7 +99,7 @@ def response_figure(
             axes.set_ylim(bottom=0)
         lost = sum(_flag(axes, curve, look, unit) for curve, look in looked)
         handles += [*shades, *([_flag_handle(lost)] if lost else [])]
-        if engine_order and reference is None:
+        if engine_order:
             _speed_axis(axes, abs(engine_order))
         _legend(made, handles)
         made.draw_without_rendering()  # ticks are made by it, and take the style of that moment

@@ -1,1 +1,0 @@
-"""Maps over two parameters, and peaks along one."""
