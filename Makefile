@@ -51,6 +51,7 @@ lint: $(MADE)
 	.venv/bin/lint-imports
 	git ls-files '*.py' '*.md' '*.toml' '*.js' '*.html' '*.css' | xargs .venv/bin/codespell
 	.venv/bin/python tools/words.py
+	.venv/bin/python tools/budget.py
 
 setup: $(MADE)
 

@@ -117,16 +117,16 @@ class Case(NamedTuple):
     method: Options = ONE
 
 
-def figures_of(own: Case) -> dict[str, list[Case]]:
-    """The cases of each figure, in the order in which they are drawn; `own` is the study's."""
+def figures_of(reference: Case) -> dict[str, list[Case]]:
+    """The cases of each figure, in the order in which they are drawn; that one is the study's."""
     higher = [Options(h) for h in HARMONICS]
     same = [Options(h, harmonic_diameters="sector") for h in HARMONICS[1:]]
     return {
-        "reference": [own],
-        "hooks": [own._replace(interference=APART)],
-        "friction": [own._replace(mu=mu, method=each) for mu in MU for each in FEW],
-        "harmonics": [own._replace(method=each) for each in higher],
-        "one diameter": [own._replace(method=each) for each in same],
+        "reference": [reference],
+        "hooks": [reference._replace(interference=APART)],
+        "friction": [reference._replace(mu=mu, method=each) for mu in MU for each in FEW],
+        "harmonics": [reference._replace(method=each) for each in higher],
+        "one diameter": [reference._replace(method=each) for each in same],
         "interference": [Case(MU[-1], value, each) for value in INTERFERENCE for each in FEW],
     }
 
@@ -136,7 +136,7 @@ class Scene:
     """What was run: the study, its cases and linear limits, and the model that they share."""
 
     study: vanelock.Study
-    own: Case  # the study's, at one harmonic
+    reference: Case  # the study's, at one harmonic
     figures: Mapping[str, Sequence[Case]]
     cases: Mapping[Case, Solved]
     waves: Mapping[Case, str]
@@ -195,8 +195,8 @@ def run_cases(study: vanelock.Study, folder: Path, workers: int) -> Scene:
         limits = file["limits/all"]
         place = {which: int(limits[f"{which}_mode"][()]) for which in ("free", "stuck")}
         modes = {which: float(limits[which][place[which]]) for which in place}
-    own, most = cases[0], named[cases[0]._replace(method=Options(max(HARMONICS)))]
-    system, near = run.system(most.name), ends(named[own].frequency)
+    reference, most = cases[0], named[cases[0]._replace(method=Options(max(HARMONICS)))]
+    system, near = run.system(most.name), ends(named[reference].frequency)
     node, _, direction = run.monitor.rpartition(", ")
     output = system.output_names.index(node), DIRECTIONS.index(direction)
     model = Model(system, near, output)
@@ -206,7 +206,7 @@ def run_cases(study: vanelock.Study, folder: Path, workers: int) -> Scene:
         found[case] = ready.changed(*case[:2]).solve(case.method)
     return Scene(
         study=study,
-        own=own,
+        reference=reference,
         figures=figures,
         cases=found,
         waves={case: each.wave for case, each in named.items()},
@@ -538,8 +538,8 @@ def linear(r: Results) -> list[Statement]:
     """Figures 4, 10 and 11: where nothing slips."""
     scene, system, hooks = r.scene, r.scene.model.system, r.hooks
     order, N = abs(system.engine_order), system.sectors
-    free, stuck, at = scene.modes["free"], scene.modes["stuck"], scene.cases[scene.own].frequency
-    rpm = [60 * f / order for f in (free, stuck, at)]
+    free, stuck = scene.modes["free"], scene.modes["stuck"]
+    rpm = [60 * f / order for f in (free, stuck, scene.cases[scene.reference].frequency)]
     excited = f"mode {scene.mode} of nodal diameter {min(order % N, -order % N)} is excited by EO"
     crosses = f"crosses EO {order} at {rpm[0]:.0f} rpm free and {rpm[1]:.0f} rpm stuck; "
     crosses += f"response with friction peaks at {rpm[2]:.0f} rpm"
@@ -557,7 +557,7 @@ def linear(r: Results) -> list[Statement]:
     relaxed += "relaxes their mean force: harmonic 0 alone differs"
     coincide = [vibration < COINCIDENT, slipping == 0]
     return [
-        judged("4", f"{excited} {order}", crosses, [within], scene.stable([scene.own])),
+        judged("4", f"{excited} {order}", crosses, [within], scene.stable([scene.reference])),
         judged("10", alone, none, [hooks.vibration < COINCIDENT, hooks.slipping == 0]),
         judged("11", stiffer, rise, [stuck > free]),
         judged("11", alike, small, coincide, why=relaxed if mean > 1e-3 else ""),
@@ -803,7 +803,7 @@ def draw_ridges(path: Path, title: str, ridges: Sequence[Ridge], scene: Scene) -
                 axes.loglog(x, a, label=text)
             for (which, limit), dash in zip(scene.linear.items(), ("--", ":"), strict=True):
                 axes.axhline(1e6 * limit.amplitude, color="grey", ls=dash, label=f"linear {which}")
-            axes.axvline(scale * getattr(scene.own, along), color="grey", lw=0.5)
+            axes.axvline(scale * getattr(scene.reference, along), color="grey", lw=0.5)
             axes.set(xlabel=label, ylabel="peak (µm)")
             axes.legend(fontsize=8)
 
@@ -859,7 +859,7 @@ def write(folder: Path, r: Results, stated: Sequence[Statement]) -> None:
 def make(study: vanelock.Study, folder: Path, workers: int = 1) -> Results:
     """Run the study and everything around it, in a folder."""
     scene = run_cases(study, folder / "cases", workers)
-    model, lock = scene.model.changed(*scene.own[:2]), study.joints.interlock
+    model, lock = scene.model.changed(*scene.reference[:2]), study.joints.interlock
     load = sticking_load(model.system, scene.linear["stuck"].response)
     element = lock.kn, lock.kt, lock.mu, lock.interference
     loops = {each: loop(*element, *motion) for each, motion in LOOPS.items()}

@@ -203,7 +203,7 @@ def results(
     listed = [case for cases in figures.values() for case in cases]
     system = SimpleNamespace(engine_order=-1, sectors=16)
     scene: Any = SimpleNamespace(
-        figures=figures, own=Case(0.3, 2e-6), mode=2, modes={"free": 250.0, "stuck": stuck},
+        figures=figures, reference=Case(0.3, 2e-6), mode=2, modes={"free": 250.0, "stuck": stuck},
         cases={case: solved(case) for case in listed}, pairs=np.array([False, True]),
         linear={k: SimpleNamespace(amplitude=a) for k, a in (("free", 11e-5), ("stuck", 9e-5))},
         model=SimpleNamespace(system=system), stable=lambda cases: "stable",
