@@ -15,16 +15,16 @@ from vanelock.fem.matrix_files.formats import holds_several, read_entries
 from vanelock.fem.matrix_files.labels import Labels, check_labels, named, read_labels
 from vanelock.fem.matrix_files.masses import check_mass
 from vanelock.fem.matrix_files.model import GENERALISED, Matrices
-from vanelock.fem.matrix_files.tables import load_pairs
+from vanelock.fem.matrix_files.tables import FilePath, load_pairs
 from vanelock.fem.matrix_files.units import units
 
 
 def load_matrices(
-    stiffness: Path,
-    mass: Path | None = None,
-    damping: Path | None = None,
-    dofs: Path | None = None,
-    nodes: Path | None = None,
+    stiffness: FilePath,
+    mass: FilePath | None = None,
+    damping: FilePath | None = None,
+    dofs: FilePath | None = None,
+    nodes: FilePath | None = None,
     names: Mapping[str, str] | None = None,
     length: str = "m",
     mass_unit: str = "kg",
@@ -37,12 +37,12 @@ def load_matrices(
 
     Parameters
     ----------
-    stiffness, mass, damping : Path or None
+    stiffness, mass, damping : path, optional
         Files; a mass or damping that is not given is looked for in the stiffness file where that
         can hold several matrices. "file.h5:/group/K" is a dataset of a file.
-    dofs : Path or None
+    dofs : path, optional
         Ansys's .mapping or a table (CSV): node and direction of each row.
-    nodes : Path or None
+    nodes : path, optional
         A table (CSV) with the columns node, x, y, z.
     names : mapping of str to str
         Name of the matrix "stiffness", "mass" or "damping" in its file.
@@ -100,7 +100,7 @@ class _Part:
     labels: Labels
 
 
-def _other(stiffness: Path, path: Path | None, what: str, name: str | None) -> Entries | None:
+def _other(stiffness: Path, path: FilePath | None, what: str, name: str | None) -> Entries | None:
     """Mass or damping from its own file, or from the stiffness's where that has it."""
     if path is not None:
         return read_entries(Path(path), WantedMatrix(what, name))
@@ -119,7 +119,7 @@ def _other(stiffness: Path, path: Path | None, what: str, name: str | None) -> E
 def _part(
     entries: Entries,
     what: str,
-    dofs: Path | None,
+    dofs: FilePath | None,
     position_node: NDArray[np.int64],
     first: _Part,
 ) -> _Part:
@@ -143,7 +143,7 @@ def _refuse_vast(entries: Entries) -> None:
         )
 
 
-def _labels(entries: Entries, dofs: Path | None, position_node: NDArray[np.int64]) -> Labels:
+def _labels(entries: Entries, dofs: FilePath | None, position_node: NDArray[np.int64]) -> Labels:
     """Of each row, from the file itself, the table `dofs`, or the order of the nodes."""
     if entries.node is not None and entries.direction is not None:
         return entries.node, entries.direction
@@ -220,7 +220,7 @@ def _named(key: tuple[int, int]) -> str:
     return f"node {node}, direction {named(direction)}"
 
 
-def _positions(nodes: Path | None) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
+def _positions(nodes: FilePath | None) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
     """Numbers and coordinates of the nodes, in the file's unit."""
     if nodes is None:
         return np.empty(0, np.int64), None

@@ -82,7 +82,7 @@ def test_too_large_meshes_are_refused_with_the_smallest_size() -> None:
         check_size(0.002, vane, casing, 16)
     message = str(caught.value)
     assert message.startswith(
-        f"mesh.size = 0.002 m: about {round(dofs, -5):,.0f} degrees of freedom: at most {MOST:,} "
+        f"mesh.size = 2 mm: about {round(dofs, -5):,.0f} degrees of freedom: at most {MOST:,} "
     )
     assert message.endswith(" mm here")
     smallest = 1e-3 * float(message.partition("sizes from ")[2].split()[0])

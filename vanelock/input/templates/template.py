@@ -13,7 +13,7 @@ def template_text(kind: str = "study") -> str:
     return files("vanelock.input.templates").joinpath(f"{kind}.toml").read_text("utf-8")
 
 
-def write_template(path: Path, kind: str = "study") -> None:
+def write_template(path: str | os.PathLike[str], kind: str = "study") -> None:
     """Write it to a file that is not there yet.
 
     Raises
@@ -23,7 +23,7 @@ def write_template(path: Path, kind: str = "study") -> None:
     """
     if os.path.lexists(path):
         raise InputError(f"{path}: exists already; name another file")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: cannot be written: {path.parent} is not a folder")
+    if not (folder := Path(path).parent).is_dir():
+        raise InputError(f"{path}: cannot be written: {folder} is not a folder")
     with placed(path) as temporary:
         temporary.write_text(template_text(kind), "utf-8")
