@@ -9,22 +9,23 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.common.files.files import PathLike
 from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix
 from vanelock.fem.matrix_files.entries import Entries, assembled
 from vanelock.fem.matrix_files.formats import holds_several, read_entries
 from vanelock.fem.matrix_files.labels import Labels, check_labels, named, read_labels
 from vanelock.fem.matrix_files.masses import check_mass
 from vanelock.fem.matrix_files.model import GENERALISED, Matrices
-from vanelock.fem.matrix_files.tables import FilePath, load_pairs
+from vanelock.fem.matrix_files.tables import load_pairs
 from vanelock.fem.matrix_files.units import units
 
 
 def load_matrices(
-    stiffness: FilePath,
-    mass: FilePath | None = None,
-    damping: FilePath | None = None,
-    dofs: FilePath | None = None,
-    nodes: FilePath | None = None,
+    stiffness: PathLike,
+    mass: PathLike | None = None,
+    damping: PathLike | None = None,
+    dofs: PathLike | None = None,
+    nodes: PathLike | None = None,
     names: Mapping[str, str] | None = None,
     length: str = "m",
     mass_unit: str = "kg",
@@ -100,7 +101,7 @@ class _Part:
     labels: Labels
 
 
-def _other(stiffness: Path, path: FilePath | None, what: str, name: str | None) -> Entries | None:
+def _other(stiffness: Path, path: PathLike | None, what: str, name: str | None) -> Entries | None:
     """Mass or damping from its own file, or from the stiffness's where that has it."""
     if path is not None:
         return read_entries(Path(path), WantedMatrix(what, name))
@@ -119,7 +120,7 @@ def _other(stiffness: Path, path: FilePath | None, what: str, name: str | None) 
 def _part(
     entries: Entries,
     what: str,
-    dofs: FilePath | None,
+    dofs: PathLike | None,
     position_node: NDArray[np.int64],
     first: _Part,
 ) -> _Part:
@@ -143,7 +144,7 @@ def _refuse_vast(entries: Entries) -> None:
         )
 
 
-def _labels(entries: Entries, dofs: FilePath | None, position_node: NDArray[np.int64]) -> Labels:
+def _labels(entries: Entries, dofs: PathLike | None, position_node: NDArray[np.int64]) -> Labels:
     """Of each row, from the file itself, the table `dofs`, or the order of the nodes."""
     if entries.node is not None and entries.direction is not None:
         return entries.node, entries.direction
@@ -220,7 +221,7 @@ def _named(key: tuple[int, int]) -> str:
     return f"node {node}, direction {named(direction)}"
 
 
-def _positions(nodes: FilePath | None) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
+def _positions(nodes: PathLike | None) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
     """Numbers and coordinates of the nodes, in the file's unit."""
     if nodes is None:
         return np.empty(0, np.int64), None

@@ -1,7 +1,6 @@
 """Text files with lists of nodes and with columns: who is in contact, which row is which."""
 
 import csv
-import os
 import re
 from collections import Counter
 from collections.abc import Mapping
@@ -11,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
+from vanelock.common.files.files import PathLike
 from vanelock.fem.matrix_files.contents import text
 
-FilePath = str | os.PathLike[str]
 Column = NDArray[np.int64] | NDArray[np.float64] | NDArray[np.str_]
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _NUMBER = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 
 
-def load_nodes(path: FilePath) -> NDArray[np.int64]:
+def load_nodes(path: PathLike) -> NDArray[np.int64]:
     """Read a list of nodes' numbers, in the file's order.
 
     Spaces, commas, semicolons or new lines between numbers; a first line of words and what follows
@@ -61,7 +60,7 @@ def load_nodes(path: FilePath) -> NDArray[np.int64]:
     return nodes
 
 
-def load_pairs(path: FilePath) -> Mapping[str, Column]:
+def load_pairs(path: PathLike) -> Mapping[str, Column]:
     """Read columns under a line of their names, as spreadsheets write them.
 
     A comma, semicolon or tab separates columns; blank lines and what follows a # are left out.

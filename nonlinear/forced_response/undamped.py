@@ -62,7 +62,7 @@ def check_top(structure: Structure, response: Response, output: tuple[int, int],
         return
     omega = TURN * float(response.frequency[top])
     work = np.pi * sum(
-        h * omega**force.omega_power * abs(np.vdot(force.vector, response.x[h][top]))
+        h * abs(np.vdot(force.at(omega), response.x[h][top]))
         for h, force in system.force.items()
         if h
     )

@@ -6,7 +6,6 @@ apart; the colour maps are perceptually uniform.
 """
 
 import io
-import os
 from collections.abc import Iterable
 from itertools import cycle
 from pathlib import Path
@@ -21,9 +20,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from PIL import Image
 
+from vanelock.common.files.files import PathLike as PathLike
 from vanelock.common.files.files import placed
-
-PathLike = str | os.PathLike[str]
 
 DPI: Final = 150
 _PRESSED: Final = 4  # of a PNG: 5 % larger than at 6, in two thirds of the time

@@ -26,16 +26,11 @@ def embedded(path: Path) -> tuple[str, tuple[int, int]]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
     try:
-        return _packed(data)
+        with Image.open(io.BytesIO(data), formats=list(_FORMATS)) as picture:
+            size, kind = picture.size, _FORMATS[picture.format or ""]
+            packed = _webp(picture) if features.check("webp") else data
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError):
         raise InputError(f"{path}: is neither a PNG nor a GIF picture") from None
-
-
-def _packed(data: bytes) -> tuple[str, tuple[int, int]]:
-    """As `embedded`."""
-    with Image.open(io.BytesIO(data), formats=list(_FORMATS)) as picture:
-        size, kind = picture.size, _FORMATS[picture.format or ""]
-        packed = _webp(picture) if features.check("webp") else data
     if len(packed) < len(data):
         data, kind = packed, "image/webp"
     return f"data:{kind};base64,{b64encode(data).decode('ascii')}", size

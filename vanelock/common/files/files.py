@@ -14,11 +14,12 @@ from pathlib import Path
 
 from vanelock.common.errors import FolderError, InputError, printable
 
+PathLike = str | os.PathLike[str]
 LARGEST = 1 << 30
 """Bytes of the largest file that is read as a whole."""
 
 
-def beside(folder: str | os.PathLike[str], given: str, key: str, outside: bool = False) -> Path:
+def beside(folder: PathLike, given: str, key: str, outside: bool = False) -> Path:
     """The place of a file that a study names, in the study file's folder or below.
 
     A path that leaves that folder, by `..`, from the root or through a link, is refused: a study
@@ -42,7 +43,7 @@ def beside(folder: str | os.PathLike[str], given: str, key: str, outside: bool =
     return place
 
 
-def possible(place: str | os.PathLike[str], where: str) -> None:
+def possible(place: PathLike, where: str) -> None:
     """Refuse what can be no path: too long, or with a NUL; `where` is what errors call it."""
     try:
         with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
@@ -52,7 +53,7 @@ def possible(place: str | os.PathLike[str], where: str) -> None:
         raise InputError(f"{where}: no path of a file: {reason}") from None
 
 
-def contents(path: str | os.PathLike[str], needed: str, largest: int = LARGEST) -> bytes:
+def contents(path: PathLike, needed: str, largest: int = LARGEST) -> bytes:
     """All bytes of a file of the user."""
     regular(path, needed)
     try:
@@ -65,7 +66,7 @@ def contents(path: str | os.PathLike[str], needed: str, largest: int = LARGEST) 
     return found
 
 
-def regular(path: str | os.PathLike[str], needed: str) -> int:
+def regular(path: PathLike, needed: str) -> int:
     """Bytes of a regular file of the user that a library will read."""
     try:
         found = os.stat(path)
@@ -88,7 +89,7 @@ def default_folder(file: Path) -> Path:
 
 
 @contextmanager
-def writing(path: str | os.PathLike[str]) -> Iterator[None]:
+def writing(path: PathLike) -> Iterator[None]:
     """Turn a failure to write (no permission, full disk) into one line about `path`."""
     try:
         yield
@@ -100,7 +101,7 @@ def writing(path: str | os.PathLike[str]) -> Iterator[None]:
 
 
 @contextmanager
-def placed(path: str | os.PathLike[str]) -> Iterator[Path]:
+def placed(path: PathLike) -> Iterator[Path]:
     """A path beside `path` to write to, which takes its place in the end; folders are made.
 
     Where `path` is a link, it is replaced: what it leads to is not written. What was left beside it
