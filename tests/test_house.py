@@ -102,5 +102,8 @@ def test_no_file_is_too_long_to_read() -> None:
         for path in files()
         if path.suffix == ".py" and (length := len(path.read_text().splitlines())) >= 400
     }
+    for path in list(long):
+        if path.startswith("vanelock/analyses/"):  # an analysis is one file
+            assert long.pop(path) < 450
     assert long.pop("examples/paper/paper.py") <= 900  # one script, to be copied and changed
     assert long == {}

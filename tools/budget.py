@@ -17,7 +17,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BUDGET = ROOT / "tools" / "budget.toml"
 SMALL = ("common", "input", "pipeline")
-"""Rooms of vanelock/ that are counted together, as are `SHOWN` and all others by their names."""
+"""Rooms of vanelock/ that are counted together, as are `STEPS`, `SHOWN` and all others."""
+STEPS = ("stages", "analyses")
 SHOWN = ("quantities", "results", "render", "report")
 
 
@@ -27,10 +28,10 @@ def folder_of(path: str) -> str:
     room = rest.partition("/")[0]
     if top != "vanelock":
         return "mesh, fem, rom" if top in ("mesh", "fem", "rom") else top
-    for rooms in (SMALL, SHOWN):
+    for rooms in (SMALL, STEPS, SHOWN):
         if room in rooms:
             return ", ".join(rooms)
-    return "stages" if room == "stages" else "commands, vanelock/*.py"
+    return "commands, vanelock/*.py"
 
 
 def counted(text: str) -> tuple[int, int, int]:

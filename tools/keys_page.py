@@ -41,8 +41,8 @@ WORDS: dict[str, str] = {
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "loads.pressure": "a table by set: a pressure to 1e9 Pa, or a CSV file of x, y, z, pressure",
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
-    "unlike.frequency": SPREAD,
-    **{f"unlike.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
+    "mistuning.frequency": SPREAD,
+    **{f"mistuning.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
     "fit.bounds": "`{ key = [low, high] }` of fitted keys",
     "optimise.bounds": "`{ key = [low, high] }` of optimised keys",
     "optimise.parameters": "a list of keys, [those that can be optimised](optimise.md)",
@@ -64,7 +64,7 @@ BY_KEY = {
     "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { distribution = "normal", '
     "mean = 0.3, deviation = 0.05 }`; `uniform` needs `low` and `high`, the others `mean` and "
     "`deviation`.",
-    "unlike.joints": "A table by joint, `interlock` and `hook`.",
+    "mistuning.joints": "A table by joint, `interlock` and `hook`.",
 }
 """What is said above a table whose own keys are names of keys."""
 OWN_MESH = "Instead of dimensions, a mesh of yours ([its page](own_mesh.md)):"

@@ -81,8 +81,7 @@ def run(
 
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
-    from vanelock.input.read_scene import load_given
-    from vanelock.input.read_study import read_text
+    from vanelock.files import load_given, read_text
     from vanelock.pipeline.executor.processes import cores
     from vanelock.pipeline.progress import Counter, choose_listener
 
@@ -109,7 +108,7 @@ def mesh(
 ) -> None:
     """Mesh both parts of a study: files for ParaView and Gmsh, figures, counts, a picture."""
     from vanelock.commands.mesh import mesh_study
-    from vanelock.input.read_study import load_study
+    from vanelock.files import load_study
     from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
@@ -138,7 +137,7 @@ def converge(
 ) -> None:
     """Measure error against cost: run a study again with each of its settings raised alone."""
     from vanelock.commands.converge.converge import converge_study
-    from vanelock.input.read_study import load_study
+    from vanelock.files import load_study
     from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
@@ -186,7 +185,7 @@ def fit(
 ) -> None:
     """Fit friction, stiffness, interference, load or damping to measured curves."""
     from vanelock.commands.fit.fit import fit_study
-    from vanelock.input.read_study import load_study, read_text
+    from vanelock.files import load_study, read_text
     from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)
@@ -205,7 +204,7 @@ def optimise(
 ) -> None:
     """Find the friction, interference or stiffness with which the largest peak is smallest."""
     from vanelock.commands.optimise.optimise import optimise_study
-    from vanelock.input.read_study import load_study, read_text
+    from vanelock.files import load_study, read_text
     from vanelock.pipeline.progress import choose_listener
 
     loaded = load_study(study, allow_outside)

@@ -23,7 +23,7 @@ from vanelock.pipeline.executor.tasks import Task
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.stages.plan import plan
-from vanelock.stages.sweep.graph import bundle, jobs
+from vanelock.commands.run.graph import bundle, jobs
 
 STUDY = """
 [mesh]

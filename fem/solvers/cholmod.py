@@ -18,7 +18,7 @@ from vanelock.fem.solvers.backend import BreakdownError, Matrix, Numeric
 
 
 @dataclass(frozen=True)
-class Analysis:
+class SymbolicFactor:
     """Ordering and symbolic factor of one pattern.
 
     Attributes
@@ -73,20 +73,20 @@ def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     return Numeric(solve, negative, analysis=analysis)
 
 
-def _analysed(A: sp.csc_array, mode: str, like: Any) -> Analysis:
+def _analysed(A: sp.csc_array, mode: str, like: Any) -> SymbolicFactor:
     """The earlier analysis if it fits; else one with its ordering, if that does; else a new one."""
     from sksparse.cholmod import analyze
 
     pattern, kind = pattern_of(A), (str(A.dtype), mode)
-    if not (isinstance(like, Analysis) and like.pattern == pattern):
+    if not (isinstance(like, SymbolicFactor) and like.pattern == pattern):
         # AMD, the default, leaves the simplicial factor of a solid a third more work.
         ordering = "default" if mode == "supernodal" else "nesdis"
-        return Analysis(pattern, kind, analyze(A, mode=mode, ordering_method=ordering))
+        return SymbolicFactor(pattern, kind, analyze(A, mode=mode, ordering_method=ordering))
     if like.kind == kind:
         return like
     order = like.symbolic.P() if like.order is None else like.order
     symbolic = analyze(_permuted(A, order), mode=mode, ordering_method="natural")
-    return Analysis(pattern, kind, symbolic, order)
+    return SymbolicFactor(pattern, kind, symbolic, order)
 
 
 def _permuted(A: sp.csc_array, order: NDArray[Any]) -> sp.csc_array:

@@ -35,10 +35,10 @@ def example(name: str) -> str:
     ("page", "study", "kept", "count"),
     [
         ("start/first_study.md", first_study(), r".*[^ ─]", 31),
-        ("unlike_segments.md", example("unlike_segments.toml"), r" +\d", 1),
+        ("mistuning.md", example("mistuning.toml"), r" +\d", 1),
         ("loads_at_rest.md", example("loads_at_rest.toml"), " (hook|interlock|key|loads) ", 6),
     ],
-    ids=["first study", "unlike segments", "loads at rest"],
+    ids=["first study", "mistuning", "loads at rest"],
 )
 def test_the_tables_are_those_of_a_run(
     page: str, study: str, kept: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -78,7 +78,7 @@ shapes = false
 share = 0
 starts = 0
 [stability]
-[unlike]
+[mistuning]
 rings = 2
 range = [263, 272]
 joints.interlock.mu = 0.05

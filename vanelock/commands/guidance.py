@@ -91,7 +91,7 @@ computed. Of a results file or the folder of a run: whether it is whole, and wha
         "Write a commented study file, or an example.",
         """Every key is in it with its default, so delete what you do not change. A file that is
 there already is left alone. An example comes with its data: vane, coupling,
-engine_orders, loads_at_rest, unlike_segments, paper (whose paper.py makes the figures of
+engine_orders, loads_at_rest, mistuning, paper (whose paper.py makes the figures of
 a published study), the scenes brake_reuss (whose matrices its make.py writes),
 ground_damper, lap_joint and shrouded_ring, and notebooks.""",
         [

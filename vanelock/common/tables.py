@@ -10,6 +10,8 @@ from typing import Any, Final, Literal, TypeAlias
 
 import numpy as np
 
+MOST_CASES = 24
+"""Cases that a table by case has; of more it says so."""
 Cell: TypeAlias = str | float | int | np.generic | None
 Shown: TypeAlias = str | float | int | None
 Flag = Literal["", "good", "warn", "bad"]
@@ -159,3 +161,14 @@ def counted(count: int, noun: str) -> str:
 def heads(*names: str) -> tuple[Column, ...]:
     """Columns of text."""
     return tuple(map(Column, names))
+
+
+def by_case(made: Table, count: int) -> Table:
+    """A table that begins with the case, of so many cases: what it leaves out is said."""
+    if count == 1:
+        return made.without("case")
+    if count <= MOST_CASES:
+        return made
+    return replace(
+        made, notes=[*made.notes, f"the first {MOST_CASES} of {count} cases; results.h5 has all"]
+    )

@@ -9,7 +9,6 @@ from pydantic.fields import FieldInfo
 from vanelock.input.cases.names import scaled
 from vanelock.input.cases.values import Given, path_of
 from vanelock.input.messages import field_at, show
-from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 
 Flat = dict[str, Any]
@@ -78,9 +77,9 @@ def settings(given: Given) -> list[Setting]:
     """All keys of a study or scene, in the order of its file."""
     dumped = given.model_dump(mode="json")
     if isinstance(given, Study):
-        return settings_of(dumped)
+        return settings_of(dumped, type(given))
     return [
-        Setting(key, value, _default(key, Scene), Scene)
+        Setting(key, value, _default(key, type(given)), type(given))
         for key, value in flattened(_numbered(dumped)).items()
     ]
 
@@ -98,18 +97,18 @@ def _numbered(table: Any) -> Any:
     return table
 
 
-def settings_of(dumped: Mapping[str, Any]) -> list[Setting]:
+def settings_of(dumped: Mapping[str, Any], schema: type[Study]) -> list[Setting]:
     """All keys of a study as its results hold it."""
-    plain = Study()
+    plain = schema()
     defaults = flattened(plain.model_dump(mode="json"))
     defaults["excitation.force"] = plain.excitation.force_per_node  # what "not set" stands for
     return [
-        Setting(key, value, defaults[key] if key in defaults else _default(key))
+        Setting(key, value, defaults[key] if key in defaults else _default(key, schema), schema)
         for key, value in flattened(dumped).items()
     ]
 
 
-def _default(key: str, schema: type[Given] = Study) -> Any:
+def _default(key: str, schema: type[Given]) -> Any:
     """Of a key in a table that is there only where a study has it."""
     field = _field(key, schema)
     value = None if field is None or field.is_required() else field.get_default()

@@ -1,11 +1,13 @@
 """What an engineer asks of a run, case by case: margins, wear, damping, and a check of the peak."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vanelock import nonlinear
-from vanelock.nonlinear import Audit, Response, WearHistory
+from vanelock.nonlinear import Audit, Response
 from vanelock.pipeline.cache import key_of
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
@@ -16,13 +18,13 @@ from vanelock.quantities.sensitivities import Sensitivities, sensitivities
 from vanelock.quantities.stress.cycles import Stressed, stressed_step
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
-from vanelock.stages.assessment.bounds import HIGH, high_end
-from vanelock.stages.assessment.stability import verdict_at
-from vanelock.stages.assessment.wear import shown_states, worn_at
 from vanelock.stages.parts.places import Places, places
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, WaveVerdict
+
+if TYPE_CHECKING:
+    from vanelock.analyses.analysis import Analysis
 
 MOST = 8
 """Cases that are looked into; of more, some."""
@@ -59,12 +61,10 @@ class CaseAnswers:
         peak by static friction, which its bounds check.
     sensitivities : Sensitivities or None
         What moves the peak; None at the largest by static friction.
-    high : CaseAnswers or None
-        The same at the largest peak that static friction allows, where bounds are asked for.
+    states : dict of str to tuple of CaseAnswers
+        The same at other states that an analysis leads to.
     wave : WaveVerdict or None
         Whether the ring stays with the peak's wave; None where that was not asked.
-    worn : tuple of CaseAnswers
-        The same at the states of its wear that are shown, the last after all cycles of its dwells.
     """
 
     name: str
@@ -79,9 +79,8 @@ class CaseAnswers:
     bandwidth: float
     audit: Audit | None = None
     sensitivities: Sensitivities | None = None
-    high: "CaseAnswers | None" = None
+    states: "Mapping[str, tuple[CaseAnswers, ...]]" = field(default_factory=dict)
     wave: WaveVerdict | None = None
-    worn: "tuple[CaseAnswers, ...]" = ()
 
     @property
     def stress(self) -> Margins:
@@ -89,8 +88,9 @@ class CaseAnswers:
         assert self.margins is not None
         return self.margins
 
-    @property
-    def numbers(self) -> dict[str, tuple[float | str | list[float], str]]:
+    def numbers(
+        self, analyses: "Sequence[Analysis[Any, Any]]"
+    ) -> dict[str, tuple[float | str | list[float], str]]:
         """What the results file holds of this, each with its unit."""
         b = self.balance
         found: dict[str, tuple[float | str | list[float], str]] = {
@@ -103,11 +103,9 @@ class CaseAnswers:
         }
         if self.margins is None:
             return found
-        if self.high is not None:
-            reserve = self.high.stress.governing.reserve
-            found["goodman_reserve_at_largest_peak"] = (reserve, "1")
-        if self.worn:
-            found["goodman_reserve_worn"] = (self.worn[-1].stress.governing.reserve, "1")
+        for analysis in analyses:
+            if states := self.states.get(analysis.key):
+                found[analysis.reserve] = (states[-1].stress.governing.reserve, "1")
         m, gauges = self.margins.governing, self.margins.gauges
         found |= {
             "alternating_stress": (m.amplitude, "Pa"),
@@ -151,19 +149,17 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
         of = _answers(run_data, planned, known, shown.peak[name], shown.curve[name])
         moved = sensitivities(planned, of.top, of.peak, shown.monitor, stages)
         audit = _audited(planned, of.top, of.peak.point, stages)
-        waves = (verdict_at(stages.get(step), of.peak.frequency) for step in planned.stability)
-        wave = next((verdict for verdict in waves if verdict is not None), None)
-        of = replace(of, audit=audit, sensitivities=moved, wave=wave)
-        if planned.bounds is not None and (high := stages.get(planned.bounds).peak(HIGH)):
-            at_high, at = high_end(planned, planned.bounds), replace(high, point=0)
-            of = replace(of, high=_answers(run_data, at_high, known, at, shown.ends[name][1]))
-        if planned.wear is not None and (history := stages.get(planned.wear).history) is not None:
-            worn = (
-                _worn(run_data, worn_at(planned, planned.wear, i), history, i, known)
-                for i in shown_states(history)
+        result = run_data.results[name]
+        states = {
+            analysis.key: tuple(
+                _answers(run_data, state.planned, known, state.peak, state.curve)
+                for state in analysis.states(replace(result, planned=planned))
             )
-            of = replace(of, worn=tuple(worn))
-        found[name] = of
+            for analysis in run_data.analyses
+            if analysis.key in planned.analyses
+        }
+        wave = result.summary.wave
+        found[name] = replace(of, audit=audit, sensitivities=moved, wave=wave, states=states)
     return found
 
 
@@ -196,19 +192,6 @@ def _answers(
         balance=balance(system, top),
         bandwidth=bandwidth_ratio(frequency, np.where(converged, amplitude, np.nan)),
     )
-
-
-def _worn(
-    run_data: RunData,
-    planned: Planned,
-    history: WearHistory,
-    state: int,
-    known: dict[str, SurfaceLocations],
-) -> CaseAnswers:
-    """Of a case, `solved`, as worn at a state of its history."""
-    frequency, amplitude = history.frequency[[state]], history.amplitude[[state]]
-    peak = Peak(0, float(frequency[0]), float(amplitude[0]), at_edge=False)
-    return _answers(run_data, planned, known, peak, (frequency, amplitude, np.array([True])))
 
 
 def _stress(

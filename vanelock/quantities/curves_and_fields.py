@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,8 +17,8 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages
+from vanelock.report import Picture
 from vanelock.results.files.redrawn import OutputFiles
-from vanelock.stages.assessment.stability import verdicts_along
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.loads import growth
@@ -27,8 +27,12 @@ from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
 from vanelock.stages.response.solved import as_solved, drawn
-from vanelock.stages.response.summary import Peak, Summary
+from vanelock.stages.response.summary import Peak
 from vanelock.stages.sweep.retries import Solved
+
+if TYPE_CHECKING:
+    from vanelock.analyses.analysis import Analysis
+    from vanelock.quantities.case_result import CaseResult
 
 Floats = NDArray[np.float64]
 Shape = NDArray[np.complex128]
@@ -59,7 +63,7 @@ class Shown:
         Campbell diagrams by case.
     measured : tuple of Measured
         Measured curves.
-    ends : dict of str to (curve, curve)
+    ends : dict of str to tuple of curve
         Curves with the least and the largest peak that static friction allows, by case.
     verdicts : dict of str to dict of str to (p,) int
         Of the points of each curve, STABLE, UNSTABLE, UNDECIDED, or -1 where nothing is known.
@@ -75,34 +79,35 @@ class Shown:
     sweeps: dict[str, dict[str, Drawn]] = field(default_factory=dict)
     campbell: dict[str, Campbell] = field(default_factory=dict)
     measured: tuple[Measured, ...] = ()
-    ends: dict[str, tuple[Drawn, Drawn]] = field(default_factory=dict)
+    ends: dict[str, tuple[Drawn, ...]] = field(default_factory=dict)
     verdicts: dict[str, dict[str, NDArray[np.int64]]] = field(default_factory=dict)
     opens: str = "all contacts"
 
-    def collect(self, solved: Solved, found: Summary) -> None:
+    def collect(
+        self, solved: Solved, result: "CaseResult", analyses: "Sequence[Analysis[Any, Any]]"
+    ) -> None:
         """Keep what is drawn of a case's responses."""
-        name, given = solved.planned.case.name, solved.planned.case.given
-
-        def curve(response: Response) -> Drawn:
-            return response.frequency, self.monitor.amplitude(response), response.converged
-
+        name, given = result.name, result.given
         every = (solved.response, solved.other)
-        made = [curve(each) for each in every if each is not None]
+        made = [result.curve(each) for each in every if each is not None]
         if given.response.frequencies is None:
             made[0] = drawn(solved.response, made[0][1])
         self.curve[name] = made[0]
         if solved.other is not None:
-            names = [f"sweeping {each.direction}" for each in found.sweeps]
+            names = [f"sweeping {each.direction}" for each in result.summary.sweeps]
             self.sweeps[name] = dict(zip(names, made, strict=True))
-        self.verdicts[name] = {
-            variant: verdicts_along(each[0], stability)
-            for variant, each, stability in zip(
-                self.curves(name), made, solved.assessment.stability, strict=False
-            )
-        }
-        bounds = solved.assessment.bounds
-        if bounds is not None and bounds.low is not None and bounds.high is not None:
-            self.ends[name] = curve(bounds.low), curve(bounds.high)
+        for analysis in analyses:
+            if not (products := result.found(analysis.key)):
+                continue
+            lines = analysis.lines(products)
+            if lines.ends:
+                self.ends[name] = tuple(map(result.curve, lines.ends))
+            if lines.verdicts:
+                every_curve = zip(self.curves(name), made, lines.verdicts, strict=False)
+                self.verdicts[name] = {
+                    variant: np.array([known.get(f, -1) for f in curve[0].tolist()])
+                    for variant, curve, known in every_curve
+                }
 
     def curves(self, case: str) -> dict[str, Drawn]:
         """The curves of a case by their direction, which is "" where there is but one."""
@@ -156,6 +161,8 @@ class RunData:
     stages: Stages
     shown: Shown
     output_files: OutputFiles
+    analyses: "Sequence[Analysis[Any, Any]]" = ()
+    results: "Mapping[str, CaseResult]" = field(default_factory=dict)
     _harmonics: dict[tuple[str, int], list[Shape]] = field(default_factory=dict, repr=False)
     _recoveries: dict[str, rom.Recovery] = field(default_factory=dict, repr=False)
 
@@ -179,6 +186,20 @@ class RunData:
             lambda path: write_columns(path, columns(), notes),
             quick=True,
         )
+
+    def picture(
+        self,
+        name: str,
+        heading: str,
+        shows: Any,
+        draw: Callable[[Path], object],
+        columns: Callable[[], Mapping[str, ArrayLike]],
+        notes: Sequence[str],
+        caption: str,
+    ) -> Picture:
+        """The picture `name`, and a CSV file of that name with its numbers."""
+        path = self.output_files.draw(f"{name}.png", shows, draw)
+        return Picture(path, heading, caption, (self.table(f"{name}.csv", shows, columns, notes),))
 
     def top(self, each: Planned) -> Response:
         """The largest point of a case, alone."""

@@ -41,7 +41,7 @@ NAMED = 8
 SAME = 1e-9
 """Relative difference of peaks below which cases are the same."""
 ASIDE = (
-    ("campbell.", "stability.", "unlike."),
+    ("campbell.", "stability.", "mistuning."),
     (".fatigue_limit", ".tensile_strength", ".wear_coefficient"),
 )
 """How keys begin and end that have their effect elsewhere than in peaks and their bounds."""

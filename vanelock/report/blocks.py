@@ -68,6 +68,8 @@ class Picture:
         Files beside the report that hold its numbers, given by name.
     case : str
         The case that it belongs to, if it does to one.
+    section : str
+        Identity of the section that shows it, if not that of figures.
     """
 
     path: Path
@@ -75,6 +77,7 @@ class Picture:
     caption: str
     data: Sequence[Path | str] = ()
     case: str = ""
+    section: str = ""
 
 
 @dataclass(frozen=True)

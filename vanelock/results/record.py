@@ -1,12 +1,12 @@
 """What a run writes into its results file, and when."""
 
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 
@@ -21,6 +21,7 @@ from vanelock.pipeline.progress import Done
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
 from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.case_result import CaseResult
 from vanelock.results.files import writer
 from vanelock.results.files.results_file import NAME
 from vanelock.results.files.writer import Results
@@ -30,6 +31,9 @@ from vanelock.stages.plan import Linear, Planned
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.summary import Summary
 from vanelock.stages.sweep.retries import Solved
+
+if TYPE_CHECKING:
+    from vanelock.analyses.analysis import Analysis
 
 LIBRARIES = (
     "gmsh",
@@ -130,8 +134,11 @@ class Record:
             for name, which in named.items():
                 self._file.put(file, f"response/{name}", responses[which], {"linear": which})
 
-    def case(self, solved: Solved, summary: Summary, monitor: str) -> None:
+    def case(
+        self, solved: Solved, result: CaseResult, analyses: "Sequence[Analysis[Any, Any]]"
+    ) -> None:
         """Everything about a case, at once."""
+        summary, monitor = result.summary, result.monitor.name
         planned, response, static = solved.planned, solved.response, solved.static
         where = f"response/{planned.case.name}"
         products = self._products(planned)
@@ -143,32 +150,24 @@ class Record:
                 self._file.put(file, f"{where}/lower", solved.other, {})
             if solved.by_cause is not None:
                 self._file.put(file, f"{where}/preload_by_cause", solved.by_cause, {})
-            found = solved.assessment
-            if found.bounds is not None:
-                self._file.put(file, f"{where}/bounds", found.bounds, {})
-            if found.unlike is not None:
-                self._file.put(file, f"{where}/unlike", found.unlike, {})
-            for mode in found.damped_modes:
-                named = f"mode_{mode.number}_nd_{mode.nodal_diameter}"
-                self._file.put(file, f"{where}/damped_modes/{named}", mode, {})
-            if found.wear is not None:
-                self._file.put(file, f"{where}/wear", found.wear, {})
-            for each, stability in zip((where, f"{where}/lower"), found.stability, strict=False):
-                self._file.put(file, f"{each}/stability", stability, {})
-            for each, followed in zip((where, f"{where}/lower"), found.settled, strict=False):
-                if followed.found is not None:
-                    self._file.put(file, f"{each}/settled", followed.found, {})
+            for analysis in analyses:
+                for i, product in enumerate(result.found(analysis.key)):
+                    if place := analysis.places(product):
+                        lower = "lower/" if analysis.by_response and i else ""
+                        self._file.put(file, f"{where}/{lower}{place}", product, {})
             writer.put_jumps(file, where, summary.sweeps)
             if solved.strain is not None:
                 writer.put_strain(file, where, solved.strain)
             if solved.worth is not None:
                 writer.put_errors(file, where, *solved.worth)
 
-    def answers(self, found: Mapping[str, CaseAnswers]) -> None:
+    def answers(
+        self, found: Mapping[str, CaseAnswers], analyses: "Sequence[Analysis[Any, Any]]"
+    ) -> None:
         """Damping, margin, energy and what moves the peak of the cases that are looked into."""
         for name, each in found.items():
             with self._file.edit(f"response/{name}") as file:
-                writer.put_answers(file, f"response/{name}", each.numbers)
+                writer.put_answers(file, f"response/{name}", each.numbers(analyses))
                 if each.sensitivities is not None:
                     self._file.put(file, f"response/{name}/sensitivities", each.sensitivities, {})
 

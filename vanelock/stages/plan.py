@@ -3,8 +3,8 @@
 But for what an accuracy chooses first, the mesh above all.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -13,7 +13,7 @@ from vanelock.input.cases.sweep import Case, label
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
-from vanelock.nonlinear import HarmonicModes, Response, Stability
+from vanelock.nonlinear import HarmonicModes, Response
 from vanelock.pipeline.step import Step
 from vanelock.rom import System
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
@@ -118,20 +118,10 @@ class Planned:
         A line for each part that nothing joins to another.
     held : tuple of int
         Nodal diameters, 0 to N/2, of its system; with an accuracy they are not known before.
-    bounds : Step or None
-        Bounds of its peak over undetermined static friction, if its file asks for them.
-    stability : tuple of Step
-        Stability of each of its responses, likewise.
-    settled : tuple of Step
-        What the ring does at the peak of each, where its wave is unstable, likewise.
-    unlike : Step or None
-        Rings of unlike segments in numbers, likewise.
-    rings : tuple of Step
-        Each of them.
-    damped_modes : tuple of Step
-        Damped modes, likewise.
-    wear : Step or None
-        Wear over cycles, likewise.
+    analyses : dict of str to tuple of Step
+        Products of the analyses that its file asks for.
+    pieces : tuple of Step
+        What these are made from and can be computed side by side.
     """
 
     case: Case
@@ -150,13 +140,8 @@ class Planned:
     other: Step[Response] | None = None
     apart: tuple[str, ...] = ()
     held: tuple[int, ...] = ()
-    bounds: Step[Any] | None = None
-    stability: tuple[Step[Stability], ...] = ()
-    settled: tuple[Step[Any], ...] = ()
-    unlike: Step[Any] | None = None
-    rings: tuple[Step[Any], ...] = ()
-    damped_modes: tuple[Step[Any], ...] = ()
-    wear: Step[Any] | None = None
+    analyses: Mapping[str, tuple[Step[Any], ...]] = field(default_factory=dict)
+    pieces: tuple[Step[Any], ...] = ()
 
     @property
     def responses(self) -> tuple[Step[Response], ...]:
@@ -169,22 +154,19 @@ class Planned:
         return self.preload.needs[1]
 
     @property
-    def assessment(self) -> tuple[Step[Any], ...]:
-        """The steps that assess its responses, as far as its file asks for it."""
-        more = (*self.stability, *self.settled, *self.damped_modes)
-        steps = (self.bounds, *more, self.unlike, self.wear)
-        return tuple(each for each in steps if each is not None)
+    def analysed(self) -> tuple[Step[Any], ...]:
+        """The steps of all analyses."""
+        return tuple(each for steps in self.analyses.values() for each in steps)
 
-    def turned(self) -> "Planned":
-        """The same with both directions exchanged."""
+    def turned(self, by_response: Collection[str]) -> "Planned":
+        """The same with both directions exchanged, those of analyses of each response, too."""
         assert self.other is not None
-        made = replace(self, response=self.other, other=self.response)
-        return replace(made, stability=self.stability[::-1], settled=self.settled[::-1])
+        analyses = {k: v[::-1] if k in by_response else v for k, v in self.analyses.items()}
+        return replace(self, response=self.other, other=self.response, analyses=analyses)
 
     def at_end(self, system: Step[System], response: Step[Response]) -> "Planned":
         """The same with other contacts, and the only point of a response to it."""
-        alone = replace(self, system=system, response=response, other=None)
-        return replace(alone, bounds=None, wear=None)
+        return replace(self, system=system, response=response, other=None, analyses={})
 
     def part(self, name: str, nodal_diameter: int) -> Step[Any]:
         """A reduced part that holds a nodal diameter."""

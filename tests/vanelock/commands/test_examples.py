@@ -13,8 +13,8 @@ from vanelock.commands.examples import examples, write_example
 
 ROOT = Path(__file__).resolve().parents[3]
 NAMES = (
-    "brake_reuss, coupling, engine_orders, ground_damper, lap_joint, loads_at_rest, notebooks, "
-    "paper, shrouded_ring, unlike_segments, vane"
+    "brake_reuss, coupling, engine_orders, ground_damper, lap_joint, loads_at_rest, mistuning, "
+    "notebooks, paper, shrouded_ring, vane"
 ).split(", ")
 
 

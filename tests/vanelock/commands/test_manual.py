@@ -61,7 +61,7 @@ def test_a_page_that_there_is_not_is_one_line(capsys: pytest.CaptureFixture[str]
     assert line.startswith(
         'vanelock: manual: "sweep" is no page; expected one of start/first_study, '
     )
-    assert ", sweeps, trust, unlike_segments, theory/..., " in line
+    assert ", sweeps, trust, theory/..., " in line
 
 
 def test_a_terminal_shows_tables_and_formulas() -> None:

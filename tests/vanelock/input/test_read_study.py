@@ -4,11 +4,12 @@ import pytest
 from pydantic import BaseModel
 
 from vanelock import Study, load_study, parse_study, template_text
+from vanelock.analyses.bounds import BoundsKeys
+from vanelock.analyses.damped_modes import DampedModeKeys
+from vanelock.analyses.mistuning import MistuningKeys
+from vanelock.analyses.stability import StabilityKeys
+from vanelock.analyses.wear import WearKeys
 from vanelock.common.errors import InputError
-from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
-from vanelock.input.schema.assessment.damped_modes import DampedModeKeys
-from vanelock.input.schema.assessment.unlike import UnlikeKeys
-from vanelock.input.schema.assessment.wear import WearKeys
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, Optimise
 from vanelock.input.schema.distributions import Distribution, Scatter
 from vanelock.input.schema.structure.loads import RestLoadKeys
@@ -56,7 +57,7 @@ def test_template_mentions_every_key():
         "loads": RestLoadKeys,
         "bounds": BoundsKeys,
         "stability": StabilityKeys,
-        "unlike": UnlikeKeys,
+        "mistuning": MistuningKeys,
         "damped_modes": DampedModeKeys,
         "wear": WearKeys,
         "campbell": CampbellKeys,
@@ -77,7 +78,7 @@ def test_template_mentions_every_key():
         own = after.partition("\n# [")[0]
         for key in table.model_fields.keys() - {"keys", "pressure"}:
             inside = f" {key} = " if name == "scatter.keys" else f"\n# {key} = "
-            if (name, key) == ("unlike", "joints"):
+            if (name, key) == ("mistuning", "joints"):
                 inside = "\n# joints.interlock.mu = "
             assert inside in own, f"{name}.{key}"
 

@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from vanelock.files import parse_study
 from vanelock.input.cases.sweep import cases
-from vanelock.input.read_study import parse_study
 from vanelock.nonlinear import linear_response
 from vanelock.pipeline.display import PlainLines
 from vanelock.pipeline.progress import (

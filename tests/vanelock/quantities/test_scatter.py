@@ -22,8 +22,8 @@ from vanelock.quantities.scatter import (
     spacing,
 )
 from vanelock.report import Page, write_page
-from vanelock.results.page_sections.certainty import scatter
 from vanelock.results.page_sections.inputs import inputs
+from vanelock.results.page_sections.moves import scatter
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.summary import Peak, peak_of
 

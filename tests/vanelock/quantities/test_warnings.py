@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
+from vanelock.analyses.bounds import BOUNDS, BoundedPeak
+from vanelock.analyses.wear import WEAR, WornCase
 from vanelock.input.schema.response import ResponseKeys
 from vanelock.nonlinear import (
     OPEN,
@@ -20,13 +22,11 @@ from vanelock.nonlinear import (
     static_response,
     wear_history,
 )
-from vanelock.quantities import assessment_warnings, warnings
+from vanelock.quantities import warnings
 from vanelock.results.case_table import response_table
 from vanelock.results.listing import limits_table
 from vanelock.results.page_sections.summary import best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
-from vanelock.stages.assessment.bounds import BoundedPeak
-from vanelock.stages.assessment.wear import WornCase
 from vanelock.stages.response.limits import limits
 from vanelock.stages.response.summary import Peak, peak_of
 
@@ -58,11 +58,12 @@ def peak(response):
 def test_a_higher_peak_after_wear_is_reported():
     system, dwell = oscillator(force=0.01), Dwell(10.0, near=(70.0, 100.0))
     worn = wear_history(system, dwell, 1e-20, 1e-6, Options(1))
-    assert assessment_warnings.wear(WornCase(worn)) == []
+    case: Any = None
+    assert not list(WEAR.warnings(case, [WornCase(worn)]))
     amplitude, hertz = np.full(len(worn.cycles), np.nan), np.full(len(worn.cycles), np.nan)
     amplitude[-1], hertz[-1] = 2 * worn.amplitude[-1], 91.5
     other = replace(worn, higher_amplitude=amplitude, higher_frequency=hertz)
-    (line,) = assessment_warnings.wear(WornCase(other))
+    (line,) = WEAR.warnings(case, [WornCase(other)])
     assert line.startswith("after 10 cycles of wear ANOTHER PEAK is higher")
     assert "at 91.5 Hz" in line
     assert f"{1e6 * worn.amplitude[-1]:.4g} um" in line
@@ -154,8 +155,10 @@ def test_bounds_of_another_peak_than_the_curve_s_are_reported():
     bounded = BoundedPeak(found, residual=np.zeros(3))
     found.frequency, found.amplitude = np.full(3, 250.0), np.array([1e-6, 2e-6, 3e-6])
     at = Peak(4, 249.0, 1.985e-6, False)
-    assert assessment_warnings.bounds(bounded, at) == []
-    (line,) = assessment_warnings.bounds(bounded, replace(at, amplitude=2.5e-6))
+    case: Any = SimpleNamespace(peak=at)
+    assert not list(BOUNDS.warnings(case, [bounded]))
+    case.peak = replace(at, amplitude=2.5e-6)
+    (line,) = BOUNDS.warnings(case, [bounded])
     assert "are of ANOTHER PEAK than the curve's" in line
     assert line.endswith("theirs is 2 um at 250 Hz, the curve's 2.5 um at 249 Hz")
 

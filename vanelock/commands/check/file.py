@@ -5,7 +5,7 @@ from pathlib import Path
 
 from vanelock.common.tables import Table, heads
 from vanelock.common.toml import toml_tables
-from vanelock.input.read_study import is_scene, read_text
+from vanelock.files import is_scene, read_text
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
@@ -37,7 +37,7 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
         rows, title = stored(place)
     elif is_scene(toml_tables(read_text(place), str(path))):
         from vanelock.commands.check.scene import planned_scene
-        from vanelock.input.read_scene import load_scene
+        from vanelock.files import load_scene
 
         rows = list(planned_scene(load_scene(place, outside)))
         title = f"{place}: a scene that can be run"

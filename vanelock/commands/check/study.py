@@ -4,14 +4,15 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from vanelock.analyses import ANALYSES
 from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.common.checked import NotKnown
 from vanelock.common.errors import raised
 from vanelock.common.tables import counted
+from vanelock.files import load_study
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.measured.curve import Measured, curve_mistakes, load_measured
 from vanelock.input.plausible import unusual
-from vanelock.input.read_study import load_study
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.element_size import element_size, words_of
@@ -36,7 +37,7 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
     yield from _parts(study, found, own)
     loaded = getattr(found[0].study.casing, "force_nodes", None)
     yield from (("load", text) for text in load_lines(found[0].study, loaded))
-    needed = estimated(found, own=own)
+    needed = estimated(found, own=own, analyses=ANALYSES)
     if needed is not None:
         yield from ((what, f"about {value}") for what, value in needed.words().items())
         yield from [("warning", needed.warning)] if needed.warning else []
@@ -121,11 +122,7 @@ def _outputs(study: Study) -> Iterator[str]:
         "loops": wanted.loops,
         "animations": wanted.animations,
         counted(len(wanted.gauges), "gauge"): bool(wanted.gauges),
-        "bounds over static friction": study.bounds is not None,
-        "stability": study.stability is not None,
-        "rings of unlike segments": study.unlike is not None,
-        "damped modes": study.damped_modes is not None,
-        "wear over cycles": study.wear is not None,
+        **{each.title: each.keys_of(study) is not None for each in ANALYSES},
         "Campbell diagram": study.campbell is not None,
         "report.html": wanted.report,
     }

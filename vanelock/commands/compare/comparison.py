@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from vanelock.common.tables import Cell, Column, Table, counted
+from vanelock.files import Study
 from vanelock.input.settings import as_text, described, flattened, same
 from vanelock.results.reading.contents import CaseFound, Loaded
 
@@ -163,7 +164,7 @@ def tables(found: Comparison) -> list[Table]:
     inputs = Table(
         "Inputs that differ, defaults included" if found.inputs else "Inputs: all the same",
         (Column("key"), Column("what it is", key="meaning"), *both),
-        [(key, described(key)[0], *values) for key, *values in found.inputs],
+        [(key, described(key, Study)[0], *values) for key, *values in found.inputs],
         key="inputs",
     )
     programs = Table("Programs", (Column("program"), *both), list(_programs(found)), key="versions")

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear, rom
+from vanelock.analyses.bounds import BoundsKeys
 from vanelock.common.cyclic import folded
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
-from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import PeakBounds, Response, System, amplitude_gradient
 from vanelock.nonlinear.following.amplitude_gradient import (

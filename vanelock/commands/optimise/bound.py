@@ -13,13 +13,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.analyses.bounds import HIGH
 from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import TRIALS, Optimum, Progress, on_bounds, searched
 from vanelock.nonlinear import PeakBounds
 from vanelock.pipeline.progress import Listener, silent
-from vanelock.stages.assessment.bounds import HIGH
 
 Floats = NDArray[np.float64]
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vanelock.analyses.bounds import BOUNDS, BoundsKeys
 from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone
 from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.commands.optimise.bound import BOUND, least_bound
@@ -27,7 +28,6 @@ from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.cases.values import with_values
-from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Failed, Finished, Listener, Notice, silent
@@ -118,7 +118,7 @@ def case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Opt
     found = optimum(peaks, keys.starts, listener)
     peaks, found = corrected(peaks, found, study, stages, listener)
     if keys.of == BOUND:
-        asked = study.bounds or BoundsKeys()
+        asked = BOUNDS.keys_of(study) or BoundsKeys()
         listener(Notice(f"with assembled joints: {notes(found)[0]}"))
         listener(Begun("upper bound of the peak"))
         found = least_bound(

@@ -6,7 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
+from vanelock.analyses import ANALYSES
+from vanelock.analyses.solved_case import with_analyses
 from vanelock.commands.run.doubts import doubts, load_lines_of, opening
+from vanelock.commands.run.graph import bundle, jobs, parts_of, steps_of
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import Given
@@ -22,6 +25,7 @@ from vanelock.pipeline.executor.tasks import Failure, TaskFailed
 from vanelock.pipeline.progress import Failed, Listener, Notice
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
+from vanelock.quantities.case_result import CaseResult, case_result
 from vanelock.quantities.jumps import notes
 from vanelock.quantities.scatter import (
     FEWEST,
@@ -33,7 +37,6 @@ from vanelock.quantities.scatter import (
 )
 from vanelock.report import Picture
 from vanelock.results import listing
-from vanelock.results.assessment.every import assessment_tables
 from vanelock.results.case_table import response_table
 from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.figures.pictures import Pictures, Shown
@@ -46,12 +49,6 @@ from vanelock.stages.accuracy.errors import Errors, error_table
 from vanelock.stages.accuracy.evidence import judged
 from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
-from vanelock.stages.assessment.assessed import (
-    Assessment,
-    assessed,
-    assessment_of,
-    with_assessment,
-)
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
@@ -64,12 +61,13 @@ from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
-from vanelock.stages.sweep.graph import bundle, jobs, parts_of, steps_of
 from vanelock.stages.sweep.retries import Solved, attempt
 from vanelock.stages.sweep.time_left import Clock
 
 C = TypeVar("C")
 R = TypeVar("R")
+BY_RESPONSE = {each.key for each in ANALYSES if each.by_response}
+"""Analyses with a product of each response."""
 MOST_TABLES = 8
 """Tables of a kind that are printed; a sweep of a stiffness has linear limits of its own by case.
 """
@@ -102,7 +100,9 @@ class OngoingRun:
             None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies
         ]
         planned = plan(found, self._point, chosen_mesh)
-        self.planned = tuple(assessed(each, planned[0], self._count) for each in planned)
+        self.planned = tuple(
+            with_analyses(each, planned[0], ANALYSES, self._count) for each in planned
+        )
         givens = [case.given for case in found]
         hanging = at_rest(givens, lambda *of: stages.get(motions_step(*of)))
         self._say(*self.planned[0].apart, *hanging)  # what joins what is not swept
@@ -111,7 +111,7 @@ class OngoingRun:
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._strains: dict[str, tuple[Strain, Peak]] = {}
         self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
-        self._assessments: dict[str, Assessment] = {}
+        self.results: dict[str, CaseResult] = {}
         self._spacings: list[float] = []
         self._lines: set[str] = set()
         self._top = 0.0
@@ -139,10 +139,12 @@ class OngoingRun:
         self._each(self._parts, self._show_parts)
         summaries = self._each(self._solve, self._case)
         self.planned = tuple(
-            each.turned() if each.case.name in self._turned else each for each in self.planned
+            each.turned(BY_RESPONSE) if each.case.name in self._turned else each
+            for each in self.planned
         )
-        for table in assessment_tables(self._assessments):
-            self.listener(table)
+        for analysis in ANALYSES:
+            for table in analysis.tables(self.results):
+                self.listener(table)
         if self._strains:
             self.listener(listing.gauge_table(self._strains))
         for name, diagram in self.shown.campbell.items():
@@ -238,7 +240,10 @@ class OngoingRun:
             wear=pictures.wear,
             strains=self._strains,
             worth=self._worth,
-            assessments=self._assessments,
+            results={
+                name: replace(case, answers=pictures.answers.get(name))
+                for name, case in self.results.items()
+            },
             linear=self._peaks,
             text=text,
             balances=pictures.balances,
@@ -277,17 +282,17 @@ class OngoingRun:
         static = self.stages.get(planned.preload)
         found = [self._response(planned, step) for step in planned.responses]
         response, *others = by_height(found, self.shown.monitor)
-        planned = planned if response is found[0] else planned.turned()
+        planned = planned if response is found[0] else planned.turned(BY_RESPONSE)
         planned = planned.solved(response)
         strain = self._strain(planned, response)
         worth = None
         if planned.chosen_mesh is not None:
             worth = judged(planned, response, self.stages, self.shown.monitor)
         diagram, other = self._campbell(planned), next(iter(others), None)
-        assessment = assessment_of(planned, self.stages)
+        for analysed in planned.analysed:
+            self.stages.get(analysed)
         pressed = None if (step := by_cause_step(planned)) is None else self.stages.get(step)
-        last = other, assessment, pressed
-        return Solved(planned, static, response, strain, worth, diagram, *last)
+        return Solved(planned, static, response, strain, worth, diagram, other, pressed)
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
         self._clock.begin(planned, step)
@@ -317,22 +322,22 @@ class OngoingRun:
         loose = self._loose[planned.preload.key]
         found = summarise(case, system.contacts, response, peak, limits, linear, seconds, loose)
         first = not self.shown.peak
-        found = with_assessment(found, solved.assessment)
-        lines = (*notes(sweeps), *doubts(solved, found, limits, loose, first, self.stages))
-        found = replace(found, sweeps=tuple(sweeps), warnings=lines)
+        result = case_result(ANALYSES, planned, self.stages, self.shown.monitor, found)
+        lines = (*notes(sweeps), *doubts(solved, result, limits, loose, first))
+        found = replace(result.summary, sweeps=tuple(sweeps), warnings=lines)
         if solved.other is not None and response.direction == "down":
             self._turned.add(case.name)
         if solved.worth is not None:
             self._worth[case.name] = solved.worth
-        self._assessments[case.name] = solved.assessment.shortened()
-        self.record.case(solved, found, self.shown.monitor.name)
+        self.results[case.name] = result = replace(result, summary=found)
+        self.record.case(solved, result, ANALYSES)
         if solved.campbell is not None:
             self._lines.add(lines_step(planned, self.stages).key)
             self.shown.campbell[case.name] = solved.campbell
             self.record.campbell(case.name, solved.campbell)
         if solved.strain is not None and peak is not None:
             self._strains[case.name] = solved.strain, peak
-        self.shown.collect(solved, found)
+        self.shown.collect(solved, result, ANALYSES)
         if peak is not None:
             given = case.given.response
             if given.points is not None or given.frequencies is not None:
@@ -362,7 +367,7 @@ class OngoingRun:
         return self.stages.get(planned.gauges).read(response, vane, casing)
 
     def _count(self, done: int, total: int | None, amplitude: float) -> None:
-        """How far the bounds, the stability or the unlike rings of a case are."""
+        """How far the analyses of a case are."""
         self.listener(self._clock.count(done, total, amplitude))
         self.record.flush_if_due()
 

@@ -4,10 +4,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vanelock.analyses import ANALYSES
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.pipeline.step import Stages
-from vanelock.quantities import assessment_warnings, warnings
+from vanelock.quantities import warnings
+from vanelock.quantities.case_result import CaseResult
 from vanelock.rom import Contacts
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.parts.load_lines import load_lines
@@ -16,7 +18,6 @@ from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import static_bounds_step
 from vanelock.stages.response.rest import on_inertia
-from vanelock.stages.response.summary import Summary
 from vanelock.stages.sweep.retries import Solved
 
 MOST = 300
@@ -25,15 +26,15 @@ dense programmes, some minutes for so many."""
 
 
 def doubts(
-    solved: Solved, found: Summary, limits: Limits, loose: bool, first: bool, stages: Stages
+    solved: Solved, result: CaseResult, limits: Limits, loose: bool, first: bool
 ) -> Iterator[str]:
     """Lines on a case.
 
     `loose` says whether a part is held by no contact that is closed at rest, `first` whether no
     other case of the run has had a peak: static friction is looked at in one.
     """
-    planned, given = solved.planned, solved.planned.case.given
-    system, peak = stages.get(planned.system), found.peak
+    planned, given, stages = result.planned, result.given, result.stages
+    system, peak = stages.get(planned.system), result.peak
     contacts = system.contacts
     held = solved.static.converged.all() and not loose
     yield from warnings.at_rest(solved.static, loose)
@@ -52,7 +53,7 @@ def doubts(
     closed = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
     yield from warnings.open_at_rest(solved.static, contacts.joints, closed)
     if peak is not None:
-        if first and held and not contacts.elements and solved.assessment.bounds is None:
+        if first and held and not contacts.elements and "bounds" not in planned.analyses:
             bounds = None
             if contacts.count <= MOST:
                 friction = given.response.friction
@@ -61,13 +62,11 @@ def doubts(
         if isinstance(given, Study) and given.mesh.correction != "none":
             closed = contacts.always_closed
             yield from warnings.corrected(solved.response, peak, contacts.joints, closed)
-        yield from assessment_warnings.bounds(solved.assessment.bounds, peak)
-        yield from assessment_warnings.wave(found)
-        yield from assessment_warnings.unlike(solved.assessment.unlike, peak)
-        yield from assessment_warnings.wear(solved.assessment.wear)
         yield from warnings.large(solved.response, peak, *small, points)
         yield from warnings.beyond_band(solved.response, peak, limits.band)
-    yield from assessment_warnings.damped_modes(solved.assessment.damped_modes)
+    for analysis in ANALYSES:
+        if products := result.found(analysis.key):
+            yield from analysis.warnings(result, products)
     if solved.campbell is not None:
         yield from warnings.campbell(solved.campbell.lines, limits.band)
 

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from vanelock.commands.run.study import run_study
 from vanelock.common.files.files import default_folder
-from vanelock.input.read_scene import load_given
-from vanelock.input.read_study import read_text
+from vanelock.files import load_given, read_text
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.pipeline.progress import choose_listener
 from vanelock.results.reading.run import Run, load

@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from vanelock import render
+from vanelock.analyses import ANALYSES
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.commands.run.unshown import write_unshown
 from vanelock.common.process.memory import largest
@@ -83,7 +84,9 @@ def run_study(
         cache = Cache(path / "cache", lambda message: listener(Notice(message)))
         stages = Stages(cache, listener)
         found = cases(given)
-        needed = estimated(found, memory) if isinstance(given, Study) else None
+        needed = None
+        if isinstance(given, Study):
+            needed = estimated(found, memory, analyses=ANALYSES)
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
         executor = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
@@ -109,11 +112,18 @@ def run_study(
             running.answer(summaries)
             output_files = OutputFiles(path, listener, workers - 1)
             pictures = Pictures(
-                given, running.planned, stages, running.shown, output_files, scattered
+                given,
+                running.planned,
+                stages,
+                running.shown,
+                output_files,
+                ANALYSES,
+                running.results,
+                scattered,
             )
             drawn = pictures.draw()
             if given.outputs.report:
-                running.record.answers(pictures.answers)
+                running.record.answers(pictures.answers, ANALYSES)
                 write_report(running.page_content(pictures, summaries, drawn, text))
             listener(listing.stage_times([*stages.done.values(), *output_files.done]))
             running.record.complete(stages.done)

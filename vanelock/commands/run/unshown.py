@@ -6,6 +6,7 @@ from dataclasses import replace
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
+from vanelock.quantities.case_result import CaseResult
 from vanelock.results.figures.pictures import Shown
 from vanelock.results.record import Record
 from vanelock.stages.plan import Planned
@@ -26,7 +27,8 @@ def write_unshown(planned: Sequence[Planned], shown: Shown, cache: Cache, record
             continue
         found = by_height([stages.get(step) for step in each.responses], monitor)
         turned = found[0] is not stages.get(each.responses[0])
-        case = (each.turned() if turned else each).solved(found[0])
+        case = (each.turned(()) if turned else each).solved(found[0])
+        case = replace(case, analyses={})
         system, static = stages.get(case.system), stages.get(case.preload)
         linear: dict[str, Peak | None] = {}
         for which in LIMITS:
@@ -45,4 +47,5 @@ def write_unshown(planned: Sequence[Planned], shown: Shown, cache: Cache, record
         sweeps = tuple(sweep_of(one, monitor.amplitude(one)) for one in found)
         other = found[1] if len(found) > 1 else None
         solved = Solved(case, static, found[0], None, None, None, other)
-        record.case(solved, replace(summary, sweeps=sweeps), monitor.name)
+        result = CaseResult(case, stages, monitor, replace(summary, sweeps=sweeps))
+        record.case(solved, result, ())

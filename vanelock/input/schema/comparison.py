@@ -1,13 +1,16 @@
 """Tables of the study file on what is compared: Campbell diagram, measured curves, fit."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
 
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Force, Frequency, Revolutions, si
 from vanelock.input.schema.structure.structure import KeyTable, leaves, sequence
+
+if TYPE_CHECKING:
+    from vanelock.input.schema.study import Study
 
 FITTED = (
     "joints.interlock.mu",
@@ -36,6 +39,12 @@ def ascending(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
 
 Speed = Annotated[Revolutions, Field(ge=0, le=1e6, description="rotor speed [rpm]")]
 Hertz = Annotated[Frequency, Field(gt=0, le=1e6, description="frequency [Hz]")]
+FrequencyRange = Annotated[
+    tuple[Hertz, ...],
+    BeforeValidator(sequence),
+    Field(min_length=2, max_length=2),
+    AfterValidator(ascending),
+]
 Newtons = Annotated[Force, Field(gt=0, le=1e9, description="force [N]")]
 Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
 
@@ -228,10 +237,17 @@ def _has_the_temperatures(study: Any) -> Iterator[str]:
             )
 
 
+def _front_wears(study: "Study") -> Iterator[str]:
+    if study.optimise is not None and study.optimise.front and not study.wear_coefficients:
+        keys = ", ".join(f"joints.{name}.wear_coefficient" for name in study.joint_names)
+        yield f"optimise.front: no joint wears: give one of {keys}"
+
+
 COMPARISON_CHECKS: tuple[Check, ...] = (
     _has_the_gauges,
     _has_measurements,
     _can_be_fitted,
+    _front_wears,
     _has_the_temperatures,
 )
 """Of a `Study`."""

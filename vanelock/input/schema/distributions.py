@@ -76,3 +76,32 @@ class Scatter(KeyTable):
     keys: Annotated[dict[str, Distribution], BeforeValidator(_flat)] = Field(
         min_length=1, max_length=50, description="scattering keys"
     )
+
+
+def _deviation(value: object) -> object:
+    """A standard deviation, or deviations of all segments, relative."""
+    each = value if isinstance(value, list | tuple) else (value,)
+    if not each or any(isinstance(v, bool) or not isinstance(v, int | float) for v in each):
+        raise ValueError("expected a number, such as 0.01 for 1 %, or a list with one a segment")
+    if isinstance(value, list | tuple):
+        if not all(-1 < v <= 10 for v in each):
+            raise ValueError("relative deviations of segments must be > -1 and <= 10")
+        return tuple(float(v) for v in each)
+    if not 0 <= each[0] <= 1:
+        raise ValueError("a relative standard deviation must be >= 0 and <= 1")
+    return float(each[0])
+
+
+Deviation = Annotated[Any, BeforeValidator(_deviation)]
+
+
+class JointDeviations(KeyTable):
+    """By how much the segments of a ring differ in a joint, relative to the joint's own values."""
+
+    interference: Deviation | None = Field(default=None, description="deviation of interference")
+    mu: Deviation | None = Field(default=None, description="deviation of the friction coefficient")
+    kn: Deviation | None = Field(default=None, description="deviation of the normal stiffness")
+    kt: Deviation | None = Field(default=None, description="deviation of the tangential stiffness")
+    slider: Annotated[float, Field(ge=0, le=1)] | None = Field(
+        default=None, description="deviation of static friction, of its limit"
+    )

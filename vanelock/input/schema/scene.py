@@ -11,15 +11,14 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
 from vanelock.input.band import asked_for, too_narrow
-from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
-from vanelock.input.schema.assessment.checks import can_be_assessed
-from vanelock.input.schema.assessment.unlike import JointUnlikeKeys
 from vanelock.input.schema.comparison import MeasuredCurve, curves
 from vanelock.input.schema.distributions import Scatter
 from vanelock.input.schema.response import Order, ResponseKeys
 from vanelock.input.schema.structure.structure import SPRING, KeyTable, sequence
 from vanelock.input.schema.study import Lists
 
+ND = "{nd}"
+"""Stands for the nodal diameter in the name of a file."""
 GROUND = "ground"
 """What a contact's second component is called where there is none."""
 DAMPING = 0.003
@@ -284,9 +283,6 @@ class Scene(KeyTable):
     excitation: SceneExcitation = SceneExcitation()
     damping: SceneDamping = SceneDamping()
     response: SceneResponse = SceneResponse()
-    bounds: BoundsKeys | None = Field(default=None, description="bounds over static friction")
-    stability: StabilityKeys | None = Field(default=None, description="stability")
-    unlike: JointUnlikeKeys | None = Field(default=None, description="rings of unlike segments")
     outputs: SceneOutputs = SceneOutputs()
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"
@@ -299,6 +295,11 @@ class Scene(KeyTable):
     def joint_names(self) -> tuple[str, ...]:
         """Joints with contacts; those of a joined system are not known before it is read."""
         return () if self.system is not None else tuple(self.contacts)
+
+    @property
+    def whole_ring(self) -> str:
+        """The table that takes all nodal diameters, "" where none does."""
+        return ""
 
     def _harmonics_are_computed(self) -> Iterator[str]:
         for i, load in enumerate(self.loads):
@@ -364,7 +365,6 @@ class Scene(KeyTable):
     checks: ClassVar[tuple[Check, ...]] = (
         _harmonics_are_computed,
         _answers_its_range,
-        can_be_assessed,
         _measures_displacement,
         _turns_in_a_ring,
         _has_components,

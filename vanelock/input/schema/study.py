@@ -12,11 +12,6 @@ from pydantic import BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.tables import counted
 from vanelock.input.band import BAND_CHECKS
-from vanelock.input.schema.assessment.bounds_and_stability import BoundsKeys, StabilityKeys
-from vanelock.input.schema.assessment.checks import can_be_assessed
-from vanelock.input.schema.assessment.damped_modes import DampedModeKeys, can_be_damped
-from vanelock.input.schema.assessment.unlike import UnlikeKeys
-from vanelock.input.schema.assessment.wear import WearKeys, can_wear
 from vanelock.input.schema.comparison import (
     COMPARISON_CHECKS,
     CampbellKeys,
@@ -87,11 +82,6 @@ class Study(KeyTable):
     rows: Lists = Field(default_factory=dict, description="keys that vary together")
     scatter: Scatter | None = Field(default=None, description="scattering keys")
     outputs: Outputs = Outputs()
-    bounds: BoundsKeys | None = Field(default=None, description="bounds over static friction")
-    stability: StabilityKeys | None = Field(default=None, description="stability")
-    unlike: UnlikeKeys | None = Field(default=None, description="rings of unlike segments")
-    damped_modes: DampedModeKeys | None = Field(default=None, description="damped modes")
-    wear: WearKeys | None = Field(default=None, description="wear over cycles")
     campbell: CampbellKeys | None = Field(default=None, description="Campbell diagram")
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"
@@ -196,9 +186,6 @@ class Study(KeyTable):
         _has_the_aerofoils,
         _needs_error_estimates,
         _has_points_to_choose,
-        can_be_assessed,
-        can_be_damped,
-        can_wear,
         *TEMPERATURE_CHECKS,
         *LOAD_CHECKS,
         *COMPARISON_CHECKS,

@@ -56,7 +56,7 @@ def curves(run_data: RunData) -> Picture:
     """The figure of the curves, and what it draws as CSV."""
     made = all_curves(run_data)
     keys = [
-        (*(step.key for step in (*each.responses, *each.assessment)), each.case.name)
+        (*(step.key for step in (*each.responses, *each.analysed)), each.case.name)
         for each in run_data.planned
     ]
     monitor = run_data.shown.monitor.name
@@ -103,7 +103,7 @@ def curves(run_data: RunData) -> Picture:
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
             f"own have {in_words(run_data)}."
         )
-    return Picture(path, RESPONSE, caption, (data,))
+    return Picture(path, RESPONSE, caption, (data,), section="summary")
 
 
 def one_order(orders: Iterable[int]) -> int | None:

@@ -63,7 +63,7 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
         "stresses at which they reach it. Marked: the worst locations of some features, away "
         "from sharp corners and point forces, and the gauges."
     )
-    return Picture(path, HAIGH, caption, (data,))
+    return Picture(path, HAIGH, caption, (data,), section="fatigue")
 
 
 def _marked(found: CaseAnswers) -> list[Margin]:

@@ -1,10 +1,11 @@
 """The pictures of a run, in the order in which they are drawn and shown."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import wait
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from vanelock import render
 from vanelock.input.cases.values import Given
@@ -12,6 +13,7 @@ from vanelock.input.schema.outputs import Outputs
 from vanelock.pipeline.progress import Notice
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.answers import CaseAnswers, answers, balances
+from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.quantities.scatter import Scattered
@@ -21,15 +23,16 @@ from vanelock.results.figures.campbell import campbells
 from vanelock.results.figures.contacts.contacts import contacts
 from vanelock.results.figures.contacts.loops import loops
 from vanelock.results.figures.contacts.preload import preloads
-from vanelock.results.figures.contacts.worn import worn
 from vanelock.results.figures.curves import curves
-from vanelock.results.figures.damped_modes import damped_modes
 from vanelock.results.figures.fatigue import haigh, wear_table
 from vanelock.results.figures.mesh_errors import mesh_errors
-from vanelock.results.figures.scatter import scatters, unlike_rings
+from vanelock.results.figures.scatter import scatters
 from vanelock.results.figures.shapes import all_modes, mesh, response, stress
 from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.stages.plan import Planned
+
+if TYPE_CHECKING:
+    from vanelock.analyses.analysis import Analysis
 
 __all__ = ["Pictures", "Shown"]
 
@@ -43,13 +46,23 @@ class Pictures:
     stages: Stages
     shown: Shown
     output_files: OutputFiles
+    analyses: "Sequence[Analysis[Any, Any]]" = ()
+    results: Mapping[str, CaseResult] = field(default_factory=dict)
     scattered: Scattered | None = None
     wear: dict[str, Path] = field(default_factory=dict)
 
     @cached_property
     def run_data(self) -> RunData:
         """What they are drawn from."""
-        return RunData(self.given, self.planned, self.stages, self.shown, self.output_files)
+        return RunData(
+            self.given,
+            self.planned,
+            self.stages,
+            self.shown,
+            self.output_files,
+            self.analyses,
+            self.results,
+        )
 
     def draw(self) -> list[Picture]:
         """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
@@ -90,8 +103,11 @@ class Pictures:
             for each in detailed:
                 made += _own(each, [stress(run_data, each), contacts(run_data, each)])
         for each in detailed:
-            made += _own(each, unlike_rings(run_data, each))
-            made += _own(each, [*damped_modes(run_data, each), *worn(run_data, each)])
+            for analysis in self.analyses:
+                if analysis.key in each.analyses:
+                    case = replace(self.results[each.case.name], planned=each)
+                    drawn = analysis.pictures(run_data, case)
+                    made += (replace(one, section=analysis.key) for one in _own(each, drawn))
         return made
 
     @cached_property

@@ -1,20 +1,15 @@
-"""Peaks of keys that scatter, and of segments that are not alike, as pictures and as CSV."""
+"""Peaks of keys that scatter, as pictures and as CSV."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vanelock import render
-from vanelock.input.cases.names import of_case, slug
 from vanelock.input.messages import unit_of
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered, percentile_table, sample_columns
 from vanelock.report import Picture
-from vanelock.stages.assessment.unlike import UnlikeRings
-from vanelock.stages.plan import Planned
 
 TITLE = "Scatter of the peaks"
-RINGS = "Rings of unlike segments"
-"""Title of the pictures of these."""
 
 
 def scatters(run_data: RunData, found: Scattered) -> Picture:
@@ -61,51 +56,6 @@ def scatters(run_data: RunData, found: Scattered) -> Picture:
         "scatters; a rank correlation near 1 or -1 says that the scatter comes from there."
     )
     return Picture(path, TITLE, caption, (data, table))
-
-
-def unlike_rings(run_data: RunData, each: Planned) -> list[Picture]:
-    """The worst of a case's rings of unlike segments, and the numbers of all."""
-    name = each.case.name
-    if each.unlike is None or (place := run_data.stages.get(each.unlike).place) is None:
-        return []
-    found, (ring, segment) = run_data.stages.get(each.unlike), place
-    curve, worst, drawn = run_data.shown.curve[name], found.worst, len(found.largest)
-    title = f"Ring of unlike segments{of_case(name)}"
-    which = f"the worst of {drawn} rings; " if drawn > 1 else ""
-    subtitle = (
-        f"{which}segment {segment + 1} vibrates {found.amplification[place]:.3f} times as much "
-        f"as alike segments; {run_data.shown.monitor.name}"
-    )
-    shows = [each.unlike.key, each.response.key, title, subtitle]
-    known = np.where(worst.converged[:, None], worst.amplitude, np.nan)
-    path = run_data.output_files.draw(
-        f"figures/unlike_{slug(name)}.png",
-        shows,
-        lambda path: render.segments_picture(
-            path, worst.frequency, known, curve[:2], found.amplification[ring], title, subtitle
-        ),
-    )
-    notes = [f"{title}: largest amplitude of every segment; {run_data.shown.monitor.name}"]
-    data = run_data.table(
-        f"figures/unlike_{slug(name)}.csv", shows, lambda: _ring_columns(found), notes
-    )
-    caption = (
-        f"The ring with the largest vibration{of_case(name)}. Above: response of all its segments, "
-        "and what they would do if all were alike. Below: largest amplitude of each segment over "
-        "the peak of alike ones. The table has all rings."
-    )
-    return [Picture(path, RINGS, caption, (data,))]
-
-
-def _ring_columns(found: UnlikeRings) -> dict[str, ArrayLike]:
-    rings, sectors = found.amplitude.shape
-    return {
-        "ring": np.repeat(np.arange(rings) + 1, sectors),
-        "segment": np.tile(np.arange(sectors) + 1, rings),
-        "amplitude (µm)": 1e6 * found.amplitude.ravel(),
-        "frequency (Hz)": found.frequency.ravel(),
-        "amplification (-)": found.amplification.ravel(),
-    }
 
 
 def _shown(key: str, value: NDArray[np.float64]) -> tuple[str, NDArray[np.float64]]:

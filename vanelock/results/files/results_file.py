@@ -17,10 +17,8 @@
                          estimates: errors of the monitored amplitude by point and source
                          lower: the Response in the other direction, where both were swept; this
                          one then is that of the higher peak. jumps, (j, 4): where it jumps
-                         settled: SettledResponse, what the ring does instead, likewise
-                         unlike: UnlikeRings, rings of unlike segments, where asked for
-                         damped_modes/mode_<n>_nd_<k>: FollowedMode, a DampedMode or LimitCycles,
-                         wear: WornCase, a WearHistory, likewise
+                         <analysis>: what an analysis that is asked for found (analyses/): bounds,
+                         stability, settled, mistuning, wear, damped_modes/mode_<n>_nd_<k>
                          answers: damping ratios, energy and fatigue margin at the peak
                          sensitivities: Sensitivities, by how much each key moves the peak, likewise
     /response/free, stuck

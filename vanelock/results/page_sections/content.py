@@ -7,6 +7,7 @@ from pathlib import Path
 from vanelock.input.cases.names import words
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.contacts.energy import EnergyBalance
 from vanelock.quantities.curves_and_fields import RunData
 from vanelock.quantities.scatter import Scattered
@@ -15,7 +16,6 @@ from vanelock.report import OfCase, Picture
 from vanelock.report.blocks import Single
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.summary import Peak, Summary
 
@@ -40,8 +40,8 @@ class PageContent:
         What gauges read, by case.
     worth : dict of str to (Errors, list of LeftOut)
         Estimated errors, by case, where an accuracy is asked for.
-    assessments : dict of str to Assessment
-        Bounds over static friction, stability, unlike segments, by case, where asked for.
+    results : dict of str to CaseResult
+        What is known of each case, with its answers.
     linear : dict of str to dict of "free" | "stuck" to Peak or None
         Linear peaks by the name of their limits, "" where cases share them.
     text : str
@@ -61,7 +61,7 @@ class PageContent:
     wear: Mapping[str, Path] = field(default_factory=dict)
     strains: Mapping[str, tuple[Strain, Peak]] = field(default_factory=dict)
     worth: Mapping[str, tuple[Errors, Sequence[LeftOut]]] = field(default_factory=dict)
-    assessments: Mapping[str, Assessment] = field(default_factory=dict)
+    results: Mapping[str, CaseResult] = field(default_factory=dict)
     linear: Mapping[str, Mapping[str, Peak | None]] = field(default_factory=dict)
     text: str = ""
     balances: Mapping[str, EnergyBalance] = field(default_factory=dict)

@@ -2,7 +2,6 @@
 
 from vanelock.common.tables import Cell, Flag, Table, heads
 from vanelock.input.cases.names import fixed, words
-from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.scene import Scene
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
@@ -78,20 +77,11 @@ def _not_estimated(content: PageContent) -> str:
         "**Contact**: stiffnesses, friction and interference are inputs; their scatter between "
         "builds is usually larger than every number in this section.",
     ]
-    assessments = content.assessments.values()
-    if not any(each.stability for each in assessments):
-        missing.append(
-            "**Stability**: a solved point need not be stable; `[stability]` decides whether it is."
-        )
-    if not any(each.bounds for each in assessments):
-        missing.append(
-            "**Static friction** of contacts that stick: parts are taken as assembled without "
-            "stress; `[bounds]` computes how far other static friction moves the peak."
-        )
-    if ring_of(given)[0] > 1 and given.unlike is None:
-        missing.append(
-            "**Mistuning**: all segments are alike; `[unlike]` computes rings in which they differ."
-        )
+    missing += [
+        text
+        for analysis in content.run_data.analyses
+        if analysis.keys_of(given) is None and (text := analysis.absent(given))
+    ]
     if given.response.samples is not None:
         missing.append("**Samples**: contact forces are sampled, their error is not estimated.")
     return "Not estimated:\n\n" + "\n\n".join(missing)

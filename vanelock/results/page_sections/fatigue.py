@@ -11,7 +11,6 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.stress.margins import Margin
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block, Single
-from vanelock.results.figures.fatigue import HAIGH
 from vanelock.results.page_sections.content import PageContent
 
 WITHOUT = (
@@ -39,7 +38,7 @@ def fatigue(content: PageContent) -> Section:
         return Section("Fatigue", [Text(WITHOUT)], id="fatigue")
     blocks: list[Block] = [Text(_method(content))]
     cases = content.answers.values()
-    own = {each.name: [*_case(each), *_haigh(content, each)] for each in cases}
+    own = {each.name: [*_case(content, each), *_haigh(content, each)] for each in cases}
     blocks += content.of_cases(own)
     if len(content.answers) > 1:
         blocks.append(_others(content))
@@ -69,7 +68,7 @@ def assumed(found: CaseAnswers, part: str) -> bool:
 
 def _haigh(content: PageContent, found: CaseAnswers) -> list[Single]:
     """The diagram of a case."""
-    return [e for e in content.pictures if e.title == HAIGH and e.case == found.name]
+    return [e for e in content.pictures if e.section == "fatigue" and e.case == found.name]
 
 
 def _method(content: PageContent) -> str:
@@ -134,13 +133,12 @@ def _wall(study: Study) -> str:
     return "the thinnest wall" if isinstance(study.vane, VaneDimensions) else "an element's edge"
 
 
-def _case(found: CaseAnswers) -> list[Single]:
+def _case(content: PageContent, found: CaseAnswers) -> list[Single]:
     case = of_case(found.name)
     blocks: list[Single] = [_worst(found, "peak")]
-    if found.high is not None:
-        blocks.append(_worst(found.high, "upper bound of the peak over static friction"))
-    if found.worn:
-        blocks.append(_worst(found.worn[-1], "worn, after all cycles"))
+    for analysis in content.run_data.analyses:
+        if states := found.states.get(analysis.key):
+            blocks.append(_worst(states[-1], f"peak: {analysis.state}"))
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]
     rows = [_row(found, m, part, m.where) for part, m in every]
     flags = [case_flag(found, m.reserve, part) for part, m in every]

@@ -8,14 +8,11 @@ from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear.following.wear.wear_history import DONE
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
-from vanelock.results.assessment.damped_modes import settles
 from vanelock.results.case_table import case_row, case_table
-from vanelock.results.figures.damped_modes import called_of
 from vanelock.results.listing import by_cause_tables
 from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import response_plot
@@ -72,15 +69,13 @@ def answers_of(content: PageContent) -> list[Answer]:
             + ("" if most.peak.at_edge else _error(content, most)),
             "warn" if most.peak.at_edge or between else "",
         ),
-        *_wave(most),
-        *_unlike(content, most),
         Answer("Frequency", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),
     ]
-    main = content.main
-    if main is not None:
-        found += _of_case(main)
-    found += [*_worn(content), *_flutter(content), *best_friction(content)]
-    return found
+    for analysis in content.run_data.analyses:
+        found += analysis.answers(content.results[most.case])
+    if content.main is not None:
+        found += _of_case(content, content.main)
+    return [*found, *best_friction(content)]
 
 
 def _between(content: PageContent, most: Summary) -> str:
@@ -97,85 +92,6 @@ def _between(content: PageContent, most: Summary) -> str:
         f"**between {low:.3g} and {high:.3g} µm**, as static friction in {joints} is not "
         "determined. "
     )
-
-
-def _wave(most: Summary) -> list[Answer]:
-    """Whether the ring stays with the wave of the largest peak."""
-    wave = most.wave
-    if wave is None or most.peak is None:
-        return []
-    if wave.verdict == "stable":
-        slowest = f"a factor {wave.growth:.4g}" if wave.growth > 0 else "0.53 or less"
-        note = f"disturbances decay, the slowest by {slowest} per cycle"
-        return [Answer("Periodic wave", "stable", note, "good")]
-    if wave.verdict == "undecided":
-        return [Answer("Periodic wave", "undecided", wave.reason, "warn")]
-    shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
-    note = (
-        f"the ring does not settle on it: a disturbance of nodal diameter {wave.diameter} grows "
-        f"by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz{wave.followed}; "
-        "amplitude, stress and wear here are those of the periodic wave"
-    ).replace(" um", " µm")
-    return [Answer("Periodic wave", "unstable", note, "warn")]
-
-
-def _unlike(content: PageContent, most: Summary) -> list[Answer]:
-    """How much more the worst segment vibrates where they are not alike."""
-    found = content.assessments[most.case].unlike if most.case in content.assessments else None
-    if found is None or (place := found.place) is None:
-        return []
-    ring, segment = place
-    drawn = len(found.largest)
-    of = f"of ring {ring + 1}, the worst of {drawn} drawn" if drawn > 1 else "of the ring given"
-    note = (
-        f"of alike segments: segment {segment + 1} {of}, {1e6 * found.amplitude[place]:.3g} µm at "
-        f"{found.frequency[place]:.2f} Hz"
-    )
-    verdict = "warn" if found.lost.any() or found.at_edge.any() else ""
-    return [Answer("Unlike segments", f"{found.amplification[place]:.3f} times", note, verdict)]
-
-
-def _worn(content: PageContent) -> list[Answer]:
-    """What becomes of the case that is looked into while its joints wear."""
-    main = content.main
-    if main is None or not main.worn or (worn := content.assessments[main.name].wear) is None:
-        return []
-    found = worn.history
-    assert found is not None
-    loads = [
-        f"{joint} at rest {first:.3g} → {last:.3g} N"
-        for joint, first, last in zip(found.joints, *found.rest_load[[0, -1]], strict=True)
-        if abs(last - first) > SAME * first
-    ]
-    size = 1e6 * found.amplitude
-    top = int(size.argmax())
-    texts = [f"largest amplitude, at {found.cycles[top]:.3g}; {size[0]:.3g} µm when new", *loads]
-    if reserves := [each.stress.governing.reserve for each in main.worn if each.margins]:
-        texts.append(f"least {HCF} n = {min(reserves):.3g}")
-    done = found.status == DONE
-    if not done:
-        texts.append(f"**{found.status}**, so that it ends there")
-    title = f"Over {found.cycles[-1]:.3g} cycles of wear"
-    return [Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")]
-
-
-def _flutter(content: PageContent) -> list[Answer]:
-    """Whether the air makes a wave of the case that is looked into grow from rest."""
-    main = content.main
-    found = content.assessments[main.name].damped_modes if main is not None else ()
-    driven = [(each, each.driven) for each in found if each.driven is not None]
-    if not driven:
-        return []
-    worst, of = min(driven, key=lambda each: each[1].linear_damping)
-    note = f"of structure and air at small amplitudes: {called_of(worst)}"
-    if of.linear_damping >= 0:
-        return [Answer("Least damping", f"{100 * of.linear_damping:.2g} %", note, "good")]
-    cycle = settles(worst)
-    ends = (
-        "nothing holds it" if cycle is None else f"its amplitude settles at {1e6 * cycle[0]:.3g} µm"
-    )
-    verdict = "bad" if cycle is None else "warn"
-    return [Answer("Flutter", f"{100 * of.linear_damping:.2g} %", f"{note}; {ends}", verdict)]
 
 
 def _of_linear(most: Summary) -> str:
@@ -231,7 +147,7 @@ def _speed(content: PageContent, most: Summary) -> str:
     return "; ".join(texts)
 
 
-def _of_case(main: CaseAnswers) -> list[Answer]:
+def _of_case(content: PageContent, main: CaseAnswers) -> list[Answer]:
     b = main.balance
     joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in shares(main).items() if s > 0)
     found = [
@@ -246,8 +162,8 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
         return found
     m = main.margins.governing
     locations = main.margins.locations[m.part]
-    ends = [each.stress.governing.reserve for each in (main, main.high) if each is not None]
-    least = min(ends)
+    least = min(each.stress.governing.reserve for each in (main, *_last_states(main)))
+    flag = case_flag(main, least, m.part)
     r, angle, z = locations.coordinates(m.node) if m.node is not None else (0, 0, 0)
     place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
     return [
@@ -259,7 +175,7 @@ def _of_case(main: CaseAnswers) -> list[Answer]:
         ),
         _withheld(HCF)
         if main.peak.at_edge
-        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), case_flag(main, least, m.part)),
+        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(content, main), flag),
     ]
 
 
@@ -288,7 +204,12 @@ def _damping(main: CaseAnswers) -> Answer:
     return Answer("Equivalent damping", value, note, "warn" if main.peak.at_edge else "")
 
 
-def _reserve(main: CaseAnswers) -> str:
+def _last_states(main: CaseAnswers) -> list[CaseAnswers]:
+    """The last of the states that each analysis leads to."""
+    return [states[-1] for states in main.states.values() if states]
+
+
+def _reserve(content: PageContent, main: CaseAnswers) -> str:
     m, least = main.stress.governing, main.stress.least_growth
     where = "" if least is m else f", least {least.growth:.3g} ({least.part}, {least.where})"
     text = (
@@ -299,10 +220,11 @@ def _reserve(main: CaseAnswers) -> str:
     worst = main.stress.worst[m.part][0]
     if worst.doubt:
         text += f", where the mesh has n = {worst.reserve:.3g}"
-    if main.high is None or main.high.margins is None:
-        return text
-    reserve, peak = main.high.stress.governing.reserve, 1e6 * main.high.peak.amplitude
-    return f"**n = {reserve:.3g} at {peak:.3g} µm**, the upper bound of the peak. {text}"
+    for analysis in content.run_data.analyses:
+        if states := main.states.get(analysis.key):
+            reserve, peak = states[-1].stress.governing.reserve, 1e6 * states[-1].peak.amplitude
+            text = f"**n = {reserve:.3g} at {peak:.3g} µm**, {analysis.state}. {text}"
+    return text
 
 
 def _of_wave(main: CaseAnswers) -> str:

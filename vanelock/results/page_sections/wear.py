@@ -11,17 +11,10 @@ from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.wear_tables import contact_table, joint_table
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
-from vanelock.results.assessment.wear import wear_table
-from vanelock.results.figures.contacts.worn import WORN
 from vanelock.results.page_sections.content import PageContent
 
 SHOWN = 16
 """Contacts in the page's table; the others stand in the CSV file."""
-OVER_CYCLES = (
-    "**Wear over cycles.** The depth that Archard's law takes off both surfaces of a contact is "
-    "taken off its interference; the vibration of every cycle is that of the contacts as worn, "
-    "settled. Preload falls, so that joints slip more, wear more or damp less."
-)
 NOT_SHOWN = ("power", "mean pressure")
 
 
@@ -89,30 +82,13 @@ def wear(content: PageContent) -> Section:
     for found in content.answers.values():
         name = fixed(words(found.name))
         by_case[name] = found.places, found.wear
-        if found.high is not None:
-            by_case[f"{name}, upper bound over static friction"] = found.places, found.high.wear
-        if found.worn:
-            by_case[f"{name}, worn"] = found.places, found.worn[-1].wear
+        for analysis in content.run_data.analyses:
+            if states := found.states.get(analysis.key):
+                by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
     blocks: list[Block] = [Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
     cases = (each for each in content.answers.values() if each.wear.energy.any())
     blocks += content.of_cases({each.name: [_contacts(each, content)] for each in cases})
-    blocks += _over_cycles(content)
-    return Section("Wear of the joints", blocks, id="wear")
-
-
-def _over_cycles(content: PageContent) -> list[Block]:
-    """How vibration and preload change while the joints wear, where it is asked for."""
-    blocks: list[Block] = []
-    reserves = {
-        words(name): [each.stress.governing.reserve for each in found.worn]
-        for name, found in content.answers.items()
-        if found.margins is not None
-    }
-    worn = {words(name): each for name, each in content.assessments.items()}
-    if (table := wear_table(worn, reserves)) is not None:
-        blocks += [Text(OVER_CYCLES), table]
-    drawn = [each for each in content.pictures if each.title == WORN]
-    return [*blocks, *content.of_cases({each.case: [each] for each in drawn})]
+    return Section("Wear of the joints", blocks, id="joints")
 
 
 def _method() -> str:

@@ -6,7 +6,7 @@ Laws in degrees of freedom, cases and points, measured from coarse meshes to tho
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vanelock.common.process import memory
 from vanelock.input.cases.sweep import Case
@@ -18,7 +18,10 @@ from vanelock.stages.accuracy.mesh_sizes import (
     peak_memory,
     unknowns,
 )
-from vanelock.stages.sweep.time_left import TYPICAL, work
+from vanelock.stages.sweep.time_left import work
+
+if TYPE_CHECKING:
+    from vanelock.analyses.analysis import Analysis
 
 UNITS = ((86400, "days"), (3600, "h"), (60, "min"), (1, "s"))
 
@@ -54,10 +57,6 @@ DIAMETERS = 2.1
 """With an accuracy, over that: more nodal diameters one by one, and estimates of the mesh."""
 POINTS, REST = 1.5e-3, 2.0
 """Seconds of a response over its `work`, and of a preload with what is written of a case."""
-CURVES = 40.0
-"""Responses that bounds over static friction take (docs/benchmarks/static_friction.md)."""
-STABLE, HARMONICS = 3.3, 0.5
-"""Seconds of stability at a point, and with each (2H + 1)^1.5 (docs/benchmarks/stability.md)."""
 DIAMETER = 0.12
 """Of `LINEAR`, what each further nodal diameter of the casing takes."""
 PICTURES = 5.0
@@ -73,7 +72,10 @@ LOOKED_AT = 50
 
 
 def estimated(
-    cases: Sequence[Case], given: float | None = None, own: Mapping[str, int] | None = None
+    cases: Sequence[Case],
+    given: float | None = None,
+    own: Mapping[str, int] | None = None,
+    analyses: "Sequence[Analysis[Any, Any]]" = (),
 ) -> CostEstimate | None:
     """What a run of some cases takes, where their meshes are known from dimensions."""
     chosen = [case.study for case in cases[:: math.ceil(len(cases) / LOOKED_AT)]]
@@ -83,9 +85,9 @@ def estimated(
     largest, part = max(sizes.values()), len(sizes) / len(chosen)
     meshes = 1.0 if len(sizes) == 1 else part * len(cases)
     linear = DIAMETERS if chosen[0].accuracy is not None else 1.0
-    linear += DIAMETER * _further(chosen[0])
+    linear += DIAMETER * _further(chosen[0], analyses)
     seconds = meshes * linear * LINEAR * (largest / 168e3) ** 1.15
-    each = [REST + POINTS * work(study) + _assessment(study) for study in chosen]
+    each = [REST + POINTS * work(study) + _analyses(study, analyses) for study in chosen]
     seconds += len(cases) * sum(each) / len(chosen)
     wanted = chosen[0].outputs
     if wanted.shapes or wanted.loops:
@@ -96,32 +98,21 @@ def estimated(
     return CostEstimate(largest, peak_memory(largest), seconds, disk, warning)
 
 
-def _further(study: Study) -> int:
+def _further(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> int:
     """Nodal diameters that are reduced for what is asked for beyond the responses."""
-    others = study.damped_modes is not None and study.damped_modes.nodal_diameters is not None
-    if study.stability is None and study.unlike is None and not others:
+    asked = ((each, each.keys_of(study)) for each in analyses)
+    if not any(keys is not None and each.whole_ring(study, keys) for each, keys in asked):
         return 0
     from vanelock.stages.parts.components import diameters  # and all that reduces
 
     return study.ring.sectors // 2 + 1 - len(diameters([study]))
 
 
-def _assessment(study: Study) -> float:
+def _analyses(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> float:
     """Seconds of what is asked for beyond the responses of a case."""
     curve = POINTS * work(study)
-    seconds = 0.0 if study.bounds is None else CURVES * curve
-    if study.stability is not None:
-        listed = study.response.frequencies
-        points = len(listed) if listed else study.response.points or TYPICAL
-        count = points if study.stability.points == "all" else 1
-        seconds += count * (STABLE + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5)
-    if study.unlike is not None:  # about one point of alike segments for each that is not
-        seconds += study.unlike.count * study.ring.sectors * curve
-    if (keys := study.damped_modes) is not None:  # each about as long as a curve
-        seconds += len(keys.modes or (0,)) * len(keys.nodal_diameters or (0,)) * curve
-    if study.wear is not None:  # a sweep to begin with, and some peaks
-        seconds += len(study.wear.dwells) * curve
-    return seconds
+    asked = ((each, each.keys_of(study)) for each in analyses)
+    return sum(each.cost(study, keys, curve) for each, keys in asked if keys is not None)
 
 
 def _own(study: Study) -> bool:

@@ -12,8 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.cases.values import Given
-from vanelock.input.read_scene import ND
-from vanelock.input.schema.scene import DAMPING, FILES, OPEN, ComponentKeys, Scene
+from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Element, System
@@ -275,8 +274,8 @@ def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:
 
     def compute() -> System:
         system: System = System.load(path)
-        if scene.stability is not None:
-            check_ring(system, system.sectors // 2, "[stability]")
+        if table := scene.whole_ring:
+            check_ring(system, system.sectors // 2, f"[{table}]")
         for name, values in given.items():
             own = np.array([joint == name for joint in system.contacts.joint], bool)
             if not own.any():

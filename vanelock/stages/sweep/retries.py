@@ -1,7 +1,7 @@
 """A case of a sweep: what is computed of it, and what if that fails."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypeVar
 
 from vanelock.common.errors import FolderError, InputError
@@ -10,7 +10,6 @@ from vanelock.pipeline.executor.tasks import Failure, TaskFailed, reason
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.assessment.assessed import Assessment
 from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.by_cause import LoadsByCause
 from vanelock.stages.parts.gauges import Strain
@@ -40,8 +39,6 @@ class Solved:
         Its Campbell diagram, unless another case has the same.
     other : Response or None
         Vibrating in the other direction of the sweep, where both are wanted; no higher.
-    assessment : Assessment
-        What the responses are worth.
     by_cause : LoadsByCause or None
         The joints' loads at rest, where other things than interference press them.
     """
@@ -53,7 +50,6 @@ class Solved:
     worth: tuple[Errors, Sequence[LeftOut]] | None
     campbell: Campbell | None
     other: Response | None = None
-    assessment: Assessment = field(default_factory=Assessment)
     by_cause: LoadsByCause | None = None
 
 

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from vanelock import cases, parse_study
+from vanelock import Scene, Study, cases, parse_study
 from vanelock.common.errors import InputError
+from vanelock.files import checked, load_study
 from vanelock.input.cases.samples import samples
-from vanelock.input.read_study import checked, load_study
-from vanelock.input.schema.scene import Scene
-from vanelock.input.schema.study import Study
 
 MU = '"joints.interlock.mu"'
 KT = '"joints.interlock.kt"'

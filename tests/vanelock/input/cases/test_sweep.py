@@ -4,11 +4,10 @@ import tomllib
 
 import pytest
 
-from vanelock import cases, load_study, parse_study
+from vanelock import Study, cases, load_study, parse_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import label
 from vanelock.input.cases.values import with_values
-from vanelock.input.schema.study import Study
 
 
 def test_product_runs_the_last_key_fastest():

@@ -36,9 +36,7 @@ def run_data(text, limits=(), linear=None):
     planned: list[Any] = [
         SimpleNamespace(
             case=case,
-            unlike=None,
-            damped_modes=(),
-            wear=None,
+            analyses={},
             rom={part: SimpleNamespace(key=part) for part in ("vane", "casing")},
             linear=SimpleNamespace(limits=found, system=None),
         )

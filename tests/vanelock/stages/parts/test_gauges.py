@@ -6,12 +6,12 @@ import pytest
 
 from tests.vanelock.stages.conftest import planned_of
 from vanelock import cases, fem, load_component, mesh, parse_study, rom
+from vanelock.commands.run.graph import steps_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import Done
 from vanelock.stages.parts.gauges import gauges_step
-from vanelock.stages.sweep.graph import steps_of
 
 ONE = "aerofoil = 2, span = 0.1, chord = 0.5"
 COARSE = '[mesh]\nsize = "coarse"\n'

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vanelock.input.read_study import load_study
+from vanelock.files import load_study
 from vanelock.input.schema.scene import LoadKeys, Scene
 from vanelock.rom.joining.elements import Load
 from vanelock.stages.matrices.gather import Gathered

@@ -6,6 +6,7 @@ from typing import Any
 
 from vanelock import parse_study
 from vanelock.commands.run.cases import OngoingRun
+from vanelock.commands.run.graph import bundle, jobs, steps_of
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.pipeline import step
@@ -16,7 +17,6 @@ from vanelock.pipeline.step import Stages
 from vanelock.stages.parts import components, meshes, systems
 from vanelock.stages.plan import fixed, plan, shared_diameters
 from vanelock.stages.response import responses
-from vanelock.stages.sweep.graph import bundle, jobs, steps_of
 
 SWEPT = """
 [sweep]

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 
 from tests.small_study import SMALL
-from vanelock import load_study, parse_study, run_study
+from vanelock import Study, load_study, parse_study, run_study
 from vanelock.commands.mesh import mesh_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
-from vanelock.input.schema.study import Study
 from vanelock.mesh import read_mesh
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache

@@ -1,0 +1,20 @@
+"""Analyses of a case beyond its responses, one file each; the order is that of tables and page."""
+
+from typing import Any
+
+from vanelock.analyses.analysis import Analysis
+from vanelock.analyses.bounds import BOUNDS
+from vanelock.analyses.damped_modes import DAMPED_MODES
+from vanelock.analyses.mistuning import MISTUNING
+from vanelock.analyses.settled import SETTLED
+from vanelock.analyses.stability import STABILITY
+from vanelock.analyses.wear import WEAR
+
+ANALYSES: tuple[Analysis[Any, Any], ...] = (
+    BOUNDS,
+    STABILITY,
+    SETTLED,
+    MISTUNING,
+    DAMPED_MODES,
+    WEAR,
+)

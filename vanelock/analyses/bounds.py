@@ -1,0 +1,279 @@
+"""Bounds of a peak over static friction, which no model of a joint determines.
+
+Contacts that stick throughout may carry any force within Coulomb's limit; the extreme peaks over
+these forces are found by `nonlinear.peak_bounds`.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field
+
+from vanelock import nonlinear
+from vanelock.analyses.analysis import Analysis, Beside, Share, products_of
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.common.tables import Cell, Column, Table, by_case, heads
+from vanelock.input.schema.structure.structure import KeyTable, sequence
+
+if TYPE_CHECKING:
+    from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.input.cases.values import Given
+    from vanelock.input.schema.study import Study
+    from vanelock.quantities.case_result import CaseResult, State
+    from vanelock.stages.response.summary import Peak, Summary
+
+LOW, NOMINAL, HIGH = 0, 1, 2
+"""Places of `PeakBounds`."""
+ENDS = ("lower bound", "as assembled", "upper bound")
+"""What they are called."""
+CURVES = 40.0
+"""Curves that bounds cost (docs/benchmarks/static_friction.md)."""
+APART = 0.01
+"""Relative difference of a peak from that of the curve from which it is worth a line."""
+AUDIT = 1e-6
+"""Residual of an independent check from which it is worth a line."""
+ROUND_OFF = 1e-9
+FOUND = (
+    "found, not proved: the search starts at extreme loads and at random places and follows the "
+    "peak's gradient; stationary: the gradient leads no further"
+)
+TEXT = (
+    "Contacts that stick throughout may carry any static friction within Coulomb's limit; it "
+    "depends on assembly and load history, which the model does not know. It changes the load on "
+    "the joints that slip, and so the peak. The curve assumes assembly without stress; the bounds "
+    "are the lowest and the highest peak found over all admissible static friction."
+)
+ABSENT = (
+    "**Static friction** of contacts that stick: parts are taken as assembled without stress; "
+    "`[bounds]` computes how far other static friction moves the peak."
+)
+
+
+class BoundsKeys(KeyTable):
+    """Between which values static friction, which no model determines, may move the peak."""
+
+    joints: (
+        Annotated[tuple[Annotated[str, Field(min_length=1)], ...], BeforeValidator(sequence)] | None
+    ) = Field(default=None, min_length=1, description="joints of undetermined static friction")
+    share: float = Field(default=1.0, ge=0, le=1, description="share of Coulomb's limit")
+    starts: int = Field(default=4, ge=0, le=1000, description="number of random starts")
+    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
+
+
+@dataclass(frozen=True)
+class BoundedPeak(Product):
+    """Bounds of a peak, and the curves at both; without bounds, why there are none.
+
+    Attributes
+    ----------
+    found : PeakBounds or None
+    low, high : Response or None
+        Over the frequencies of the case, with the sliders of the least and of the largest peak.
+    residual : (3,) float
+        Of an audit of the peaks, see `Audit`.
+    reason : str
+        Why there are no bounds.
+    """
+
+    found: "nonlinear.PeakBounds | None" = None
+    low: "nonlinear.Response | None" = None
+    high: "nonlinear.Response | None" = None
+    residual: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
+    reason: str = ""
+
+    def peak(self, place: int) -> "Peak | None":
+        """The least (0), nominal (1) or largest (2) peak; None without bounds."""
+        if self.found is None:
+            return None
+        from vanelock.stages.response.summary import Peak
+
+        at = float(self.found.frequency[place]), float(self.found.amplitude[place])
+        return Peak(place, *at, at_edge=False)
+
+
+def check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
+    """What keeps a peak from having bounds."""
+    known = given.joint_names
+    for name in keys.joints or ():
+        if known and name not in known:
+            yield f'bounds.joints: given "{name}": allowed are {", ".join(known)}'
+    frequencies = given.response.frequencies
+    if frequencies is not None and len(frequencies) < 2:
+        yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
+
+
+def cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
+    """Seconds."""
+    return CURVES * curve
+
+
+def compute(case: "SolvedCase", keys: BoundsKeys, part: Share) -> BoundedPeak:
+    """Bounds of the peak of that sweep which finds the higher one."""
+    if case.peak is None:
+        return BoundedPeak(reason="no point converged")
+    system, watched = case.system, case.monitored
+    try:
+        found = nonlinear.peak_bounds(
+            system,
+            case.range,
+            case.options,
+            (system.output_names[watched.node], watched.component),
+            keys.joints or "all",
+            keys.share,
+            keys.starts,
+            seed=keys.seed,
+            progress=lambda done, amplitude: case.count(done, None, amplitude),
+            modes=case.modes,
+            journal=case.journal,
+        )
+    except InputError as error:
+        return BoundedPeak(reason=str(error))
+    at = [found.system_at(system, place) for place in (LOW, NOMINAL, HIGH)]
+    audits = [
+        nonlinear.audit_response(each, found.response.at([place])) for place, each in enumerate(at)
+    ]
+    low, high = (
+        nonlinear.frequency_response(
+            at[place], case.frequencies, case.options, None, case.modes, case.journal
+        )
+        for place in (LOW, HIGH)
+    )
+    return BoundedPeak(found, low, high, np.array([each.residual[0] for each in audits]))
+
+
+def summarise(found: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
+    """A case's summary with both ends."""
+    (bounds,) = products
+    return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH))
+
+
+def lines(products: Sequence[BoundedPeak]) -> Beside:
+    """Between which curves the response may lie."""
+    (bounds,) = products
+    if bounds.low is None or bounds.high is None:
+        return Beside()
+    return Beside(ends=(bounds.low, bounds.high))
+
+
+def states(case: "CaseResult") -> "Iterator[State]":
+    """The case with the sliders of its largest peak, of which its response is the only point."""
+    from vanelock.pipeline.step import step
+    from vanelock.quantities.case_result import State
+    from vanelock.rom import System
+
+    (made,), (bounds,) = case.planned.analyses["bounds"], case.found("bounds")
+    high = bounds.peak(HIGH)
+    if high is None:
+        return
+
+    def slid(system: System, bounded: BoundedPeak) -> System:
+        assert bounded.found is not None
+        return bounded.found.system_at(system, HIGH)
+
+    def top(bounded: BoundedPeak) -> nonlinear.Response:
+        assert bounded.found is not None
+        return bounded.found.response.at([HIGH])
+
+    base, end = case.planned.system, {"end": HIGH}
+    system = step("system", "rom", end, System, (base, made), slid, False, True)
+    response = step("response", "nonlinear", end, nonlinear.Response, (made,), top, False, True)
+    assert bounds.high is not None
+    yield State(
+        case.planned.at_end(system, response), replace(high, point=0), case.curve(bounds.high)
+    )
+
+
+def warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[str]:
+    """What keeps bounds from being taken as they are."""
+    (bounds,), peak = products, case.peak
+    if peak is None:
+        return
+    if bounds.found is None:
+        yield f"no bounds of the peak over static friction: {bounds.reason}"
+        return
+    for i, end in ((LOW, "least"), (HIGH, "largest")):
+        if not bounds.found.converged[i]:
+            yield f"the {end} peak over static friction DID NOT CONVERGE"
+    if (worst := float(bounds.residual.max())) > AUDIT:
+        yield f"peaks over static friction miss an independent check by {worst:.1e}"
+    nominal = bounds.peak(NOMINAL)
+    if nominal is not None and abs(nominal.amplitude - peak.amplitude) > APART * peak.amplitude:
+        here, there = (
+            f"{1e6 * each.amplitude:.4g} um at {each.frequency:.6g} Hz" for each in (nominal, peak)
+        )
+        yield (
+            "the bounds over static friction are of ANOTHER PEAK than the curve's: as assembled "
+            f"theirs is {here}, the curve's {there}"
+        )
+
+
+def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+    """Of each case the least peak, that as assembled and the largest, with loads by joint."""
+    every, count = products_of(cases, "bounds")
+    known = {name: (each, each.found) for name, (each,) in every.items() if each.found is not None}
+    if not known:
+        return
+    joints = list(dict.fromkeys(joint for _, found in known.values() for joint in found.joints))
+    columns = (
+        *heads("case", "static friction"),
+        Column("peak", "µm", key="peak_um"),
+        Column("at", "Hz", ".6g", "frequency_hz"),
+        *(Column(f"{joint} at rest", "N", ".4g", f"{joint}_rest_n") for joint in joints),
+        *(Column(f"{joint} at the peak", "N", ".4g", f"{joint}_peak_n") for joint in joints),
+        Column("found by", key="found_by"),
+        Column("stationary"),
+        Column("check", form=".0e", key="residual"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    notes = [FOUND, "loads: total of a joint in one sector; check: its residual"]
+    for name, (bounds, found) in known.items():
+        for i, end in enumerate(ENDS):
+            loads = [
+                _load(dict(zip(found.joints, load.T, strict=True)).get(joint), i)
+                for load in (found.rest_load, found.mean_load)
+                for joint in joints
+            ]
+            numbers = found.amplitude[i], found.frequency[i], *loads
+            stationary = "yes" if found.stationary[i] else "no"
+            search = found.found_by[i], stationary, bounds.residual[i]
+            rows.append((name, end, *numbers, *search))
+        if len(found.drawn):
+            low, high = 1e6 * found.drawn.min(), 1e6 * found.drawn.max()
+            of = "" if count == 1 else f"{name}: "
+            places = f"{len(found.drawn)} random place{'s' if len(found.drawn) > 1 else ''}"
+            notes.append(f"{of}{places}: {low:.4g} to {high:.4g} µm")
+    title = "Bounds of the peaks over static friction, which the model does not determine"
+    yield by_case(Table(title, columns, rows, notes, "bounds"), count)
+
+
+def _load(loads: NDArray[np.float64] | None, place: int) -> float | None:
+    """One of a joint's loads, N; what is round-off of the largest is zero."""
+    if loads is None:
+        return None
+    return float(loads[place]) if loads[place] > ROUND_OFF * loads.max() else 0.0
+
+
+BOUNDS = Analysis(
+    key="bounds",
+    title="bounds over static friction",
+    keys=BoundsKeys,
+    scene_keys=BoundsKeys,
+    product=lambda: BoundedPeak,
+    compute=compute,
+    check=check,
+    cost=cost,
+    places=lambda product: "bounds",
+    summarise=summarise,
+    lines=lines,
+    states=states,
+    state="upper bound of the peak over static friction",
+    reserve="goodman_reserve_at_largest_peak",
+    warnings=warnings,
+    tables=tables,
+    text=TEXT,
+    absent=lambda given: ABSENT,
+)

@@ -1,0 +1,415 @@
+"""Mistuning: rings whose segments differ, each solved whole, and how much more one vibrates.
+
+The rings are drawn, or one is given; see `nonlinear.ring_response`. Each is a step of its own, so
+that they are computed side by side.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
+
+from vanelock import nonlinear
+from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.common.checked import Check
+from vanelock.common.product import Product
+from vanelock.common.tables import Cell, Column, Flag, Table, by_case
+from vanelock.input.schema.comparison import FrequencyRange
+from vanelock.input.schema.distributions import Deviation, JointDeviations
+from vanelock.input.schema.structure.structure import KeyTable
+
+if TYPE_CHECKING:
+    from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.input.cases.values import Given
+    from vanelock.input.schema.study import Study
+    from vanelock.quantities.case_result import CaseResult
+    from vanelock.quantities.curves_and_fields import RunData
+    from vanelock.report import Answer, Picture
+    from vanelock.rom import System
+
+Floats = NDArray[np.float64]
+PERCENTILES = (5, 50, 95)
+"""Of the rings drawn."""
+APART = 0.01
+"""Relative difference of the tuned peak from that of the curve from which it is worth a line."""
+TEXT = (
+    "The segments of a real ring differ, and one of them vibrates more than all would if they were "
+    "alike. The balances of all segments are solved together, for every ring drawn; whether these "
+    "solutions are stable is not decided."
+)
+ABSENT = "**Mistuning**: all segments are alike; `[mistuning]` computes rings in which they differ."
+
+
+class JointMistuningKeys(KeyTable):
+    """How much more some segment vibrates where the segments of a ring are not alike."""
+
+    rings: int = Field(default=20, ge=1, le=10_000, description="number of rings drawn")
+    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
+    range: FrequencyRange | None = Field(default=None, description="[low, high] frequency [Hz]")
+    joints: dict[str, JointDeviations] = Field(default={}, description="deviations by joint")
+
+    def _deviates(self) -> Iterator[str]:
+        if not self.given:
+            yield "nothing deviates: give mistuning.joints.<joint>.mu, or another deviation"
+
+    checks: ClassVar[tuple[Check, ...]] = (_deviates,)
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What deviates, by key below the table."""
+        return {
+            f"joints.{joint}.{name}": value
+            for joint, keys in self.joints.items()
+            for name in JointDeviations.model_fields
+            if (value := getattr(keys, name)) is not None
+        }
+
+    @property
+    def count(self) -> int:
+        """Rings: as many as are drawn, or the one that is given."""
+        drawn = any(isinstance(value, float) for value in self.given.values())
+        return self.rings if drawn else 1
+
+
+class MistuningKeys(JointMistuningKeys):
+    """The same of a study, whose vanes may differ by themselves."""
+
+    frequency: Deviation | None = Field(
+        default=None, description="deviation of the natural frequencies of a vane alone"
+    )
+    modes: int = Field(default=5, ge=1, le=50, description="number of modes of a vane alone")
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """What deviates, by key below the table."""
+        found = super().given
+        return found if self.frequency is None else {**found, "frequency": self.frequency}
+
+
+@dataclass(frozen=True)
+class MistunedRing(Product):
+    """The monitored displacement of every segment of one ring.
+
+    Attributes
+    ----------
+    frequency : (p,) float
+        Hz.
+    amplitude : (p, N) float
+        Half the peak-to-peak, m.
+    converged : (p,) bool
+    tuned : float
+        Largest amplitude over the frequencies, were all segments alike, m; NaN if none converged.
+    """
+
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    converged: NDArray[np.bool_]
+    tuned: float = field(metadata={"unit": "m"})
+
+    @property
+    def known(self) -> Floats:
+        """(p, N) amplitudes; -1 where a point did not converge, so that no maximum is there."""
+        return np.where(self.converged[:, None], self.amplitude, -1.0)
+
+
+@dataclass(frozen=True)
+class MistunedRings(Product):
+    """R rings of N segments in numbers, and the curves of the worst one.
+
+    Attributes
+    ----------
+    amplitude : (R, N) float
+        Largest amplitude of each segment over the frequencies, m; NaN if no point converged.
+    frequency : (R, N) float
+        Where it has it, Hz.
+    tuned : (R,) float
+        The same of tuned rings, m.
+    points, lost : (R,) int
+        Frequencies, and how many of them did not converge.
+    at_edge : (R,) bool
+        Whether the largest of all segments is at an end of the range.
+    worst : MistunedRing
+        That with the largest amplitude.
+    """
+
+    amplitude: Floats = field(metadata={"unit": "m"})
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    tuned: Floats = field(metadata={"unit": "m"})
+    points: NDArray[np.int64]
+    lost: NDArray[np.int64]
+    at_edge: NDArray[np.bool_]
+    worst: MistunedRing
+
+    @property
+    def amplification(self) -> Floats:
+        """(R, N) amplitudes over that of a tuned ring."""
+        return self.amplitude / self.tuned[:, None]
+
+    @property
+    def largest(self) -> Floats:
+        """(R,) amplification of the worst segment of each ring; NaN where nothing converged."""
+        return np.asarray(self.amplification.max(axis=1))
+
+    @property
+    def place(self) -> tuple[int, int] | None:
+        """Ring and segment of the largest amplitude; None if nothing converged."""
+        if np.isnan(self.amplitude).all():
+            return None
+        ring, segment = np.unravel_index(np.nanargmax(self.amplitude), self.amplitude.shape)
+        return int(ring), int(segment)
+
+
+def check(given: "Given", keys: JointMistuningKeys) -> Iterator[str]:
+    """What keeps segments from differing."""
+    sectors, known = given.ring.sectors, given.joint_names
+    ready = getattr(given, "system", None) is not None  # whose file says how many
+    if sectors == 1 and not ready:
+        yield "mistuning: needs a ring of several segments: ring.sectors = 1"
+    for name in keys.joints:
+        if known and name not in known:
+            yield f'mistuning.joints: given "{name}": allowed are {", ".join(known)}'
+    for name, value in keys.given.items():
+        if isinstance(value, tuple) and not ready and len(value) != sectors:
+            needs = f"needs 1, or one a segment: {sectors}"
+            yield f"mistuning.{name}: given {len(value)} numbers: {needs}"
+    if "rings" in keys.model_fields_set and keys.count != keys.rings:
+        yield f"mistuning.rings = {keys.rings}: all deviations are given by segment: one ring"
+
+
+def cost(study: "Study", keys: JointMistuningKeys, curve: float) -> float:
+    """Seconds: about one point of a tuned ring for each of a segment."""
+    return keys.count * study.ring.sectors * curve
+
+
+def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[Share]:
+    """One for each ring."""
+    return [Share(f"ring {i + 1}", {"ring": i}) for i in range(keys.count)]
+
+
+def compute(case: "SolvedCase", keys: JointMistuningKeys, part: Share) -> MistunedRing:
+    """One ring of a case."""
+    from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step, whole_step
+
+    number, system, watched = part.inputs["ring"], case.whole, case.monitored
+    whole, own = whole_step(case.planned), None
+    if isinstance(keys, MistuningKeys) and keys.frequency is not None:
+        own = vane_modes_step(case.planned, whole, keys.modes)
+    modes = None if own is None else case.get(own)
+    shared = case.get(ring_modes_step(case.planned, whole, own)).diameters
+    hertz = case.frequencies if keys.range is None else (keys.range[0], keys.range[1])
+    found = nonlinear.ring_response(
+        system,
+        hertz,
+        drawn(system, keys, number, modes),
+        case.options,
+        modes=case.modes,
+        shared=shared,
+    )
+    return MistunedRing(
+        found.frequency,
+        found.amplitude[:, :, watched.node, watched.component],
+        found.converged,
+        float(found.alike[watched.node, watched.component]),
+    )
+
+
+def drawn(
+    system: "System",
+    keys: JointMistuningKeys,
+    number: int,
+    modes: "nonlinear.SectorModes | None" = None,
+) -> "nonlinear.Unlike":
+    """By how much the segments of a ring differ, the `number`th one drawn, from 0."""
+    asked: dict[str, dict[str, Any]] = {
+        joint: {name: value for name, value in each if value is not None}
+        for joint, each in keys.joints.items()
+    }
+    if isinstance(keys, MistuningKeys) and keys.frequency is not None:
+        asked["modes"] = {"frequency": keys.frequency}
+    seed = int(np.random.SeedSequence([keys.seed, number]).generate_state(1)[0])
+    return nonlinear.Unlike.scatter(system, asked, seed, modes)
+
+
+def combine(rings: Sequence[MistunedRing]) -> MistunedRings:
+    """Rings in numbers."""
+    known = [ring.known for ring in rings]
+    amplitude = np.array([each.max(axis=0) for each in known])
+    at = np.array([each.argmax(axis=0) for each in known])
+    largest = [int(each.max(axis=1).argmax()) for each in known]
+    return MistunedRings(
+        amplitude=np.where(amplitude < 0, np.nan, amplitude),
+        frequency=np.array([ring.frequency[i] for ring, i in zip(rings, at, strict=True)]),
+        tuned=np.array([ring.tuned for ring in rings]),
+        points=np.array([len(ring.frequency) for ring in rings]),
+        lost=np.array([np.count_nonzero(~ring.converged) for ring in rings]),
+        at_edge=np.array(
+            [i in (0, len(r.frequency) - 1) for i, r in zip(largest, rings, strict=True)]
+        ),
+        worst=rings[int(np.argmax(amplitude.max(axis=1)))],
+    )
+
+
+def warnings(case: "CaseResult", products: Sequence[MistunedRings]) -> Iterator[str]:
+    """What keeps rings from being taken as they are."""
+    (found,), peak = products, case.peak
+    if peak is None:
+        return
+    if lost := int(found.lost.sum()):
+        yield (
+            f"{lost} of {found.points.sum()} points of mistuned rings DID NOT CONVERGE: "
+            "a segment may vibrate more than is shown"
+        )
+    if edge := int(found.at_edge.sum()):
+        yield (
+            f"{edge} of {len(found.largest)} mistuned rings vibrate most at the end of the "
+            "frequency range: a peak may lie beyond"
+        )
+    tuned = float(found.tuned[0])
+    if not abs(tuned - peak.amplitude) <= APART * peak.amplitude:
+        yield (
+            f"mistuned rings are compared with {1e6 * tuned:.4g} um of a tuned one in "
+            f"their range, while the peak of the curve is {1e6 * peak.amplitude:.4g} um"
+        )
+
+
+def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+    """Of each case how far mistuned rings are amplified, and the worst segment."""
+    known, count = products_of(cases, "mistuning")
+    if not known:
+        return
+    columns = (
+        Column("case"),
+        Column("rings"),
+        Column(
+            "amplification, 5 %",
+            form=".4f",
+            key="p5",
+            note="amplification: of the worst segment, over the peak of a tuned ring",
+        ),
+        Column("50 %", form=".4f", key="p50"),
+        Column("95 %", form=".4f", key="p95"),
+        Column("largest", form=".4f", key="largest"),
+        Column("peak", "µm", key="peak_um", note="peak, at: of the worst segment of all rings"),
+        Column("at", "Hz", ".6g", "frequency_hz"),
+        Column("ring"),
+        Column("segment"),
+        Column("points"),
+        Column("not converged", key="lost"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    flags: list[Flag] = []
+    for name, (each,) in known.items():
+        finite = each.largest[np.isfinite(each.largest)]
+        many = len(finite) > 1
+        shares = np.percentile(finite, PERCENTILES).tolist() if many else [None] * 3
+        worst: tuple[Cell, ...] = (None,) * 5
+        if (place := each.place) is not None:
+            ends = each.amplitude[place], each.frequency[place]
+            worst = (float(finite.max()), *ends, *(i + 1 for i in place))
+        lost, points = int(each.lost.sum()), int(each.points.sum())
+        rows.append((name, len(each.largest), *shares, *worst, points, lost or None))
+        flags.append("warn" if lost else "")
+    sectors = next(iter(known.values()))[0].amplitude.shape[1]
+    whitehead = nonlinear.whitehead(sectors)
+    note = (
+        f"one linear mode a segment, without friction, reaches at most {whitehead:.2f} "
+        "(Whitehead, 1966)"
+    )
+    made = Table("Mistuned rings", columns, rows, [note], "mistuning", flags)
+    yield by_case(made.without_empty("p5", "p50", "p95", "lost"), count)
+
+
+def answers(case: "CaseResult") -> "Iterator[Answer]":
+    """How much more the worst segment vibrates."""
+    from vanelock.report import Answer
+
+    for found in case.found("mistuning"):
+        if (place := found.place) is None:
+            continue
+        ring, segment = place
+        count = len(found.largest)
+        of = f"of ring {ring + 1}, the worst of {count} drawn" if count > 1 else "of the ring given"
+        note = (
+            f"of a tuned ring: segment {segment + 1} {of}, {1e6 * found.amplitude[place]:.3g} µm "
+            f"at {found.frequency[place]:.2f} Hz"
+        )
+        verdict = "warn" if found.lost.any() or found.at_edge.any() else ""
+        yield Answer("Mistuning", f"{found.amplification[place]:.3f} times", note, verdict)
+
+
+def pictures(run: "RunData", case: "CaseResult") -> "Iterator[Picture]":
+    """The worst ring, and the numbers of all."""
+    from vanelock import render
+    from vanelock.input.cases.names import of_case, slug
+
+    (found,), name = case.found("mistuning"), case.name
+    if (place := found.place) is None:
+        return
+    ring, segment = place
+    curve, worst, count = run.shown.curve[name], found.worst, len(found.largest)
+    title = f"Mistuned ring{of_case(name)}"
+    which = f"the worst of {count} rings; " if count > 1 else ""
+    subtitle = (
+        f"{which}segment {segment + 1} vibrates {found.amplification[place]:.3f} times as much "
+        f"as those of a tuned ring; {case.monitor.name}"
+    )
+    known = np.where(worst.converged[:, None], worst.amplitude, np.nan)
+    lines = worst.frequency, known, curve[:2], found.amplification[ring]
+    caption = (
+        f"The ring with the largest vibration{of_case(name)}. Above: response of all its "
+        "segments, and what they would do if all were alike. Below: largest amplitude of each "
+        "segment over the peak of a tuned ring. The table has all rings."
+    )
+    yield run.picture(
+        f"figures/mistuning_{slug(name)}",
+        "Mistuned rings",
+        [*case.key_of("mistuning"), case.planned.response.key, title, subtitle],
+        lambda path: render.segments_picture(path, *lines, title, subtitle),
+        lambda: _columns(found),
+        [f"{title}: largest amplitude of every segment; {case.monitor.name}"],
+        caption,
+    )
+
+
+def absent(given: "Given") -> str:
+    """What is not known of a ring."""
+    from vanelock.input.cases.values import ring_of
+
+    return ABSENT if ring_of(given)[0] > 1 else ""
+
+
+def _columns(found: MistunedRings) -> dict[str, ArrayLike]:
+    rings, sectors = found.amplitude.shape
+    return {
+        "ring": np.repeat(np.arange(rings) + 1, sectors),
+        "segment": np.tile(np.arange(sectors) + 1, rings),
+        "amplitude (µm)": 1e6 * found.amplitude.ravel(),
+        "frequency (Hz)": found.frequency.ravel(),
+        "amplification (-)": found.amplification.ravel(),
+    }
+
+
+MISTUNING = Analysis(
+    key="mistuning",
+    title="mistuning",
+    keys=MistuningKeys,
+    scene_keys=JointMistuningKeys,
+    product=lambda: MistunedRing,
+    compute=compute,
+    parts=parts,
+    combine=combine,
+    whole_ring=lambda given, keys: True,
+    elements=True,
+    check=check,
+    cost=cost,
+    places=lambda product: "mistuning",
+    warnings=warnings,
+    tables=tables,
+    pictures=pictures,
+    answers=answers,
+    text=TEXT,
+    absent=absent,
+)

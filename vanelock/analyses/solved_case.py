@@ -1,0 +1,242 @@
+"""What an analysis of a case begins from, and the steps that make its products."""
+
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.analyses.analysis import Analysis, Share, analysable, asked_for
+from vanelock.common.product import Product
+from vanelock.input.cases.values import Given
+from vanelock.nonlinear import Journal, Options, Response
+from vanelock.pipeline.cache import content_digest
+from vanelock.pipeline.step import Step, step
+from vanelock.rom import System
+from vanelock.stages.parts.places import Places, places
+from vanelock.stages.parts.ring_modes import whole_step
+from vanelock.stages.plan import Planned
+from vanelock.stages.response.limits import Limits, frequencies
+from vanelock.stages.response.monitor import Monitor, monitor
+from vanelock.stages.response.responses import frequency_keys
+from vanelock.stages.response.solved import as_solved
+from vanelock.stages.response.summary import Peak, by_height, peak_of
+
+P = TypeVar("P", bound=Product)
+Count: TypeAlias = Callable[[int, int | None, float], None]
+"""Called with how many are done, of how many where that is known, and an amplitude, m, or NaN."""
+
+
+def silent_count(done: int, total: int | None, amplitude: float) -> None:
+    """Say nothing."""
+
+
+@dataclass(frozen=True)
+class SolvedCase:
+    """A case with its responses; each product is read when it is first asked for.
+
+    Attributes
+    ----------
+    planned : Planned
+        Its steps, those of the analyses before this one included.
+    monitoring : Planned
+        The run's first case, whose linear response says which displacement is monitored.
+    get : callable
+        The product of a step.
+    count : Count
+        Called with the progress.
+    journal : Journal
+        Where what is done so far is written down.
+    """
+
+    planned: Planned
+    monitoring: Planned
+    get: Callable[[Step[Any]], Any]
+    count: Count
+    journal: Journal
+
+    @property
+    def given(self) -> Given:
+        """What its file says."""
+        return self.planned.case.given
+
+    @cached_property
+    def monitored(self) -> Monitor:
+        """The displacement that stands for the vibration."""
+        linear = self.monitoring.linear
+        free = self.get(linear.responses["free"])
+        return monitor(self.given.outputs.monitor, self.get(linear.system), free)
+
+    @cached_property
+    def responses(self) -> list[Response]:
+        """Its responses in the order of its steps."""
+        return [self.get(each) for each in self.planned.responses]
+
+    @cached_property
+    def response(self) -> Response:
+        """The one with the higher peak."""
+        return by_height(self.responses, self.monitored)[0]
+
+    @cached_property
+    def peak(self) -> Peak | None:
+        """Its largest point; None where none converged."""
+        return self.peak_of(self.response)
+
+    def peak_of(self, response: Response) -> Peak | None:
+        """The largest point of a response; None where none converged."""
+        return peak_of(response, self.monitored.amplitude(response))
+
+    @cached_property
+    def options(self) -> Options:
+        """Those that the peak is solved with, its number of harmonics above all."""
+        response = self.response
+        at_peak = response if self.peak is None else as_solved(response, self.peak.point)
+        return Options(
+            harmonics=at_peak.harmonics,
+            friction=response.friction,
+            direction="down" if response.direction == "down" else "up",
+        )
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Least and largest frequency of the response, Hz."""
+        frequency = self.response.frequency
+        return float(frequency.min()), float(frequency.max())
+
+    @cached_property
+    def system(self) -> System:
+        """Its system, at the nodal diameters that the response takes."""
+        found: System = self.get(self.planned.solved(self.response).system)
+        return found
+
+    @cached_property
+    def whole(self) -> System:
+        """The same at all nodal diameters."""
+        found: System = self.get(whole_step(self.planned))
+        return found
+
+    def system_at(self, diameters: Sequence[int]) -> System:
+        """A system that has some nodal diameters, 0 to N/2."""
+        return self.system if {*diameters} <= {*self.planned.held} else self.whole
+
+    @cached_property
+    def modes(self) -> Any:
+        """Modes with all contacts stuck that the response takes, by nodal diameter."""
+        return self.get(self.planned.modes).diameters
+
+    @cached_property
+    def frequencies(self) -> NDArray[np.float64] | tuple[float, float]:
+        """Those that its file asks for, Hz, or the ends of the range."""
+        limits: Limits = self.get(self.planned.linear.limits)
+        return frequencies(self.given, limits)
+
+    @cached_property
+    def places(self) -> Places:
+        """Its contacts."""
+        mesh = self.planned.meshes.get("vane")
+        vane = None if mesh is None else self.get(mesh)
+        return places(self.given, self.system.contacts, vane)
+
+    def product(self, key: str, part: int) -> Any:
+        """A product of an analysis before this one."""
+        return self.get(self.planned.analyses[key][part])
+
+
+def with_analyses(
+    planned: Planned,
+    monitoring: Planned,
+    analyses: Sequence[Analysis[Any, Any]],
+    count: Count = silent_count,
+) -> Planned:
+    """A case with the steps of all analyses that its file asks for."""
+    given = planned.case.given
+    if not analysable(given):
+        return planned
+    for analysis, keys in asked_for(analyses, given):
+        parts = analysis.parts(given, keys)
+        if analysis.by_response:
+            parts = [Share(response=i) for i in range(len(planned.responses))]
+        steps = tuple(_step(analysis, keys, each, planned, monitoring, count) for each in parts)
+        pieces: tuple[Step[Any], ...] = ()
+        if analysis.combine is not None:
+            steps, pieces = (_combined(analysis, steps, planned, count),), steps
+        planned = replace(
+            planned,
+            analyses={**planned.analyses, analysis.key: steps},
+            pieces=(*planned.pieces, *pieces),
+        )
+    return planned
+
+
+def _step(
+    analysis: Analysis[Any, P],
+    keys: Any,
+    part: Share,
+    planned: Planned,
+    monitoring: Planned,
+    count: Count,
+) -> Step[P]:
+    """One part of an analysis of a case."""
+    given, linear = planned.case.given, monitoring.linear
+    own = given.response.model_dump(include={"harmonics", "friction", "direction"})
+    inputs = {
+        **keys.model_dump(),
+        **frequency_keys(given),
+        **part.inputs,
+        "response": {**own, "number": part.response if analysis.by_response else None},
+        "monitor": given.outputs.monitor,
+        "code": content_digest(inspect.getfile(analysis.compute)),
+    }
+
+    def compute(get: Callable[[Step[Any]], Any], journal: Journal) -> P:
+        return analysis.compute(SolvedCase(planned, monitoring, get, count, journal), keys, part)
+
+    needs: list[Step[Any]] = [planned.system, *planned.responses, planned.linear.limits]
+    needs += [linear.system, linear.responses["free"], planned.modes, *planned.meshes.values()]
+    if analysis.whole_ring(given, keys):
+        needs.append(whole_step(planned))
+    needs += (each for name in analysis.after for each in planned.analyses.get(name, ()))
+    of = " ".join(filter(None, (planned.case.name, part.label)))
+    return step(
+        analysis.key.replace("_", " "),
+        "nonlinear",
+        inputs,
+        analysis.product(),
+        tuple(needs),
+        compute,
+        pulls=True,
+        resumes=True,
+        of=of,
+        quick=analysis.combine is not None,
+    )
+
+
+def _combined(
+    analysis: Analysis[Any, Any], parts: tuple[Step[Any], ...], planned: Planned, count: Count
+) -> Step[Any]:
+    """What is shown of the parts of an analysis."""
+    combine = analysis.combine
+    assert combine is not None
+
+    def compute(get: Callable[[Step[Any]], Any]) -> Product:
+        found = []
+        for each in parts:
+            found.append(get(each))
+            count(len(found), len(parts), float("nan"))
+        return combine(found)
+
+    of, none = planned.case.name, {"parts": len(parts)}
+    return step(
+        f"{analysis.key} in all",
+        "nonlinear",
+        none,
+        Product,
+        parts,
+        compute,
+        False,
+        pulls=True,
+        of=of,
+    )

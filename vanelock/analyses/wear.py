@@ -1,0 +1,382 @@
+"""Wear over cycles: the joints of a case wear while the engine dwells, and its vibration changes.
+
+Archard's law takes a depth off the interference of each contact; see `nonlinear.wear_history`.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydantic import BeforeValidator, Field
+
+from vanelock import nonlinear
+from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.common.checked import Check
+from vanelock.common.errors import InputError
+from vanelock.common.product import Product
+from vanelock.common.tables import Cell, Column, Flag, Table, by_case
+from vanelock.input.schema.comparison import FrequencyRange, Hertz
+from vanelock.input.schema.structure.structure import KeyTable, sequence
+
+if TYPE_CHECKING:
+    from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.input.cases.values import Given
+    from vanelock.input.schema.study import Study
+    from vanelock.nonlinear import Dwell, WearHistory
+    from vanelock.quantities.case_result import CaseResult, State
+    from vanelock.quantities.curves_and_fields import RunData
+    from vanelock.report import Answer, Picture
+    from vanelock.rom import System
+
+SHOWN = 8
+"""States of a history in a table, about."""
+SAME = 1e-3
+"""Relative change of a load at rest from which it is worth a word."""
+TEXT = (
+    "The depth that Archard's law takes off both surfaces of a contact is taken off its "
+    "interference; the vibration of every cycle is that of the contacts as worn, settled. Preload "
+    "falls, so that joints slip more, wear more or damp less."
+)
+
+
+class DwellKeys(KeyTable):
+    """Vibration that stays at a frequency, or at the peak of a range wherever that moves."""
+
+    cycles: float = Field(gt=0, le=1e15, description="number of cycles")
+    frequency: Hertz | None = Field(default=None, description="frequency [Hz]")
+    range: FrequencyRange | None = Field(default=None, description="[low, high] frequency [Hz]")
+    load: float = Field(default=1.0, gt=0, le=1e6, description="load over that of the study")
+
+    def _one_place(self) -> Iterator[str]:
+        if self.frequency is not None and self.range is not None:
+            yield f"range = {list(self.range)}: give either this or frequency, not both"
+
+    checks: ClassVar[tuple[Check, ...]] = (_one_place,)
+
+    def dwell(self, ends: tuple[float, float]) -> "Dwell":
+        """The same for the solver; without a frequency at the peak of its range."""
+        if self.frequency is not None:
+            return nonlinear.Dwell(self.cycles, frequency=self.frequency, force=self.load)
+        low, high = ends if self.range is None else self.range
+        return nonlinear.Dwell(self.cycles, near=(low, high), force=self.load)
+
+
+class WearKeys(KeyTable):
+    """How contacts wear over cycles, and how the vibration changes with them."""
+
+    dwells: Annotated[tuple[DwellKeys, ...], BeforeValidator(sequence)] = Field(
+        min_length=1, max_length=1000, description="dwells"
+    )
+    step: float = Field(
+        default=0.05, gt=0, le=0.5, description="largest relative change of interference in a step"
+    )
+
+
+@dataclass(frozen=True)
+class WornCase(Product):
+    """Wear of a case over cycles; without a history, why there is none.
+
+    Attributes
+    ----------
+    history : WearHistory or None
+    reason : str
+    """
+
+    history: "nonlinear.WearHistory | None" = None
+    reason: str = ""
+
+
+def check(given: "Given", keys: WearKeys) -> Iterator[str]:
+    """What keeps joints from wearing."""
+    if not _coefficients(given):
+        names = ", ".join(f"joints.{name}.wear_coefficient" for name in given.joint_names)
+        yield f"wear: no joint wears: give one of {names}"
+
+
+def cost(study: "Study", keys: WearKeys, curve: float) -> float:
+    """Seconds: a sweep to begin with, and some peaks."""
+    return len(keys.dwells) * curve
+
+
+def parts(given: "Given", keys: WearKeys) -> Sequence[Share]:
+    """One, which takes the wear coefficients."""
+    return (Share(inputs=_coefficients(given)),)
+
+
+def _coefficients(given: "Given") -> dict[str, float]:
+    """Of the joints that wear, m²/N."""
+    return getattr(given, "wear_coefficients", {})
+
+
+def compute(case: "SolvedCase", keys: WearKeys, part: Share) -> WornCase:
+    """Wear of a case over the cycles of its dwells."""
+    if case.peak is None:
+        return WornCase(reason="no point converged")
+    system, watched, places = case.system, case.monitored, case.places
+    coefficient = np.nan_to_num(places.coefficient)
+    if not np.isfinite(places.area[coefficient > 0]).all():
+        return WornCase(reason="the area of some contacts is not known")
+    reached = 0
+
+    def progress(cycles: float, total: float, hertz: float, amplitude: float) -> None:
+        nonlocal reached
+        reached = max(reached, int(100 * cycles / total))
+        case.count(reached, 100, amplitude)
+
+    try:
+        history = nonlinear.wear_history(
+            system,
+            [each.dwell(case.range) for each in keys.dwells],
+            coefficient,
+            np.where(coefficient > 0, places.area, 1.0),
+            case.options,
+            (system.output_names[watched.node], watched.component),
+            keys.step,
+            progress,
+        )
+    except InputError as error:
+        return WornCase(reason=str(error))
+    return WornCase(history)
+
+
+def shown_states(history: "WearHistory") -> list[int]:
+    """States of a history that tables show: both ends of each dwell, jumps, some between."""
+    last = len(history.cycles) - 1
+    even = np.interp(np.linspace(0, history.cycles[-1], SHOWN), history.cycles, np.arange(last + 1))
+    ends = np.flatnonzero(np.diff(history.dwell))
+    jumps = np.flatnonzero(history.jump)[:SHOWN]
+    every = (np.round(even).astype(int), ends, ends + 1, jumps)
+    return sorted(set(np.concatenate(every).tolist()))
+
+
+def states(case: "CaseResult") -> "Iterator[State]":
+    """The case as worn at the states shown, with the vibration there as its only point."""
+    from vanelock.pipeline.step import step
+    from vanelock.quantities.case_result import State
+    from vanelock.rom import System
+    from vanelock.stages.response.summary import Peak
+
+    (made,), (worn,) = case.planned.analyses["wear"], case.found("wear")
+    if (history := worn.history) is None:
+        return
+    for state in shown_states(history):
+
+        def system_at(system: "System", worn: WornCase, state: int = state) -> "System":
+            assert worn.history is not None
+            return worn.history.system_at(system, state)
+
+        def vibration(worn: WornCase, state: int = state) -> nonlinear.Response:
+            assert worn.history is not None
+            return worn.history.response.at([state])
+
+        at, needs = {"worn": state}, (case.planned.system, made)
+        system = step("system", "rom", at, System, needs, system_at, False, True)
+        kind = nonlinear.Response
+        response = step("response", "nonlinear", at, kind, (made,), vibration, False, True)
+        frequency, amplitude = history.frequency[[state]], history.amplitude[[state]]
+        peak = Peak(0, float(frequency[0]), float(amplitude[0]), at_edge=False)
+        curve = frequency, amplitude, np.array([True])
+        yield State(case.planned.at_end(system, response), peak, curve)
+
+
+def warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
+    """What keeps wear over cycles from being taken as it is."""
+    from vanelock.nonlinear.following.wear.wear_history import DONE, PRELOAD
+
+    (worn,) = products
+    if (history := worn.history) is None:
+        yield f"no wear over cycles: {worn.reason}"
+        return
+    if history.status == PRELOAD:
+        yield f"wear opens a joint at rest after {history.cycles_to_loss:.3g} cycles"
+    elif history.status != DONE:
+        at = f"{history.cycles[-1]:.3g} cycles"
+        yield f"wear is known up to {at} only: no vibration was found beyond"
+    if history.jump.any():
+        at = ", ".join(f"{each:.3g}" for each in history.cycles[history.jump][:3])
+        yield f"the vibration JUMPS while joints wear, at {at} cycles"
+    for i in np.flatnonzero(np.isfinite(history.higher_amplitude)):
+        higher, followed = 1e6 * history.higher_amplitude[i], 1e6 * history.amplitude[i]
+        yield (
+            f"after {history.cycles[i]:.3g} cycles of wear ANOTHER PEAK is higher, {higher:.4g} um "
+            f"at {history.higher_frequency[i]:.6g} Hz, than the one that was followed, "
+            f"{followed:.4g} um"
+        )
+
+
+def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+    """Each case's vibration and preload from new to the end of its dwells."""
+    from vanelock.quantities.contacts.wear import HOUR
+
+    every, count = products_of(cases, "wear")
+    known = {name: worn.history for name, (worn,) in every.items() if worn.history is not None}
+    if not known:
+        return
+    joints = list(dict.fromkeys(joint for each in known.values() for joint in each.joints))
+    columns = (
+        Column("case"),
+        Column("dwell"),
+        Column("cycles", form=".4g"),
+        Column("time", "h", ".4g", "hours"),
+        Column("amplitude", "µm", key="amplitude_um"),
+        Column("at", "Hz", ".6g", "frequency_hz"),
+        *(Column(f"{joint} at rest", "N", ".4g", f"{joint}_rest_n") for joint in joints),
+        Column("deepest wear", "µm", ".3g", "worn_um"),
+        Column("HCF safety factor", form=".3g", key="reserve"),
+        Column("", key="event"),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    flags: list[Flag] = []
+    for name, history in known.items():
+        shown = shown_states(history)
+        safety: Sequence[float | None] = _reserves(cases[name]) or [None] * len(shown)
+        for i, reserve in zip(shown, safety, strict=True):
+            loads = dict(zip(history.joints, history.rest_load[i].tolist(), strict=True))
+            event, hours = _event(history, i), history.seconds[i] / HOUR
+            numbers: list[Cell] = [
+                history.cycles[i],
+                hours,
+                history.amplitude[i],
+                history.frequency[i],
+            ]
+            numbers += [*map(loads.get, joints), float(history.worn[i].max()), reserve]
+            rows.append((name, int(history.dwell[i]) + 1, *numbers, event or None))
+            flags.append("warn" if event else "")
+    note = (
+        "at rest: total normal force of a joint in one sector; wear: depth that both surfaces "
+        "lose together, of the contact that loses most"
+    )
+    made = Table("Wear over cycles", columns, rows, [note], "wear", flags)
+    made = made.without_empty("event", "reserve")
+    if not any(history.dwell[-1] for history in known.values()):
+        made = made.without("dwell")
+    yield by_case(made, count)
+
+
+def _event(history: "WearHistory", i: int) -> str:
+    """What happens at a state."""
+    from vanelock.nonlinear.following.wear.wear_history import DONE
+
+    if i == len(history.cycles) - 1 and history.status != DONE:
+        return str(history.status)
+    return "jump" if history.jump[i] else ""
+
+
+def _reserves(case: "CaseResult") -> list[float]:
+    """Safety factors of the states shown, where they are known."""
+    states = () if case.answers is None else case.answers.states.get("wear", ())
+    return [each.stress.governing.reserve for each in states if each.margins]
+
+
+def answers(case: "CaseResult") -> "Iterator[Answer]":
+    """What becomes of the case while its joints wear."""
+    from vanelock.nonlinear.following.wear.wear_history import DONE
+    from vanelock.report import Answer
+
+    for history in (worn.history for worn in case.found("wear") if worn.history is not None):
+        loads = [
+            f"{joint} at rest {new:.3g} → {last:.3g} N"
+            for joint, new, last in zip(history.joints, *history.rest_load[[0, -1]], strict=True)
+            if abs(last - new) > SAME * new
+        ]
+        size = 1e6 * history.amplitude
+        top = int(size.argmax())
+        texts = [f"largest amplitude, at {history.cycles[top]:.3g}; {size[0]:.3g} µm when new"]
+        texts += loads
+        if reserves := _reserves(case):
+            texts.append(f"least HCF safety factor n = {min(reserves):.3g}")
+        done = history.status == DONE
+        if not done:
+            texts.append(f"**{history.status}**, so that it ends there")
+        title = f"Over {history.cycles[-1]:.3g} cycles of wear"
+        yield Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")
+
+
+def pictures(run: "RunData", case: "CaseResult") -> "Iterator[Picture]":
+    """Amplitude, preload and worn depth over the cycles of the dwells."""
+    from vanelock import render
+    from vanelock.input.cases.names import of_case, slug
+    from vanelock.nonlinear.following.wear.wear_history import DONE
+
+    (worn,), name = case.found("wear"), case.name
+    if (history := worn.history) is None:
+        return
+    title = f"Wear over cycles{of_case(name)}"
+    ended = "" if history.status == DONE else f"; {history.status} at the end"
+    subtitle = f"{case.monitor.name}{ended}"
+    depth = 1e6 * history.worn
+
+    def curve(name: str, y: ArrayLike) -> render.PanelCurve:
+        return render.PanelCurve(name, history.cycles, y)
+
+    loads = zip(history.joints, history.rest_load.T, strict=True)
+    panels = (
+        render.CurvePanel("amplitude (µm)", [curve("all", 1e6 * history.amplitude)]),
+        render.CurvePanel("load at rest, relative", [curve(j, n / n[0]) for j, n in loads if n[0]]),
+        render.CurvePanel(
+            "worn depth (µm)",
+            [curve("deepest", depth.max(axis=1)), curve("mean", _mean(depth))],
+            from_zero=True,
+        ),
+    )
+    changes = history.cycles[1:][np.diff(history.dwell) > 0]
+    caption = (
+        f"Wear{of_case(name)}: the amplitude of the dwell, each joint's load at rest over that "
+        "when new, and the depth that both surfaces have lost, of the contact that loses most and "
+        "on average over those that wear."
+    ) + (" Dotted: where the next dwell begins." if len(changes) else "")
+    yield run.picture(
+        f"figures/wear_over_cycles_{slug(name)}",
+        "Wear over cycles",
+        [*case.key_of("wear"), title, subtitle],
+        lambda path: render.panels_picture(path, panels, "cycles", title, subtitle, marks=changes),
+        lambda: _columns(history),
+        [title],
+        caption,
+    )
+
+
+def _mean(depth: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(s,) mean depth of the contacts that wear."""
+    wears = depth[-1] > 0
+    return np.asarray(depth[:, wears].mean(axis=1) if wears.any() else depth[:, 0])
+
+
+def _columns(history: "WearHistory") -> dict[str, ArrayLike]:
+    from vanelock.quantities.contacts.wear import HOUR
+
+    depth = 1e6 * history.worn
+    loads = zip(history.joints, history.rest_load.T, strict=True)
+    return {
+        "cycles": history.cycles,
+        "time (h)": history.seconds / HOUR,
+        "dwell": history.dwell + 1,
+        "frequency (Hz)": history.frequency,
+        "amplitude (µm)": 1e6 * history.amplitude,
+        "jump": history.jump,
+        **{f"{joint} at rest (N)": load for joint, load in loads},
+        "deepest wear (µm)": depth.max(axis=1),
+    }
+
+
+WEAR = Analysis(
+    key="wear",
+    title="wear over cycles",
+    keys=WearKeys,
+    product=lambda: WornCase,
+    compute=compute,
+    parts=parts,
+    check=check,
+    cost=cost,
+    places=lambda product: "wear",
+    states=states,
+    state="worn, after all cycles",
+    reserve="goodman_reserve_worn",
+    warnings=warnings,
+    tables=tables,
+    pictures=pictures,
+    answers=answers,
+    text=TEXT,
+)

@@ -1,0 +1,196 @@
+"""What of a sweep's cases, and of other jobs, is still to compute, in tasks.
+
+Products that the same jobs need go together: those of one case into its task, a mesh and what
+follows from it that some cases share into one of theirs, which these then wait for. What all jobs
+need is not a task but computed before them.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from vanelock.analyses import ANALYSES
+from vanelock.analyses.solved_case import with_analyses
+from vanelock.input.cases.sweep import Case
+from vanelock.input.schema.scene import Scene
+from vanelock.pipeline.cache import Cache
+from vanelock.pipeline.executor.tasks import Task, Work
+from vanelock.pipeline.step import Step
+from vanelock.stages.accuracy.choose_mesh import MeshChoice
+from vanelock.stages.plan import (
+    Planned,
+    adaptive,
+    fixed,
+    free_step,
+    from_matrices,
+    shared_diameters,
+)
+from vanelock.stages.response.responses import LIMITS, silent_progress
+
+
+@dataclass(frozen=True)
+class CaseWork:
+    """The steps of a case, planned anew wherever it is computed.
+
+    Attributes
+    ----------
+    case : Case
+        As given, before an accuracy chooses; files of a scene are read where it is computed.
+    diameters : tuple of int
+        Nodal diameters at which the cases have their parts reduced, without an accuracy.
+    chosen_mesh : MeshChoice or None
+        With one: what it chose for this case.
+    first : CaseWork or None
+        That of the first case, whose linear response says what is monitored; None: its own does.
+    """
+
+    case: Case
+    diameters: tuple[int, ...]
+    chosen_mesh: MeshChoice | None = None
+    first: "CaseWork | None" = None
+
+    def planned(self) -> Planned:
+        """All steps to what a run shows of it."""
+        own = self._planned()
+        first = own if self.first is None else self.first._planned()
+        return with_analyses(own, first, ANALYSES)
+
+    def _planned(self) -> Planned:
+        """All steps to its response."""
+        first = self.first or self
+        if isinstance(self.case.given, Scene):
+            return from_matrices(self.case, silent_progress)
+        if self.chosen_mesh is None or first.chosen_mesh is None:
+            return fixed(self.case, self.diameters, silent_progress)
+        free = free_step(first.chosen_mesh)
+        return adaptive(self.case, self.chosen_mesh, free, silent_progress)
+
+    def steps(self) -> list[Step[Any]]:
+        """All whose products a run shows."""
+        planned = self.planned()
+        return [*steps_of(planned), *planned.pieces]
+
+
+@dataclass(frozen=True)
+class Job:
+    """Products that are wanted together.
+
+    Attributes
+    ----------
+    name : str
+        What lists call it, such as a case's name.
+    steps : tuple of Step
+        Their steps.
+    work : Work
+        Says the same steps in every process.
+    counts : bool
+        Whether its last step's product counts in the progress.
+    """
+
+    name: str
+    steps: tuple[Step[Any], ...]
+    work: Work
+    counts: bool = True
+
+
+def steps_of(planned: Planned) -> list[Step[Any]]:
+    """Steps of a case that a run asks for, in its order."""
+    return [*parts_of(planned), planned.preload, *planned.responses, *planned.analysed]
+
+
+def parts_of(planned: Planned) -> list[Step[Any]]:
+    """Those before preload and response."""
+    found: list[Step[Any]] = [*planned.meshes.values(), *planned.rom.values()]
+    found += [planned.linear.limits, *(planned.linear.responses[which] for which in LIMITS)]
+    if planned.gauges is not None:
+        found.append(planned.gauges)
+    return found
+
+
+def works(planned: Sequence[Planned]) -> list[CaseWork]:
+    """What to send of each case."""
+    shared: Sequence[tuple[int, ...]] = [()] * len(planned)
+    if not isinstance(planned[0].case.given, Scene) and planned[0].chosen_mesh is None:
+        shared = shared_diameters([each.case for each in planned])
+    first, *others = (
+        CaseWork(each.case, ks, each.chosen_mesh) for each, ks in zip(planned, shared, strict=True)
+    )
+    return [first, *(replace(each, first=first) for each in others)]
+
+
+def jobs(planned: Sequence[Planned]) -> list[Job]:
+    """Of each case what a run shows; its rings of unlike segments by themselves."""
+    found: list[Job] = []
+    for each, work in zip(planned, works(planned), strict=True):
+        name, steps = each.case.name, steps_of(each)
+        found.append(Job(name, tuple(step for step in steps if step.kept), work))
+        found += [Job(piece.name, (piece,), work, counts=False) for piece in each.pieces]
+    return found
+
+
+def bundle(jobs: Sequence[Job], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+    """What all jobs need and is not in the cache, in order, and the tasks after it."""
+    held, known = cache.held(), dict[str, bool]()
+    nodes: dict[str, Step[Any]] = {}
+    users: dict[str, list[int]] = {}
+
+    def missing(step: Step[Any]) -> bool:
+        if step.key not in known:
+            known[step.key] = not held(step.stage, step.key)
+        return known[step.key]
+
+    def visit(step: Step[Any], i: int, seen: set[str]) -> None:
+        if step.key in seen:
+            return
+        seen.add(step.key)
+        if step.kept and not missing(step):
+            return
+        if not step.pulls:  # else it is not known what it needs
+            for need in step.needs:
+                visit(need, i, seen)
+        if step.kept:
+            nodes.setdefault(step.key, step)
+            users.setdefault(step.key, []).append(i)
+
+    for i, each in enumerate(jobs):
+        seen: set[str] = set()
+        for step in each.steps:
+            visit(step, i, seen)
+    groups: dict[tuple[int, ...], list[Step[Any]]] = {}
+    for key, step in nodes.items():
+        groups.setdefault(tuple(users[key]), []).append(step)
+    shared = groups.pop(tuple(range(len(jobs))), [])
+    apart = nodes.keys() - {step.key for step in shared}
+    tasks = []
+    for members, steps in groups.items():
+        own = {step.key for step in steps}
+        given = _frontier(steps, own)
+        first, others = jobs[members[0]], len(members) - 1
+        tasks.append(
+            Task(
+                name=f"{first.name} and {others} more" if others else first.name,
+                work=first.work,
+                makes=tuple(step.key for step in steps),
+                after=tuple(key for _, key in given if key in apart),
+                given=tuple(given),
+                counts=first.counts and first.steps[-1].key in own,
+            )
+        )
+    return shared, tasks
+
+
+def _frontier(steps: Iterable[Step[Any]], own: set[str]) -> list[tuple[str, str]]:
+    """Stage and key of the nearest products upstream of some steps that are kept."""
+    found: dict[str, str] = {}
+    seen: set[str] = set()
+    waiting = [need for step in steps for need in step.needs]
+    while waiting:
+        step = waiting.pop()
+        if step.key in seen or step.key in own:
+            continue
+        seen.add(step.key)
+        if step.kept:
+            found[step.key] = step.stage
+        else:
+            waiting += step.needs
+    return [(stage, key) for key, stage in found.items()]

@@ -1,0 +1,295 @@
+"""Read a study or a scene: TOML, then the schema, then the sweep; every mistake is one clear line.
+
+The schema is that of `vanelock.input` with a table for each analysis.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from copy import deepcopy
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from pydantic import Field, create_model
+
+from vanelock.analyses import ANALYSES
+from vanelock.analyses.analysis import ALLOWED, Analysis, asked_for
+from vanelock.common.checked import UNCHECKED, Check, Checked, NotKnown, examined
+from vanelock.common.errors import InputError, raised
+from vanelock.common.files.files import beside, contents
+from vanelock.common.tables import counted
+from vanelock.common.toml import LARGEST, toml_tables
+from vanelock.fem.matrix_files.readers.hdf5 import split_path
+from vanelock.input.cases.sweep import cases, list_mistakes, misfits
+from vanelock.input.cases.values import Given
+from vanelock.input.messages import Order, described, dotted, mistakes
+from vanelock.input.schema import scene, study
+from vanelock.input.schema.scene import FILES, ND
+from vanelock.input.schema.structure.loads import files_named
+
+S = TypeVar("S", bound=Checked)
+
+MOST_ND = 1000
+"""Nodal diameters below this are looked for."""
+
+
+def _mistakes(analysis: Analysis[Any, Any], given: Given) -> Iterator[str]:
+    """What keeps an analysis that is asked for from being made."""
+    keys = None if analysis.table else analysis.keys_of(given)
+    if keys is None:
+        return
+    if getattr(given, "elements", None) and not analysis.elements:
+        yield f"elements: [{analysis.key}] is of contacts alone: leave one of them out"
+    for key, allowed in ALLOWED.items():
+        value = getattr(given.response, key)
+        if value != allowed:
+            must = "leave it out" if allowed is None else f'must be "{allowed}"'
+            text = value if isinstance(value, int) else f'"{value}"'
+            yield f"response.{key} = {text}: {must} for [{analysis.key}]"
+    yield from analysis.check(given, keys)
+
+
+_CHECKS: tuple[Check, ...] = tuple(partial(_mistakes, each) for each in ANALYSES)
+
+
+class _Study(study.Study):
+    checks: ClassVar[tuple[Check, ...]] = (*study.Study.checks, *_CHECKS)
+
+
+class _Scene(scene.Scene):
+    checks: ClassVar[tuple[Check, ...]] = (*scene.Scene.checks, *_CHECKS)
+
+    @property
+    def whole_ring(self) -> str:
+        asked = (a.table or a.key for a, k in asked_for(ANALYSES, self) if a.whole_ring(self, k))
+        return next(asked, "")
+
+
+def _tables(keys: Callable[[Analysis[Any, Any]], Any]) -> dict[str, Any]:
+    """A field for each analysis that has a table of its own."""
+    return {
+        each.key: (keys(each) | None, Field(default=None, description=each.title))
+        for each in ANALYSES
+        if not each.table and keys(each) is not None
+    }
+
+
+if TYPE_CHECKING:
+    from vanelock.input.schema.scene import Scene as Scene
+    from vanelock.input.schema.study import Study as Study
+else:
+    Study = create_model(
+        "Study",
+        __base__=_Study,
+        __doc__=study.Study.__doc__,
+        __module__=__name__,
+        **_tables(lambda each: each.keys),
+    )
+    Scene = create_model(
+        "Scene",
+        __base__=_Scene,
+        __doc__=scene.Scene.__doc__,
+        __module__=__name__,
+        **_tables(lambda each: each.scene_keys),
+    )
+Further = Callable[[S, bool], list[str]]
+"""Lines about a table that was read, and whether it lacks what was wrong in it."""
+
+
+def nothing(table: Checked, lacks: bool) -> list[str]:
+    """No line: what the schema says is all."""
+    return []
+
+
+def load_study(
+    path: str | os.PathLike[str], outside: bool = False, also: Further[Study] = nothing
+) -> Study:
+    """Read and check a study file.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    outside : bool
+        Whether the files that it names may lie outside its folder.
+    also : callable, optional
+        What else is wrong with the study, as for `checked`.
+
+    Raises
+    ------
+    InputError
+        One line for each mistake: the file, the full key, the value given and what is allowed.
+    """
+    where, place = str(path), Path(path)
+    data = toml_tables(read_text(place), where)
+    if is_scene(data):
+        raise InputError(
+            f"{where}: a scene of matrices, which run, check and compare take; this needs a study, "
+            "whose parts have meshes"
+        )
+    data, refused = _beside(data, place.parent, outside)
+    return checked(
+        Study, data, where, refused, lambda *found: [*case_mistakes(*found), *also(*found)]
+    )
+
+
+def load_given(path: str | os.PathLike[str], outside: bool = False) -> Given:
+    """Read and check a study or a scene file, whichever it is."""
+    scene = is_scene(toml_tables(read_text(Path(path)), str(path)))
+    return load_scene(path, outside) if scene else load_study(path, outside)
+
+
+def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
+    """Read and check a scene file; its files' paths start at its folder.
+
+    Parameters
+    ----------
+    path : path
+        The scene file.
+    outside : bool
+        Whether the files that it names may lie outside its folder.
+
+    Raises
+    ------
+    InputError
+        One line for each mistake: the file, the full key, the value given and what is allowed.
+    """
+    where = str(path)
+    data = toml_tables(read_text(Path(path)), where)
+    data, refused = _scene_beside(data, Path(path).parent, outside)
+    return checked(Scene, data, where, refused, case_mistakes)
+
+
+def is_scene(data: dict[str, Any]) -> bool:
+    """Whether the tables of a file are a scene's, not a study's."""
+    return "components" in data or "system" in data
+
+
+def read_text(path: Path) -> str:
+    """Text of a file."""
+    try:
+        return contents(path, "a study file", LARGEST).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
+
+
+def parse_study(text: str, where: str = "study") -> Study:
+    """Check the text of a study file, sweep values apart; `where` is what errors call it."""
+    return check_study(toml_tables(text, where), where)
+
+
+def check_study(data: dict[str, Any], where: str = "study") -> Study:
+    """Check the nested tables of a study."""
+    return checked(Study, data, where)
+
+
+def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
+    """Check the nested tables of a scene."""
+    return checked(Scene, data, where)
+
+
+def checked(
+    schema: type[S],
+    data: dict[str, Any],
+    where: str,
+    known: Iterable[str] = (),
+    further: Further[S] = nothing,
+) -> S:
+    """Nested tables as what a schema makes of them."""
+    table, found = examined(schema, data, mistakes)
+    lines, more = described(found, data, schema)
+    lines = [*known, *lines]
+    if table is not None:
+        lines += further(table, bool(lines))
+        if not lines:
+            return table
+    lines = sorted(dict.fromkeys(lines), key=Order(data).of_line)
+    if more:
+        lines.append(f"and {counted(more, 'more mistake')}")
+    raise InputError("\n".join(f"{where}: {line}" for line in lines))
+
+
+def case_mistakes(given: Given, lacks: bool) -> list[str]:
+    """What is wrong with the cases; where keys are missing, with each swept value by itself."""
+    if not lacks:
+        return raised(lambda: cases(given))
+    found = list_mistakes(given, UNCHECKED)
+    with suppress(NotKnown):
+        if not (given.sweep or given.rows or given.scatter):
+            found += misfits(given)
+    return found
+
+
+def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:
+    """The tables with files where they are: their paths start at the study file's folder.
+
+    And a line for each path that leaves it.
+    """
+    found, refused = deepcopy(data), []
+    for (*path, key), file in files_named(data):
+        table: Any = found
+        for name in path:
+            table = table[name]
+        try:
+            table[key] = str(beside(folder, file, dotted((*path, key)), outside))
+        except InputError as error:
+            refused.append(str(error))
+    return found, refused
+
+
+def _scene_beside(
+    data: dict[str, Any], folder: Path, outside: bool
+) -> tuple[dict[str, Any], list[str]]:
+    """The tables of a scene with files where they are, and a line for each that may not be read."""
+    refused: list[str] = []
+
+    def placed(table: Any, keys: tuple[str, ...], where: str) -> Any:
+        if not isinstance(table, dict):
+            return table
+        files = {}
+        for k in (k for k in keys if _is_name(table.get(k))):
+            try:
+                files[k] = _place(folder, table[k], f"{where}.{k}", outside)
+            except InputError as error:
+                refused.append(str(error))
+        return {**table, **files}
+
+    found = dict(data)
+    for name, keys in FILES.items():
+        if isinstance(data.get(name), dict):
+            found[name] = {k: placed(table, keys, f"{name}.{k}") for k, table in data[name].items()}
+    if isinstance(data.get("loads"), list):
+        found["loads"] = [
+            placed(load, ("nodes", "file"), f"loads[{i}]") for i, load in enumerate(data["loads"])
+        ]
+    measured = data.get("measured")
+    if isinstance(measured, dict | list):
+        listed = measured if isinstance(measured, list) else [measured]
+        found["measured"] = [
+            placed(each, ("file",), f"measured[{i}]") for i, each in enumerate(listed)
+        ]
+    if isinstance(outputs := data.get("outputs"), dict) and isinstance(outputs.get("nodes"), dict):
+        nodes = outputs["nodes"]
+        found["outputs"] = {**outputs, "nodes": placed(nodes, tuple(nodes), "outputs.nodes")}
+    if isinstance(data.get("system"), dict):
+        found["system"] = placed(data["system"], ("file",), "system")
+    return found, refused
+
+
+def _place(folder: Path, given: str, where: str, outside: bool) -> str:
+    """Where a file is; of one for each nodal diameter, every one that is there must be inside."""
+    _, inside = split_path(folder / given)  # "file.h5:/group/K"
+    if inside is not None:
+        given = given[: -len(inside) - 1]
+    if ND in given:
+        before, _, after = given.partition(ND)
+        for each in range(MOST_ND):
+            if os.path.lexists(folder / f"{before}{each}{after.replace(ND, str(each))}"):
+                beside(folder, f"{before}{each}{after.replace(ND, str(each))}", where, outside)
+    place = beside(folder, given, where, outside)
+    return str(place) if inside is None else f"{place}:{inside}"
+
+
+def _is_name(value: Any) -> bool:
+    return isinstance(value, str) and bool(value)

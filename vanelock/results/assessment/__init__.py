@@ -1,1 +1,0 @@
-"""Tables of what responses are worth and of what follows from them."""

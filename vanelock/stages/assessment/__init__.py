@@ -1,1 +1,0 @@
-"""What a response is worth: bounds over undetermined static friction, and stability."""
