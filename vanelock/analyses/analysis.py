@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from vanelock.input.cases.values import Given
     from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult, State
-    from vanelock.quantities.curves_and_fields import RunData
+    from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
     from vanelock.stages.response.summary import Summary
 
@@ -145,7 +145,7 @@ class Analysis(Generic[K, P]):
     state: str = ""
     reserve: str = ""
     tables: "Callable[[Mapping[str, CaseResult]], Iterable[Table]]" = _nothing
-    pictures: "Callable[[RunData, CaseResult], Iterable[Picture]]" = _nothing
+    pictures: "Callable[[RunResult, CaseResult], Iterable[Picture]]" = _nothing
     answers: "Callable[[CaseResult], Iterable[Answer]]" = _nothing
     text: str = ""
     absent: "Callable[[Given], str]" = lambda given: ""

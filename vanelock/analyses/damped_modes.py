@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vanelock.input.cases.values import Given
     from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.curves_and_fields import RunData
+    from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
 
 BEGIN = 1e-3
@@ -329,7 +329,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
     yield Answer("Flutter", value, f"{note}; {ends}", "bad" if cycle is None else "warn")
 
 
-def pictures(run: "RunData", case: "CaseResult") -> "Iterator[Picture]":
+def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Frequency and damping ratio of the modes against amplitude, and what the air adds."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vanelock.input.cases.values import Given
     from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.curves_and_fields import RunData
+    from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
     from vanelock.rom import System
 
@@ -340,7 +340,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
         yield Answer("Mistuning", f"{found.amplification[place]:.3f} times", note, verdict)
 
 
-def pictures(run: "RunData", case: "CaseResult") -> "Iterator[Picture]":
+def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """The worst ring, and the numbers of all."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
@@ -349,7 +349,7 @@ def pictures(run: "RunData", case: "CaseResult") -> "Iterator[Picture]":
     if (place := found.place) is None:
         return
     ring, segment = place
-    curve, worst, count = run.shown.curve[name], found.worst, len(found.largest)
+    curve, worst, count = case.drawn, found.worst, len(found.largest)
     title = f"Mistuned ring{of_case(name)}"
     which = f"the worst of {count} rings; " if count > 1 else ""
     subtitle = (

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vanelock.input.schema.study import Study
     from vanelock.nonlinear import Dwell, WearHistory
     from vanelock.quantities.case_result import CaseResult, State
-    from vanelock.quantities.curves_and_fields import RunData
+    from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
     from vanelock.rom import System
 
@@ -294,7 +294,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
         yield Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")
 
 
-def pictures(run: "RunData", case: "CaseResult") -> "Iterator[Picture]":
+def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Amplitude, preload and worn depth over the cycles of the dwells."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug

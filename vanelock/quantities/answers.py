@@ -12,7 +12,7 @@ from vanelock.pipeline.cache import key_of
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
 from vanelock.quantities.contacts.wear import Wear, wear
-from vanelock.quantities.curves_and_fields import Drawn, RunData
+from vanelock.quantities.run_result import Drawn, RunResult
 from vanelock.quantities.selection import lowest_first, named, sampled
 from vanelock.quantities.sensitivities import Sensitivities, sensitivities
 from vanelock.quantities.stress.cycles import Stressed, stressed_step
@@ -121,41 +121,41 @@ class CaseAnswers:
         return found
 
 
-def looked_into(run_data: RunData) -> list[str]:
+def looked_into(run: RunResult) -> list[str]:
     """Names of the cases that get answers of their own, in order.
 
     All if they are few; of samples those that have pictures, of other sweeps the first, the last
     and those of the extreme peaks.
     """
-    peaks = run_data.shown.peak
+    peaks = run.peaks
     names = list(peaks)
     if len(names) <= MOST:
         return names
-    if sampled(run_data):
-        return [each.case.name for each in named(run_data)]
+    if sampled(run):
+        return [each.case.name for each in named(run)]
     order = lowest_first(peaks)
     chosen = names[0], names[-1], order[0], order[-1]
     return [name for name in names if name in chosen]
 
 
-def answers(run_data: RunData) -> dict[str, CaseAnswers]:
+def answers(run: RunResult) -> dict[str, CaseAnswers]:
     """Answers of the cases of a run that are looked into."""
     known: dict[str, SurfaceLocations] = {}
-    chosen, stages, shown, found = looked_into(run_data), run_data.stages, run_data.shown, {}
-    for each in run_data.planned:
+    chosen, stages, found = looked_into(run), run.stages, {}
+    for each in run.planned:
         if (name := each.case.name) not in chosen:
             continue
         planned = each.solved(stages.get(each.response))
-        of = _answers(run_data, planned, known, shown.peak[name], shown.curve[name])
-        moved = sensitivities(planned, of.top, of.peak, shown.monitor, stages)
+        of = _answers(run, planned, known, run.peak(name), run.cases[name].drawn)
+        moved = sensitivities(planned, of.top, of.peak, run.monitor, stages)
         audit = _audited(planned, of.top, of.peak.point, stages)
-        result = run_data.results[name]
+        result = run.cases[name]
         states = {
             analysis.key: tuple(
-                _answers(run_data, state.planned, known, state.peak, state.curve)
+                _answers(run, state.planned, known, state.peak, state.curve)
                 for state in analysis.states(replace(result, planned=planned))
             )
-            for analysis in run_data.analyses
+            for analysis in run.analyses
             if analysis.key in planned.analyses
         }
         wave = result.summary.wave
@@ -164,18 +164,18 @@ def answers(run_data: RunData) -> dict[str, CaseAnswers]:
 
 
 def _answers(
-    run_data: RunData,
+    run: RunResult,
     planned: Planned,
     known: dict[str, SurfaceLocations],
     peak: Peak,
     curve: Drawn,
 ) -> CaseAnswers:
     """Of a case, `solved`, at a peak of its response; the curve gives its bandwidth."""
-    stages, name = run_data.stages, planned.case.name
+    stages, name = run.stages, planned.case.name
     top, system = as_solved(stages.get(planned.response), peak.point), stages.get(planned.system)
     key, stress = planned.response.key, None
     if planned.meshes:
-        step = stressed_step(run_data, planned, peak.point)
+        step = stressed_step(run, planned, peak.point)
         key, stress = step.key, _stress(planned, stages.get(step), stages, known)
     vane = stages.get(planned.meshes["vane"]) if planned.meshes else None
     contacts = places(planned.case.given, system.contacts, vane)
@@ -207,16 +207,16 @@ def _stress(
     return margins(study, cycles, at, gauges)
 
 
-def balances(run_data: RunData) -> dict[str, EnergyBalance]:
+def balances(run: RunResult) -> dict[str, EnergyBalance]:
     """Energies at the peak of every case, unless there are too many of them."""
-    if len(run_data.planned) > FEW:
+    if len(run.planned) > FEW:
         return {}
     found = {}
-    for each in run_data.planned:
+    for each in run.planned:
         name = each.case.name
-        if name in run_data.shown.peak:
-            planned = each.solved(run_data.stages.get(each.response))
-            found[name] = balance(run_data.stages.get(planned.system), run_data.top(each))
+        if name in run.peaks:
+            planned = each.solved(run.stages.get(each.response))
+            found[name] = balance(run.stages.get(planned.system), run.top(each))
     return found
 
 

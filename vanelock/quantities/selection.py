@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.input.cases.sweep import SAMPLE
-from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.run_result import RunResult
 from vanelock.render import Band
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.summary import Peak
@@ -28,45 +28,45 @@ def lowest_first(peaks: Mapping[str, Peak]) -> list[str]:
     return sorted(peaks, key=lambda name: peaks[name].amplitude)
 
 
-def named(run_data: RunData) -> list[Planned]:
+def named(run: RunResult) -> list[Planned]:
     """Cases with a peak that have pictures of their own, in their order.
 
     All if they are few; of samples those of the lowest, the middle and the largest peak, of other
     sweeps the first and the last.
     """
-    cases = [each for each in run_data.planned if each.case.name in run_data.shown.peak]
+    cases = [each for each in run.planned if each.case.name in run.peaks]
     if len(cases) <= DETAILED:
         return cases
-    if not sampled(run_data):
+    if not sampled(run):
         return [cases[0], cases[-1]]
-    order = lowest_first(run_data.shown.peak)
+    order = lowest_first(run.peaks)
     chosen = order[0], order[len(order) // 2], order[-1]
     return [each for each in cases if each.case.name in chosen]
 
 
-def sampled(run_data: RunData) -> bool:
+def sampled(run: RunResult) -> bool:
     """Whether the cases are samples of keys that scatter."""
-    return run_data.planned[0].case.name.startswith(f"{SAMPLE}=")
+    return run.planned[0].case.name.startswith(f"{SAMPLE}=")
 
 
-def in_words(run_data: RunData) -> str:
+def in_words(run: RunResult) -> str:
     """Which cases are named, in words."""
-    if sampled(run_data):
+    if sampled(run):
         return "the lowest, the middle and the largest peak"
     return "the first and the last case"
 
 
-def drawn_alone(run_data: RunData) -> list[Planned]:
+def drawn_alone(run: RunResult) -> list[Planned]:
     """Cases with a curve of their own."""
-    return list(run_data.planned) if len(run_data.planned) <= MANY else named(run_data)
+    return list(run.planned) if len(run.planned) <= MANY else named(run)
 
 
-def band(run_data: RunData) -> Band | None:
+def band(run: RunResult) -> Band | None:
     """Percentiles of the curves of many cases; None where each has its own."""
-    if len(run_data.planned) <= MANY:
+    if len(run.planned) <= MANY:
         return None
     curves = []
-    for frequency, amplitude, converged in run_data.shown.curve.values():
+    for frequency, amplitude, converged in (case.drawn for case in run.cases.values()):
         order = np.argsort(frequency, kind="stable")
         solved = order[converged[order]]
         curves.append((frequency[solved], amplitude[solved]))
@@ -79,9 +79,9 @@ def band(run_data: RunData) -> Band | None:
     else:
         at = np.linspace(min(f[0] for f, _ in curves), max(f[-1] for f, _ in curves), POINTS)
     table = np.array([np.interp(at, f, a, left=np.nan, right=np.nan) for f, a in curves])
-    enough = np.isfinite(table).sum(axis=0) >= SHARE * len(run_data.planned)
+    enough = np.isfinite(table).sum(axis=0) >= SHARE * len(run.planned)
     at, table = at[enough], table[:, enough]
     if not len(at):
         return None
-    kind = "samples" if sampled(run_data) else "cases"
-    return Band(at, np.nanpercentile(table, PERCENT, axis=0), f"{len(run_data.planned)} {kind}")
+    kind = "samples" if sampled(run) else "cases"
+    return Band(at, np.nanpercentile(table, PERCENT, axis=0), f"{len(run.planned)} {kind}")

@@ -10,6 +10,7 @@ from vanelock.nonlinear import ELEMENT, OPEN, Response
 from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done, kind_of
 from vanelock.quantities import warnings
+from vanelock.quantities.case_result import CaseResult
 from vanelock.render import wave_name
 from vanelock.results.case_table import PEAK, place
 from vanelock.rom import System
@@ -18,7 +19,6 @@ from vanelock.stages.parts.by_cause import LoadsByCause
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.limits import SHOWN, Limits
 from vanelock.stages.response.summary import Peak
-from vanelock.stages.sweep.retries import Solved
 
 CORRECTED = (
     "mesh correction: subtracted, the estimate of how much the finite meshes raise the frequency; "
@@ -112,10 +112,10 @@ def limits_table(sets: Mapping[str, Limits]) -> Table:
     return Table(title, columns, rows, tuple(notes), "limits")
 
 
-def preload_tables(name: str, system: System, solved: Solved) -> list[Table]:
+def preload_tables(name: str, system: System, case: CaseResult) -> list[Table]:
     """What the contacts of a case carry at rest; why, where not interference alone presses them."""
-    found = [preload_table(name, system.contacts.joints, solved.static)]
-    return found if solved.by_cause is None else [*found, *by_cause_tables(name, solved.by_cause)]
+    found = [preload_table(name, system.contacts.joints, case.static)]
+    return found if case.by_cause is None else [*found, *by_cause_tables(name, case.by_cause)]
 
 
 def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:

@@ -30,7 +30,6 @@ from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.plan import Linear, Planned
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.summary import Summary
-from vanelock.stages.sweep.retries import Solved
 
 if TYPE_CHECKING:
     from vanelock.analyses.analysis import Analysis
@@ -134,32 +133,30 @@ class Record:
             for name, which in named.items():
                 self._file.put(file, f"response/{name}", responses[which], {"linear": which})
 
-    def case(
-        self, solved: Solved, result: CaseResult, analyses: "Sequence[Analysis[Any, Any]]"
-    ) -> None:
+    def case(self, result: CaseResult, analyses: "Sequence[Analysis[Any, Any]]") -> None:
         """Everything about a case, at once."""
         summary, monitor = result.summary, result.monitor.name
-        planned, response, static = solved.planned, solved.response, solved.static
+        planned, (response, *others) = result.planned, result.responses
         where = f"response/{planned.case.name}"
         products = self._products(planned)
         with self._file.edit(where) as file:
             self._write(file, planned, products, f"/{where}")
             self._file.put(file, where, response, _attributes(planned, summary, monitor))
-            self._file.put(file, f"{where}/preload", static, {})
-            if solved.other is not None:
-                self._file.put(file, f"{where}/lower", solved.other, {})
-            if solved.by_cause is not None:
-                self._file.put(file, f"{where}/preload_by_cause", solved.by_cause, {})
+            self._file.put(file, f"{where}/preload", result.static, {})
+            for other in others:
+                self._file.put(file, f"{where}/lower", other, {})
+            if result.by_cause is not None:
+                self._file.put(file, f"{where}/preload_by_cause", result.by_cause, {})
             for analysis in analyses:
                 for i, product in enumerate(result.found(analysis.key)):
                     if place := analysis.places(product):
                         lower = "lower/" if analysis.by_response and i else ""
                         self._file.put(file, f"{where}/{lower}{place}", product, {})
             writer.put_jumps(file, where, summary.sweeps)
-            if solved.strain is not None:
-                writer.put_strain(file, where, solved.strain)
-            if solved.worth is not None:
-                writer.put_errors(file, where, *solved.worth)
+            if result.strain is not None:
+                writer.put_strain(file, where, result.strain)
+            if result.errors is not None:
+                writer.put_errors(file, where, *result.errors)
 
     def answers(
         self, found: Mapping[str, CaseAnswers], analyses: "Sequence[Analysis[Any, Any]]"

@@ -159,7 +159,9 @@ def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
         SimpleNamespace(case=case.name, peak=Peak(0, 250 + i, 1e-5 * (i + 1), False))
         for i, case in enumerate(every)
     ]
-    content: Any = SimpleNamespace(scattered=scattered(every, found), monitor="o")
+    content: Any = SimpleNamespace(
+        scattered=scattered(every, found), monitor=SimpleNamespace(name="o")
+    )
     section = scatter(content)
     text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
     assert "[um]" not in text

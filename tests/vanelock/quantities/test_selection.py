@@ -7,17 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.run_results import run_of
 from vanelock import cases, parse_study, render
 from vanelock.quantities.answers import looked_into
-from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.quantities.selection import named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
-from vanelock.results.figures.pictures import Pictures
-from vanelock.results.page_sections.content import PageContent
+from vanelock.results.figures.pictures import detailed
 from vanelock.results.page_sections.curves import response_plot
-from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.summary import Peak
 
 SWEEP = f'[sweep]\n"joints.interlock.mu" = {[round(0.1 + 0.01 * i, 2) for i in range(10)]}'
@@ -33,25 +30,27 @@ samples = {}
 def run_data(text, own_limits=False, folder=None):
     """Cases whose peaks go down and up again, with limits of their own or shared."""
     study = parse_study(text)
-    shown = Shown(Monitor("vane output 1, radial", 0, 0))
     planned: list[Any] = []
+    peaks, curves = list[Any](), list[Any]()
+    limits: dict[Any, Any] = {}
     for i, case in enumerate(cases(study)):
         height = 1e-6 * (1 + (2 + 4 * i) % 5 + 0.01 * i)
         name = case.name if own_limits else ""
         planned.append(SimpleNamespace(case=case, linear=SimpleNamespace(name=name)))
-        shown.peak[case.name] = Peak(3, 270.0, height, False)
-        shown.curve[case.name] = (F, height / (1 + abs(F - 270)), np.ones(7, bool))
+        peaks.append(Peak(3, 270.0, height, False))
+        curves.append((F, height / (1 + abs(F - 270)), np.ones(7, bool)))
         for which in ("free", "stuck"):
-            shown.linear[name, which] = (F, 1e-5 * (1 + i * own_limits) * np.ones(7))
+            limits[name, which] = (F, 1e-5 * (1 + i * own_limits) * np.ones(7))
     events: list[Any] = []
     output_files: Any = SimpleNamespace(folder=folder, listener=events.append)
-    stages: Any = None
-    return RunData(study, planned, stages, shown, output_files), events
+    run = run_of(study, planned, peaks, curves, output_files=output_files)
+    run.limits = limits
+    return run, events
 
 
 def test_samples_that_are_looked_into_are_those_with_pictures():
     many, _ = run_data(SAMPLES.format(30))
-    peaks = many.shown.peak
+    peaks = many.peaks
     order = sorted(peaks, key=lambda name: peaks[name].amplitude)
     assert set(looked_into(many)) == {order[0], order[15], order[-1]}
     assert looked_into(many) == [each.case.name for each in named(many)]
@@ -66,14 +65,14 @@ def test_of_a_sweep_the_ends_and_the_extremes_are_looked_into():
 @pytest.mark.parametrize("text", [SAMPLES.format(10), SWEEP])
 def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
     many, _ = run_data(text)
-    peaks = many.shown.peak
+    peaks = many.peaks
     for name in list(peaks)[2:8:2]:  # three, each larger than all others
-        peaks[name] = replace(peaks[name], amplitude=1e-3)
-    found = [summary(case=name, peak=peak) for name, peak in peaks.items()]
-    most = PageContent(many, found, (), {}).largest
+        case, peak = many.cases[name], replace(peaks[name], amplitude=1e-3)
+        many.cases[name] = replace(case, summary=replace(case.summary, peak=peak))
+    most = many.largest
     assert most is not None
     assert most.case in looked_into(many)
-    assert peaks[most.case].amplitude == 1e-3
+    assert many.peak(most.case).amplitude == 1e-3
 
 
 @pytest.mark.parametrize(
@@ -87,15 +86,14 @@ def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
 )
 def test_pictures_of_a_few_are_announced_where_there_are_any(wanted, said):
     many, events = run_data(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
-    Pictures(many.study, many.planned, many.stages, many.shown, many.output_files)._detailed()
+    detailed(many)
     expected = "pictures of {} for the lowest, the middle and the largest peak of 30"
     assert [event.text for event in events] == [expected.format(each) for each in said]
 
 
 def plot(made, folder):
-    content: Any = SimpleNamespace(run_data=made, monitor="vane output 1, radial")
     made.output_files.folder = folder
-    return response_plot(content)
+    return response_plot(made)
 
 
 def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):
@@ -131,7 +129,7 @@ def test_many_samples_are_shaded_as_in_the_picture(tmp_path):
     ]
     assert (outer.fill, inner.fill, middle.fill) == (0.15, 0.3, 0)
     np.testing.assert_array_equal(outer.x, np.append(F, F[::-1]))
-    heights = 1e6 * np.array([amplitude for _, amplitude, _ in made.shown.curve.values()])
+    heights = 1e6 * np.array([case.drawn[1] for case in made.cases.values()])
     low, high = np.percentile(heights, [5, 95], axis=0)
     np.testing.assert_allclose(outer.y, np.append(low, high[::-1]))
     drawn = figure(shown)["data"][0]

@@ -124,7 +124,8 @@ def test_the_answers_are_those_of_the_largest_peak(page, results):
 def test_a_rotor_speed_is_the_frequency_over_the_engine_order():
     study = parse_study("[excitation]\nengine_order = -3")
     planned = SimpleNamespace(case=SimpleNamespace(name="a", given=study))
-    content: Any = SimpleNamespace(worth={"a": None}, run_data=SimpleNamespace(planned=[planned]))
+    case = SimpleNamespace(planned=planned)
+    content: Any = SimpleNamespace(errors={"a": None}, cases={"a": case})
     found = summary(case="a", peak=Peak(3, 250.0, 1e-5, False), position=0.25)
     assert _speed(content, found) == (
         "5,000 rpm at engine order 3; 25 % of the shift from free to stuck"

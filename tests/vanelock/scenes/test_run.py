@@ -2,7 +2,6 @@
 
 import pickle
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -20,7 +19,7 @@ from vanelock.commands.check.file import check_file
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Done, Failed
-from vanelock.quantities.curves_and_fields import Shown
+from vanelock.quantities.run_result import RunResult
 
 SPRINGS = (3e5, 2e5, 1e5)
 PAD = (
@@ -30,7 +29,7 @@ PAD = (
 )
 
 
-Swept: TypeAlias = tuple[Path, dict[str, str], Shown]
+Swept: TypeAlias = tuple[Path, dict[str, str], RunResult]
 FEW = "[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
 QUIET = f"[outputs]\nloops = false\nreport = false\n{FEW}"
 
@@ -234,13 +233,15 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Swept:
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("vanelock.commands.run.study.OngoingRun", Kept)
         run_scene(load_scene(path), folder / "run")
-    return path, contents(folder / "run" / "results.h5"), kept[0].shown
+    return path, contents(folder / "run" / "results.h5"), kept[0].run
 
 
 def test_a_run_keeps_no_product_of_a_case(swept: Swept) -> None:
     """Each is some 20 to 5,000 kB, and a sweep may have 100,000 cases."""
-    assert len(swept[2].peak) == 3
-    assert len(pickle.dumps(replace(swept[2], linear={}))) < 1500 * 3
+    cases = swept[2].cases.values()
+    assert len(swept[2].peaks) == 3
+    kept = [(each.summary, each.curves, each.ends, each.verdicts) for each in cases]
+    assert len(pickle.dumps(kept)) < 1500 * 3
 
 
 @pytest.mark.system

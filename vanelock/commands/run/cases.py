@@ -22,32 +22,31 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.background import in_background
 from vanelock.pipeline.executor.task_queue import Executor
 from vanelock.pipeline.executor.tasks import Failure, TaskFailed
-from vanelock.pipeline.progress import Failed, Listener, Notice
+from vanelock.pipeline.progress import Failed, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities import warnings
-from vanelock.quantities.case_result import CaseResult, case_result
+from vanelock.quantities.case_result import CaseResult
+from vanelock.quantities.case_result import analysed as analysed_case
 from vanelock.quantities.jumps import notes
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.scatter import (
     FEWEST,
-    Scattered,
     percentile_table,
     scattered,
     sensitivity_table,
     spacing,
 )
-from vanelock.report import Picture
 from vanelock.results import listing
 from vanelock.results.case_table import response_table
 from vanelock.results.figures.campbell import crossings_table
-from vanelock.results.figures.pictures import Pictures, Shown
 from vanelock.results.files import results_file
-from vanelock.results.page_sections.content import PageContent
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.record import Record
 from vanelock.rom import Component
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
-from vanelock.stages.accuracy.errors import Errors, error_table
+from vanelock.stages.accuracy.errors import error_table
 from vanelock.stages.accuracy.evidence import judged
-from vanelock.stages.accuracy.left_out import LeftOut, left_out_table
+from vanelock.stages.accuracy.left_out import left_out_table
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
@@ -61,11 +60,10 @@ from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
-from vanelock.stages.sweep.retries import Solved, attempt
+from vanelock.stages.sweep.retries import attempt
 from vanelock.stages.sweep.time_left import Clock
 
 C = TypeVar("C")
-R = TypeVar("R")
 BY_RESPONSE = {each.key for each in ANALYSES if each.by_response}
 """Analyses with a product of each response."""
 MOST_TABLES = 8
@@ -76,6 +74,9 @@ MOST_TABLES = 8
 class OngoingRun:
     """A run under way."""
 
+    run: RunResult
+    """What is known of it, from its first case's linear responses on."""
+
     def __init__(
         self,
         given: Given,
@@ -83,10 +84,13 @@ class OngoingRun:
         listener: Listener,
         stages: Stages,
         found: Sequence[Case],
+        output_files: OutputFiles,
         executor: Callable[[], Executor] | None = None,
         memory: float | None = None,
+        text: str = "",
     ) -> None:
         self.given, self.listener, self.stages = given, listener, stages
+        self._output_files, self._text = output_files, text
         self._cache = Cache(folder / "cache", lambda message: listener(Notice(message)))
         self.failed: dict[str, Failure] = {}
         self._executor = executor
@@ -109,14 +113,11 @@ class OngoingRun:
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
-        self._strains: dict[str, tuple[Strain, Peak]] = {}
-        self._worth: dict[str, tuple[Errors, Sequence[LeftOut]]] = {}
-        self.results: dict[str, CaseResult] = {}
         self._spacings: list[float] = []
         self._lines: set[str] = set()
         self._top = 0.0
         self._loose: dict[str, bool] = {}
-        self._turned: set[str] = set()
+        self._preloads: set[str] = set()
 
     def background(self) -> AbstractContextManager[None]:
         """Have other processes compute all cases, where that is wanted."""
@@ -137,32 +138,31 @@ class OngoingRun:
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures and the `answer`."""
         self._each(self._parts, self._show_parts)
-        summaries = self._each(self._solve, self._case)
-        self.planned = tuple(
-            each.turned(BY_RESPONSE) if each.case.name in self._turned else each
-            for each in self.planned
-        )
+        self._each(self._solve, self._show)
         for analysis in ANALYSES:
-            for table in analysis.tables(self.results):
+            for table in analysis.tables(self.run.cases):
                 self.listener(table)
-        if self._strains:
-            self.listener(listing.gauge_table(self._strains))
-        for name, diagram in self.shown.campbell.items():
-            self.listener(crossings_table("" if len(self.planned) == 1 else name, diagram))
-        for name, (errors, without) in self._worth.items():
-            self.listener(error_table(name, errors, self.shown.monitor.name))
+        if strains := self.run.strains:
+            self.listener(listing.gauge_table(strains))
+        for name, case in self.run.cases.items():
+            if case.campbell is not None:
+                only = "" if len(self.planned) == 1 else name
+                self.listener(crossings_table(only, case.campbell))
+        for name, (errors, without) in self.run.errors.items():
+            self.listener(error_table(name, errors, self.run.monitor.name))
             self.listener(left_out_table(name, without))
-        return tuple(summaries)
+        return tuple(self.run.summaries)
 
-    def answer(self, found: Sequence[Summary]) -> None:
+    def answer(self) -> None:
         """What failed, and the responses: the last tables, since they are what was asked for."""
         if self.failed:
             self.listener(listing.failed_table(self.failed))
-        self.listener(response_table(found, self.shown.monitor.name, len(self.failed)))
+        table = response_table(self.run.summaries, self.run.monitor.name, len(self.failed))
+        self.listener(table)
 
-    def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], R]) -> list[R]:
+    def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], object]) -> None:
         """Compute something of each case and show it; what cannot be computed is left out."""
-        found, kept = [], []
+        kept = []
         alone = len(self.planned) + len(self.failed) == 1
         for i, each in enumerate(self.planned):
             try:
@@ -172,7 +172,7 @@ class OngoingRun:
             except TaskFailed as error:
                 self._fail(each, error.failure)
             else:
-                found.append(show(each, computed))
+                show(each, computed)
                 kept.append(each)
             if i + 1 < len(self.planned):  # pictures need the last one's products again
                 self.stages.retain(steps_of(self.planned[i + 1]))
@@ -180,7 +180,6 @@ class OngoingRun:
             name, failure = next(iter(self.failed.items()))
             raise InputError(f"no case can be computed: {name}: {failure.reason}")
         self.planned = tuple(kept)
-        return found
 
     def _fail(self, planned: Planned, failure: Failure) -> None:
         name = planned.case.name
@@ -209,47 +208,33 @@ class OngoingRun:
                 self._say(f"{count} {warnings.FREE}")
             free = self.stages.get(linear.responses["free"])
             watched = monitor(self.given.outputs.monitor, system, free)
-            self.shown = Shown(watched, opens=opening(system.contacts))
-            self.shown.measured = self.measured
+            self.run = RunResult(
+                self.given,
+                self.stages,
+                watched,
+                self._output_files,
+                ANALYSES,
+                opening(system.contacts),
+                self.measured,
+                self._text,
+                failed=self.failed,
+            )
         if linear.key not in self._peaks:
             self.record.linear(linear, len(self._peaks) < MOST_TABLES)
             self._linear(linear)
 
-    def scattered(self, found: Sequence[Summary]) -> Scattered | None:
+    def scatter(self) -> None:
         """Percentiles of the peaks, where keys scatter: written, shown."""
         if self.given.scatter is None:
-            return None
-        every = scattered(self._every, found, self._spacings)
-        if every is None:
+            return
+        found = scattered(self._every, self.run.summaries, self._spacings)
+        if found is None:
             self._say(f"percentiles need at least {FEWEST} samples with a peak")
-            return None
-        self.record.product("scatter", every)
-        self.listener(percentile_table(every, self.shown.monitor.name))
-        self.listener(sensitivity_table(every))
-        return every
-
-    def page_content(
-        self, pictures: Pictures, found: Sequence[Summary], drawn: Sequence[Picture], text: str = ""
-    ) -> PageContent:
-        """What the run's page is written from."""
-        return PageContent(
-            run_data=pictures.run_data,
-            summaries=found,
-            pictures=drawn,
-            answers=pictures.answers,
-            wear=pictures.wear,
-            strains=self._strains,
-            worth=self._worth,
-            results={
-                name: replace(case, answers=pictures.answers.get(name))
-                for name, case in self.results.items()
-            },
-            linear=self._peaks,
-            text=text,
-            balances=pictures.balances,
-            failed=self.failed,
-            scattered=pictures.scattered,
-        )
+            return
+        self.run.scattered = found
+        self.record.product("scatter", found)
+        self.listener(percentile_table(found, self.run.monitor.name))
+        self.listener(sensitivity_table(found))
 
     def _linear(self, linear: Linear) -> None:
         """Linear modes and peaks of a set of limits."""
@@ -257,14 +242,14 @@ class OngoingRun:
         limits = self.stages.get(linear.limits)
         for which in LIMITS:
             response = self.stages.get(linear.responses[which])
-            amplitude = self.shown.monitor.amplitude(response)
+            amplitude = self.run.monitor.amplitude(response)
             peaks[which] = peak_of(response, amplitude)
             if which == "free" or limits.opens:
-                self.shown.linear[linear.name, which] = response.frequency, amplitude
+                self.run.limits[linear.name, which] = response.frequency, amplitude
         self._peaks[linear.key] = peaks
         if self._few(len(self._peaks), "linear limits"):
             self.listener(listing.limits_table({linear.name: limits}))
-            self.listener(listing.linear_table(peaks, self.shown.monitor.name, linear.name))
+            self.listener(listing.linear_table(peaks, self.run.monitor.name, linear.name))
             self._say(*warnings.beside_range(self.given.response, limits))
 
     def _say(self, *texts: str) -> None:
@@ -277,22 +262,23 @@ class OngoingRun:
             self.listener(Notice(f"{what} of further cases: see {results_file.NAME}"))
         return count <= MOST_TABLES
 
-    def _solve(self, planned: Planned) -> Solved:
-        """Preload and response of a case."""
-        static = self.stages.get(planned.preload)
+    def _solve(self, planned: Planned) -> CaseResult:
+        """Preload and responses of a case, and all that follows from them."""
+        self.stages.get(planned.preload)
         found = [self._response(planned, step) for step in planned.responses]
-        response, *others = by_height(found, self.shown.monitor)
+        response = by_height(found, self.run.monitor)[0]
         planned = planned if response is found[0] else planned.turned(BY_RESPONSE)
         planned = planned.solved(response)
-        strain = self._strain(planned, response)
-        worth = None
+        strain, errors = self._strain(planned, response), None
         if planned.chosen_mesh is not None:
-            worth = judged(planned, response, self.stages, self.shown.monitor)
-        diagram, other = self._campbell(planned), next(iter(others), None)
+            errors = judged(planned, response, self.stages, self.run.monitor)
+        diagram = self._campbell(planned)
         for analysed in planned.analysed:
             self.stages.get(analysed)
         pressed = None if (step := by_cause_step(planned)) is None else self.stages.get(step)
-        return Solved(planned, static, response, strain, worth, diagram, other, pressed)
+        case = self._case(planned)
+        case = replace(case, strain=strain, errors=errors, campbell=diagram, by_cause=pressed)
+        return analysed_case(case, ANALYSES)
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
         self._clock.begin(planned, step)
@@ -300,51 +286,60 @@ class OngoingRun:
         self._clock.end(not self.stages.done[step.key].cached)
         return found
 
-    def _case(self, planned: Planned, solved: Solved) -> Summary:
+    def _case(self, planned: Planned) -> CaseResult:
+        """A case in numbers, but for those of its analyses."""
+        system = self.stages.get(planned.system)
+        responses = [self.stages.get(each) for each in planned.responses]
+        sweeps = [sweep_of(each, self.run.monitor.amplitude(each)) for each in responses]
+        if (key := planned.preload.key) not in self._loose:
+            self._loose[key] = undetermined(system, self.stages.get(planned.preload))
+        found = summarise(
+            planned.case,
+            system.contacts,
+            responses[0],
+            peak_of(responses[0], self.run.monitor.amplitude(responses[0])),
+            self.stages.get(planned.linear.limits),
+            self._peaks[planned.linear.key],
+            sum(self.stages.done[step.key].seconds for step in planned.responses),
+            self._loose[key],
+        )
+        found = replace(found, sweeps=tuple(sweeps))
+        return CaseResult(planned, self.stages, self.run.monitor, found)
+
+    def _show(self, planned: Planned, case: CaseResult) -> None:
         """A case that is solved: written, shown."""
-        planned, response, static = solved.planned, solved.response, solved.static
-        case, system = planned.case, self.stages.get(planned.system)
-        if planned.preload.key not in self._loose:
-            self._loose[planned.preload.key] = undetermined(system, static)
-            if system.contacts.springs.any() and self._few(len(self._loose), "preloads"):
-                for table in listing.preload_tables(planned.preload_name, system, solved):
+        planned, response, static = case.planned, case.responses[0], case.static
+        system = self.stages.get(planned.system)
+        if planned.preload.key not in self._preloads:
+            self._preloads.add(planned.preload.key)
+            if system.contacts.springs.any() and self._few(len(self._preloads), "preloads"):
+                for table in listing.preload_tables(planned.preload_name, system, case):
                     self.listener(table)
-        self.shown.harmonics[case.name] = response.harmonics
-        amplitude = self.shown.monitor.amplitude(response)
-        peak = peak_of(response, amplitude)
-        limits, linear = self.stages.get(planned.linear.limits), self._peaks[planned.linear.key]
-        seconds = sum(self.stages.done[step.key].seconds for step in planned.responses)
-        sweeps = [
-            sweep_of(each, self.shown.monitor.amplitude(each))
-            for each in (response, solved.other)
-            if each is not None
-        ]
-        loose = self._loose[planned.preload.key]
-        found = summarise(case, system.contacts, response, peak, limits, linear, seconds, loose)
-        first = not self.shown.peak
-        result = case_result(ANALYSES, planned, self.stages, self.shown.monitor, found)
-        lines = (*notes(sweeps), *doubts(solved, result, limits, loose, first))
-        found = replace(result.summary, sweeps=tuple(sweeps), warnings=lines)
-        if solved.other is not None and response.direction == "down":
-            self._turned.add(case.name)
-        if solved.worth is not None:
-            self._worth[case.name] = solved.worth
-        self.results[case.name] = result = replace(result, summary=found)
-        self.record.case(solved, result, ANALYSES)
-        if solved.campbell is not None:
+        lines = (*notes(case.summary.sweeps), *doubts(case, static, not self.run.peaks))
+        case = replace(case, summary=replace(case.summary, warnings=lines))
+        self.run.cases[case.name] = case
+        self.record.case(case, ANALYSES)
+        if case.campbell is not None:
             self._lines.add(lines_step(planned, self.stages).key)
-            self.shown.campbell[case.name] = solved.campbell
-            self.record.campbell(case.name, solved.campbell)
-        if solved.strain is not None and peak is not None:
-            self._strains[case.name] = solved.strain, peak
-        self.shown.collect(solved, result, ANALYSES)
-        if peak is not None:
+            self.record.campbell(case.name, case.campbell)
+        if (peak := case.peak) is not None:
             given = case.given.response
             if given.points is not None or given.frequencies is not None:
                 self._spacings.append(spacing(response.frequency, peak.point))
-            self.shown.peak[case.name] = peak
             self._top = max(self._top, peak.amplitude)
-        return found
+
+    def unshown(self) -> None:
+        """Write cases whose responses the cache holds when a run ends early: results, too."""
+        held, self.stages = self._cache.held(), Stages(self._cache, silent)
+        for each in self.planned:
+            steps = (*each.responses, each.preload)
+            if each.case.name in self.run.cases or not all(held(s.stage, s.key) for s in steps):
+                continue
+            found = [self.stages.get(step) for step in each.responses]
+            response = by_height(found, self.run.monitor)[0]
+            planned = (each if response is found[0] else each.turned(())).solved(response)
+            case = self._case(replace(planned, analyses={}))
+            self.record.case(case, ())
 
     def _campbell(self, planned: Planned) -> Campbell | None:
         """The Campbell diagram of a case, the first of those that share its lines."""
@@ -354,7 +349,7 @@ class OngoingRun:
         key = lines_step(planned, self.stages).key
         if key in self._lines:
             return None
-        return campbell(planned, self.stages, self.shown.monitor)
+        return campbell(planned, self.stages, self.run.monitor)
 
     def _strain(self, planned: Planned, response: Response) -> Strain | None:
         if planned.gauges is None:

@@ -7,6 +7,7 @@ import numpy as np
 from vanelock.analyses import ANALYSES
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
+from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages
 from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
@@ -15,32 +16,30 @@ from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.parts.load_lines import load_lines
 from vanelock.stages.parts.places import places_on
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import static_bounds_step
 from vanelock.stages.response.rest import on_inertia
-from vanelock.stages.sweep.retries import Solved
 
 MOST = 300
 """Contacts up to which the loads that static friction may hold are looked for without being asked:
 dense programmes, some minutes for so many."""
 
 
-def doubts(
-    solved: Solved, result: CaseResult, limits: Limits, loose: bool, first: bool
-) -> Iterator[str]:
+def doubts(result: CaseResult, static: Response, first: bool) -> Iterator[str]:
     """Lines on a case.
 
-    `loose` says whether a part is held by no contact that is closed at rest, `first` whether no
-    other case of the run has had a peak: static friction is looked at in one.
+    `first` says whether no other case of the run has had a peak: static friction is looked at in
+    one.
     """
     planned, given, stages = result.planned, result.given, result.stages
     system, peak = stages.get(planned.system), result.peak
+    limits, response = stages.get(planned.linear.limits), result.responses[0]
+    loose = result.summary.loose
     contacts = system.contacts
-    held = solved.static.converged.all() and not loose
-    yield from warnings.at_rest(solved.static, loose)
+    held = static.converged.all() and not loose
+    yield from warnings.at_rest(static, loose)
     yield from warnings.relieved(on_inertia(system))
     yield from warnings.alike(limits.mac)
-    yield from warnings.reduced(limits, float(solved.response.frequency.max()))
+    yield from warnings.reduced(limits, float(response.frequency.max()))
     if isinstance(given, Study):
         vane = stages.get(planned.meshes["vane"])
         nodes, points = vane.points, places_on(given, vane).points
@@ -51,24 +50,24 @@ def doubts(
         points, small = None, warnings.tenth(nodes)
     yield from warnings.implausible(limits.stuck_frequency, nodes)
     closed = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
-    yield from warnings.open_at_rest(solved.static, contacts.joints, closed)
+    yield from warnings.open_at_rest(static, contacts.joints, closed)
     if peak is not None:
         if first and held and not contacts.elements and "bounds" not in planned.analyses:
             bounds = None
             if contacts.count <= MOST:
                 friction = given.response.friction
                 bounds = stages.get(static_bounds_step(friction, planned.system, planned.at_rest))
-            yield from warnings.static_friction(bounds, contacts.joints, solved.response, peak)
+            yield from warnings.static_friction(bounds, contacts.joints, response, peak)
         if isinstance(given, Study) and given.mesh.correction != "none":
             closed = contacts.always_closed
-            yield from warnings.corrected(solved.response, peak, contacts.joints, closed)
-        yield from warnings.large(solved.response, peak, *small, points)
-        yield from warnings.beyond_band(solved.response, peak, limits.band)
+            yield from warnings.corrected(response, peak, contacts.joints, closed)
+        yield from warnings.large(response, peak, *small, points)
+        yield from warnings.beyond_band(response, peak, limits.band)
     for analysis in ANALYSES:
         if products := result.found(analysis.key):
             yield from analysis.warnings(result, products)
-    if solved.campbell is not None:
-        yield from warnings.campbell(solved.campbell.lines, limits.band)
+    if result.campbell is not None:
+        yield from warnings.campbell(result.campbell.lines, limits.band)
 
 
 def load_lines_of(planned: Planned, stages: Stages) -> Iterator[str]:

@@ -8,7 +8,6 @@ from pathlib import Path
 from vanelock import render
 from vanelock.analyses import ANALYSES
 from vanelock.commands.run.cases import OngoingRun
-from vanelock.commands.run.unshown import write_unshown
 from vanelock.common.process.memory import largest
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
@@ -19,7 +18,7 @@ from vanelock.pipeline.executor.forked import of_this_process
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results import listing
-from vanelock.results.figures.pictures import Pictures
+from vanelock.results.figures.pictures import draw
 from vanelock.results.files import results_file
 from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.results.files.run_folder import claimed
@@ -90,7 +89,10 @@ def run_study(
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
         executor = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
-        running = OngoingRun(given, path, listener, stages, found, executor, memory)
+        output_files = OutputFiles(path, listener, workers - 1)
+        running = OngoingRun(
+            given, path, listener, stages, found, output_files, executor, memory, text
+        )
         running.record.provenance(given, text)
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
@@ -100,38 +102,26 @@ def run_study(
         if shapes:
             render.trial()  # whether this machine draws is then known when the first is drawn
 
-        def unshown() -> None:
-            write_unshown(running.planned, running.shown, cache, running.record)
-
-        with running.record.finished(unshown):
+        with running.record.finished(running.unshown):
             with running.background():
                 summaries = running.all_cases()
-            scattered = running.scattered(summaries)
+            running.scatter()
             if shapes and (places := of_own_meshes(running.planned[0])):
                 listener(stages.get(places).table)
-            running.answer(summaries)
-            output_files = OutputFiles(path, listener, workers - 1)
-            pictures = Pictures(
-                given,
-                running.planned,
-                stages,
-                running.shown,
-                output_files,
-                ANALYSES,
-                running.results,
-                scattered,
-            )
-            drawn = pictures.draw()
+            running.answer()
+            draw(running.run)
             if given.outputs.report:
-                running.record.answers(pictures.answers, ANALYSES)
-                write_report(running.page_content(pictures, summaries, drawn, text))
+                running.record.answers(running.run.answers, ANALYSES)
+                write_report(running.run)
             listener(listing.stage_times([*stages.done.values(), *output_files.done]))
             running.record.complete(stages.done)
     summary = {
         "cases": [asdict(case) for case in summaries],
         "failed": {name: failure.reason for name, failure in running.failed.items()},
         "results": str(path / results_file.NAME),
-        "pictures": [str(file) for shown in drawn for file in (shown.path, *shown.data)],
+        "pictures": [
+            str(file) for shown in running.run.pictures for file in (shown.path, *shown.data)
+        ],
     }
     page = str(path / REPORT) if given.outputs.report else ""
     listener(Finished(str(path), time.perf_counter() - began, summary, page, largest()))

@@ -14,7 +14,7 @@ from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.step import Step, step
-from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.stress.fatigue import Cycle, cycle
 from vanelock.stages.parts.components import PARTS, model_step
 from vanelock.stages.parts.loads import growth
@@ -47,7 +47,7 @@ class Stressed(Product):
     gauges: Cycle | None
 
 
-def stressed_step(run_data: RunData, planned: Planned, point: int) -> Step[Stressed]:
+def stressed_step(run: RunResult, planned: Planned, point: int) -> Step[Stressed]:
     """Stress cycles of a case, `solved`, at a point of its response."""
     inputs = {"point": point, "code": code_of("quantities.stress")}
     parts = [planned.part(part, k) for part in PARTS for k in planned.diameters]
@@ -58,8 +58,8 @@ def stressed_step(run_data: RunData, planned: Planned, point: int) -> Step[Stres
 
     def compute(get: Get) -> Stressed:
         top = as_solved(get(planned.response), point)
-        vane = harmonics_of(run_data, planned, top, "vane")
-        casing = harmonics_of(run_data, planned, top, "casing", CASING_HARMONICS)
+        vane = harmonics_of(run, planned, top, "vane")
+        casing = harmonics_of(run, planned, top, "casing", CASING_HARMONICS)
         gauges = None
         if planned.gauges is not None:
             mesh = get(mesh_step(planned.case.study, "vane"))
@@ -71,7 +71,7 @@ def stressed_step(run_data: RunData, planned: Planned, point: int) -> Step[Stres
 
 
 def harmonics_of(
-    run_data: RunData,
+    run: RunResult,
     planned: Planned,
     top: Response,
     part: str,
@@ -84,9 +84,9 @@ def harmonics_of(
     found = []
     for h in range(min(top.harmonics, highest or top.harmonics) + 1):
         k = int(top.harmonic_diameters[h])
-        joined = [run_data.stages.get(planned.part(each, k)) for each in PARTS]
+        joined = [run.stages.get(planned.part(each, k)) for each in PARTS]
         own = rom.split(*joined, np.asarray(top.x[h][0], complex))[PARTS.index(part)]
-        recovery = run_data.recovery(planned, part, k)
+        recovery = run.recovery(planned, part, k)
         grown = None if h else growth(planned.case.study, part, recovery.model.part)
         found.append(recovery.stress(own, k, growth=grown))
     return np.stack(found)

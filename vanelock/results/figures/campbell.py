@@ -15,7 +15,7 @@ from vanelock.common.tables import Column, Table, heads
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
-from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.run_result import RunResult
 from vanelock.report import Picture
 from vanelock.stages.campbell.campbell import Campbell, largest
 from vanelock.stages.campbell.speed_lines import Lines
@@ -24,21 +24,21 @@ DETAILED = 8
 """Diagrams drawn; of more the first and the last."""
 
 
-def campbells(run_data: RunData) -> list[Picture]:
+def campbells(run: RunResult) -> list[Picture]:
     """One for each distinct set of lines."""
-    found = list(run_data.shown.campbell.items())
+    found = [(n, case.campbell) for n, case in run.cases.items() if case.campbell is not None]
     if len(found) > DETAILED:
         found = [found[0], found[-1]]
-    alone = len(run_data.planned) == 1
-    return [_picture(run_data, "" if alone else name, each) for name, each in found]
+    alone = len(run.planned) == 1
+    return [_picture(run, "" if alone else name, each) for name, each in found]
 
 
-def _picture(run_data: RunData, name: str, diagram: Campbell) -> Picture:
+def _picture(run: RunResult, name: str, diagram: Campbell) -> Picture:
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
-    measured = run_data.shown.measured
-    title = f"{run_data.study.name}: Campbell diagram"
+    measured = run.measured
+    title = f"{run.study.name}: Campbell diagram"
     shows = [_digest(diagram, measured), title, name]
-    path = run_data.output_files.draw(
+    path = run.output_files.draw(
         f"{stem}.png",
         shows,
         lambda path: draw_campbell(path, diagram, title, words(name), measured),
@@ -49,7 +49,7 @@ def _picture(run_data: RunData, name: str, diagram: Campbell) -> Picture:
         "circles": (circle_columns(diagram), f"amplitude of {diagram.monitor} along them"),
     }
     data = [
-        run_data.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
+        run.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
         for kind, (columns, note) in tables.items()
     ]
     return Picture(path, "Campbell diagram", caption(diagram, name), tuple(data))

@@ -8,7 +8,7 @@ from vanelock import render
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.measured.units import DISPLACEMENT
-from vanelock.quantities.curves_and_fields import Drawn, Floats, RunData
+from vanelock.quantities.run_result import Drawn, Floats, RunResult
 from vanelock.quantities.selection import band, drawn_alone, in_words, named
 from vanelock.report import Picture
 from vanelock.results.figures.curve_table import NOTE, columns
@@ -19,14 +19,14 @@ MOST = 16
 """Linear limits that are drawn, free and stuck ones together."""
 
 
-def all_curves(run_data: RunData) -> list[render.Curve]:
+def all_curves(run: RunResult) -> list[render.Curve]:
     """Linear limits, responses and measured curves, as they are drawn."""
-    shown, made = run_data.shown, linear(run_data)
-    for each in drawn_alone(run_data):
-        name, ends = each.case.name, shown.ends.get(each.case.name)
-        for direction, curve in shown.curves(name).items():
+    made = linear(run)
+    for each in drawn_alone(run):
+        name, case = each.case.name, run.cases[each.case.name]
+        for direction, curve in case.curves.items():
             frequency, amplitude, converged = curve
-            verdict = shown.verdicts.get(name, {}).get(direction)
+            verdict = case.verdicts.get(direction)
             along = verdict is not None and np.count_nonzero(verdict >= 0) > 1
             made.append(
                 render.Curve(
@@ -34,11 +34,11 @@ def all_curves(run_data: RunData) -> list[render.Curve]:
                     amplitude,
                     # Where line styles separate stable from unstable, colours all else.
                     group=words(name) if along and name != "nominal" else called(name),
-                    harmonics=None if along else shown.harmonics.get(name),
+                    harmonics=None if along else case.summary.harmonics,
                     converged=converged,
                     joined=each.case.given.response.frequencies is None,
                     variant=direction,
-                    envelope=None if ends is None else envelope([curve, *ends]),
+                    envelope=envelope([curve, *case.ends]) if case.ends else None,
                     verdict=verdict,
                     case=name,
                 )
@@ -47,31 +47,30 @@ def all_curves(run_data: RunData) -> list[render.Curve]:
         render.Curve(
             each.frequency, each.amplitude, group=each.label, kind="measured", joined=False
         )
-        for each in run_data.shown.measured
+        for each in run.measured
         if each.quantity == DISPLACEMENT
     ]
 
 
-def curves(run_data: RunData) -> Picture:
+def curves(run: RunResult) -> Picture:
     """The figure of the curves, and what it draws as CSV."""
-    made = all_curves(run_data)
+    made = all_curves(run)
     keys = [
         (*(step.key for step in (*each.responses, *each.analysed)), each.case.name)
-        for each in run_data.planned
+        for each in run.planned
     ]
-    monitor = run_data.shown.monitor.name
-    shows = [keys, monitor, run_data.given.name]
+    monitor = run.monitor.name
+    shows = [keys, monitor, run.given.name]
     shows += [
-        [m.label, m.quantity, m.frequency.tolist(), m.amplitude.tolist()]
-        for m in run_data.shown.measured
+        [m.label, m.quantity, m.frequency.tolist(), m.amplitude.tolist()] for m in run.measured
     ]
-    given = [each.case.given for each in run_data.planned]
-    if getattr(run_data.given, "system", None) is not None:  # one file, one ring
+    given = [each.case.given for each in run.planned]
+    if getattr(run.given, "system", None) is not None:  # one file, one ring
         given = given[:1]
     order = one_order(order for sectors, order in map(ring_of, given) if sectors > 1)
-    title = f"{run_data.given.name}: forced response"
-    shade = band(run_data)
-    path = run_data.output_files.draw(
+    title = f"{run.given.name}: forced response"
+    shade = band(run)
+    path = run.output_files.draw(
         "figures/response.png",
         shows,
         lambda path: render.response_curves(
@@ -82,11 +81,11 @@ def curves(run_data: RunData) -> Picture:
         f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
         NOTE,
     ]
-    data = run_data.table("figures/response.csv", shows, lambda: columns(made, shade), notes)
+    data = run.table("figures/response.csv", shows, lambda: columns(made, shade), notes)
     limits = (
-        f"The thin lines are the linear limits, with {run_data.shown.opens} free (dashed) and "
+        f"The thin lines are the linear limits, with {run.opens} free (dashed) and "
         "stuck (dotted): without friction's damping the peak would be as high as theirs. "
-        if run_data.shown.opens
+        if run.opens
         else "The thin dashed line is the linear limit: the same structure without friction's "
         "damping. "
     )
@@ -95,13 +94,13 @@ def curves(run_data: RunData) -> Picture:
         "The other lines are the responses with friction, each with a marker at its peak, whose "
         "value stands in the legend. Read off how far friction lowers the peak, and how far it "
         "moves the resonance from the free towards the stuck frequency."
-        f"{' Black dots are measured.' if run_data.shown.measured else ''}"
+        f"{' Black dots are measured.' if run.measured else ''}"
     )
     caption += key_to_lines(made)
     if shade is not None:
         caption += (
             f" Shaded: where {shade.label} lie at each frequency, and their median; lines of their "
-            f"own have {in_words(run_data)}."
+            f"own have {in_words(run)}."
         )
     return Picture(path, RESPONSE, caption, (data,), section="summary")
 
@@ -143,11 +142,11 @@ def called(name: str) -> str:
     return "with friction" if name == "nominal" else words(name, without="harmonics")
 
 
-def linear(run_data: RunData) -> list[render.Curve]:
+def linear(run: RunResult) -> list[render.Curve]:
     """Linear limits, equal ones once."""
-    limits = run_data.shown.linear
+    limits = run.limits
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
-        own = {each.linear.name for each in named(run_data)}
+        own = {each.linear.name for each in named(run)}
         limits = {key: curve for key, curve in limits.items() if key[0] in own}
     return limit_curves(limits)
 

@@ -9,7 +9,7 @@ from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.wear_tables import contact_table
-from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.stress.margins import Margin
 from vanelock.report import Picture
 
@@ -21,7 +21,7 @@ MARKED = 5
 """Features marked in a Haigh diagram, gauges aside."""
 
 
-def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
+def haigh(run: RunResult, found: CaseAnswers) -> Picture:
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
     bears = found.stress.worst["vane"][0].strength
@@ -32,7 +32,7 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
     )
     subtitle = "; ".join([*([] if found.name == "nominal" else [words(found.name)]), text])
     shows = [found.key, title, subtitle, [bears.limit, bears.tensile]]
-    path = run_data.output_files.draw(
+    path = run.output_files.draw(
         f"figures/haigh_{slug(found.name)}.png",
         shows,
         lambda path: render.haigh_picture(
@@ -53,9 +53,7 @@ def haigh(run_data: RunData, found: CaseAnswers) -> Picture:
         "signed: its von Mises stress with the sign of the trace; n: Goodman safety factor",
         "clear: 0 at sharp re-entrant corners and beside point forces, where stress has no limit",
     ]
-    data = run_data.table(
-        f"figures/fatigue_{slug(found.name)}.csv", shows, lambda: _nodes(found), notes
-    )
+    data = run.table(f"figures/fatigue_{slug(found.name)}.csv", shows, lambda: _nodes(found), notes)
     caption = (
         f"Every node of the vane{of_case(found.name)}: what alternates at the peak over what acts "
         "at rest, as equivalent stresses (von Mises amplitude and hydrostatic mean, by Sines). "
@@ -90,7 +88,7 @@ def _nodes(found: CaseAnswers) -> dict[str, ArrayLike]:
     return columns
 
 
-def wear_table(run_data: RunData, found: CaseAnswers) -> Path:
+def wear_table(run: RunResult, found: CaseAnswers) -> Path:
     """CSV of every contact's wear indicators, which the page shows as a table."""
     names, *numbers = contact_table(found.places, found.wear).by_head().items()
     columns = dict([names, *((head, _short(values)) for head, values in numbers)])
@@ -99,7 +97,7 @@ def wear_table(run_data: RunData, found: CaseAnswers) -> Path:
         "slip: distance under load in a cycle, both ways; pressure: force over the contact's area",
     ]
     shows = [found.key, [str(k) for k in found.places.coefficient]]
-    return run_data.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
+    return run.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
 
 
 def _short(values: ArrayLike) -> list[float]:

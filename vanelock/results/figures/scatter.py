@@ -5,18 +5,18 @@ from numpy.typing import NDArray
 
 from vanelock import render
 from vanelock.input.messages import unit_of
-from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.scatter import Scattered, percentile_table, sample_columns
 from vanelock.report import Picture
 
 TITLE = "Scatter of the peaks"
 
 
-def scatters(run_data: RunData, found: Scattered) -> Picture:
+def scatters(run: RunResult, found: Scattered) -> Picture:
     """Distribution of the peaks, and the peaks against what scatters."""
-    monitor, known = run_data.shown.monitor.name, found.known
-    shows = [[each.response.key, each.case.name] for each in run_data.planned]
-    shows += [[monitor, run_data.given.name, *found.keys], found.value.tolist()]
+    monitor, known = run.monitor.name, found.known
+    shows = [[each.response.key, each.case.name] for each in run.planned]
+    shows += [[monitor, run.given.name, *found.keys], found.value.tolist()]
     keys = [_shown(key, found.value[known, i]) for i, key in enumerate(found.keys)]
     panels = [
         render.ScatterPanel(
@@ -32,8 +32,8 @@ def scatters(run_data: RunData, found: Scattered) -> Picture:
             found.frequency_correlation[:, 0],
         ),
     ]
-    title = f"{run_data.given.name}: {TITLE.lower()}"
-    path = run_data.output_files.draw(
+    title = f"{run.given.name}: {TITLE.lower()}"
+    path = run.output_files.draw(
         "figures/scatter.png",
         shows,
         lambda path: render.scatter_picture(
@@ -46,8 +46,8 @@ def scatters(run_data: RunData, found: Scattered) -> Picture:
         ),
     )
     notes = [f"{title}, {monitor}: half the peak-to-peak"]
-    data = run_data.table("figures/scatter.csv", shows, lambda: sample_columns(found), notes)
-    table = run_data.table(
+    data = run.table("figures/scatter.csv", shows, lambda: sample_columns(found), notes)
+    table = run.table(
         "figures/percentiles.csv", shows, percentile_table(found, monitor).by_head, notes
     )
     caption = (

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from vanelock import render, rom
+from vanelock import fem, render, rom
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.cases.sweep import label
 from vanelock.pipeline.progress import Notice
-from vanelock.quantities.curves_and_fields import Floats, RunData, Shape, stress_over_a_period
+from vanelock.quantities.run_result import Floats, RunResult, Shape
 from vanelock.report import Picture
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
@@ -59,69 +59,69 @@ class Drawn:
         return self.recover()
 
 
-def mesh(run_data: RunData, each: Planned, data: Sequence[Path] = ()) -> Picture:
+def mesh(run: RunResult, each: Planned, data: Sequence[Path] = ()) -> Picture:
     """Both parts with their node sets."""
     keys = [mesh_step(each.case.study, part).key for part in PARTS]
-    title = f"{run_data.study.name}: mesh"
-    path = run_data.output_files.draw(
+    title = f"{run.study.name}: mesh"
+    path = run.output_files.draw(
         "figures/mesh.png",
         [keys, title],
-        lambda path: render.mesh_picture(path, *run_data.parts(each), title),
+        lambda path: render.mesh_picture(path, *run.parts(each), title),
     )
     caption = (
         "Finite-element mesh of one vane segment and one casing sector (translucent). Balls are "
         "the nodes where the parts touch, are loaded and are measured; pale ones lie behind. "
         "Right: the meridional section through the front hook, whose foot sits in the casing's "
-        f"groove, and the full ring of {run_data.study.ring.sectors} sectors,"
+        f"groove, and the full ring of {run.study.ring.sectors} sectors,"
         " of which one is meshed."
     )
     return Picture(path, "Mesh and node sets", caption, tuple(data))
 
 
-def all_modes(run_data: RunData) -> list[Picture]:
+def all_modes(run: RunResult) -> list[Picture]:
     """Modes of each distinct set of linear limits, under the swept values that distinguish them."""
-    groups = [_mode_key(run_data, each) for each in run_data.planned]
-    names = label([each.case for each in run_data.planned], groups)
+    groups = [_mode_key(run, each) for each in run.planned]
+    names = label([each.case for each in run.planned], groups)
     chosen: dict[Any, tuple[Planned, str]] = {}
-    for each, group, name in zip(run_data.planned, groups, names, strict=True):
+    for each, group, name in zip(run.planned, groups, names, strict=True):
         chosen.setdefault(group, (each, name))
     distinct = list(chosen.values())
     if len(distinct) > DETAILED:
         text = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
-        run_data.output_files.listener(Notice(text))
+        run.output_files.listener(Notice(text))
         distinct = [distinct[0], distinct[-1]]
     found: list[Picture] = []
     for each, name in distinct:
-        found += _modes(run_data, each, name, run_data.study.outputs.animations and not found)
+        found += _modes(run, each, name, run.study.outputs.animations and not found)
     return found
 
 
-def _mode_key(run_data: RunData, each: Planned) -> tuple[Any, ...]:
+def _mode_key(run: RunResult, each: Planned) -> tuple[Any, ...]:
     """What tells modes apart; a load or a damping ratio does not."""
-    limits = run_data.stages.get(each.linear.limits)
+    limits = run.stages.get(each.linear.limits)
     places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
     parts = tuple(step.key for step in each.rom.values())
     return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 
-def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[Picture]:
+def _modes(run: RunResult, each: Planned, name: str, animated: bool) -> list[Picture]:
     """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
-    limits = run_data.stages.get(each.linear.limits)
+    limits = run.stages.get(each.linear.limits)
     k = limits.nodal_diameter
     made = []
     wanted = LIMITS if limits.opens else LIMITS[:1]
     for which in wanted:
         place = limits.free_mode if which == "free" else limits.stuck_mode
         frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
-        wave = render.wave_name(k, run_data.study.ring.sectors)
+        wave = render.wave_name(k, run.study.ring.sectors)
         held = f", interlock {which}" if limits.opens else ""
         title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
 
         def recover(which: str = which, place: int = place) -> list[Shape]:
-            system = run_data.stages.get(each.linear.system)
+            system = run.stages.get(each.linear.system)
             closed = ~system.contacts.opens if which == "free" else None
             shapes = rom.linear_modes(system, k, place + 1, closed)[1]
-            return run_data.fields(each, np.asarray(shapes[:, place], complex), k)
+            return run.fields(each, np.asarray(shapes[:, place], complex), k)
 
         shows = [each.linear.limits.key, title, name]
         file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
@@ -132,8 +132,8 @@ def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[
             "stated, colours show where it moves most. Left: one sector at its largest deflection, "
             "undeformed in grey; right: the wave around the ring."
         )
-        data = _data(run_data, each, drawn)
-        made.append(_picture(run_data, each, drawn, render.mode_picture, caption, data))
+        data = _data(run, each, drawn)
+        made.append(_picture(run, each, drawn, render.mode_picture, caption, data))
         if animated and which == wanted[-1]:
             caption = (
                 f"The same mode over one period{of_case(name)}: a wave that travels round the ring "
@@ -142,24 +142,24 @@ def _modes(run_data: RunData, each: Planned, name: str, animated: bool) -> list[
 
             def animate(path: Path, drawn: Drawn = drawn) -> None:
                 render.mode_animation(
-                    path, run_data.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
+                    path, run.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
                 )
 
-            path = run_data.output_files.draw(f"shapes/{file}.gif", shows, animate)
+            path = run.output_files.draw(f"shapes/{file}.gif", shows, animate)
             made.append(Picture(path, f"{title}, in motion", caption, data))
     return made
 
 
-def response(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
+def response(run: RunResult, each: Planned, animated: bool) -> list[Picture]:
     """First harmonic at the peak; `animated`, all of them too."""
     name = each.case.name
-    top, peak = run_data.top(each), run_data.shown.peak[name]
+    top, peak = run.top(each), run.peak(name)
     k = int(top.harmonic_diameters[1])
     title = f"Response at its peak, {peak.frequency:.2f} Hz"
-    shows = [each.response.key, title, name, run_data.shown.monitor.name]
+    shows = [each.response.key, title, name, run.monitor.name]
     subtitle = f"{words(name)}, first harmonic"
     drawn = Drawn(
-        f"response_{slug(name)}", title, subtitle, k, lambda: run_data.harmonic(each, 1), shows
+        f"response_{slug(name)}", title, subtitle, k, lambda: run.harmonic(each, 1), shows
     )
     caption = (
         f"First harmonic of the vibration with friction at the largest response, "
@@ -168,18 +168,18 @@ def response(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
         "colours run once around the ring for each nodal diameter the wave travels, and a jump "
         "within a sector marks parts that move in opposite phase."
     )
-    data = _data(run_data, each, drawn)
-    made = [_picture(run_data, each, drawn, render.response_picture, caption, data)]
+    data = _data(run, each, drawn)
+    made = [_picture(run, each, drawn, render.response_picture, caption, data)]
     if animated:
 
         def animate(path: Path) -> None:
             waves = [
-                render.Wave(h, int(top.harmonic_diameters[h]), run_data.harmonic(each, h))
+                render.Wave(h, int(top.harmonic_diameters[h]), run.harmonic(each, h))
                 for h in range(1, top.harmonics + 1)
             ]
-            render.response_animation(path, run_data.parts(each), waves, title, words(name))
+            render.response_animation(path, run.parts(each), waves, title, words(name))
 
-        path = run_data.output_files.draw(f"shapes/{drawn.name}.gif", shows, animate)
+        path = run.output_files.draw(f"shapes/{drawn.name}.gif", shows, animate)
         caption = (
             f"The vibration at the peak over one period{of_case(name)}, all harmonics, each with "
             "its own nodal diameter, without what the preload does at rest. Colours are the "
@@ -189,31 +189,29 @@ def response(run_data: RunData, each: Planned, animated: bool) -> list[Picture]:
     return made
 
 
-def stress(run_data: RunData, each: Planned) -> Picture:
+def stress(run: RunResult, each: Planned) -> Picture:
     """Von Mises stress of the vane at the peak."""
     name = each.case.name
-    peak = run_data.shown.peak[name]
+    peak = run.peak(name)
     title = f"Largest von Mises stress in a period, {peak.frequency:.2f} Hz"
-    placed = None if each.gauges is None else run_data.stages.get(each.gauges).positions
+    placed = None if each.gauges is None else run.stages.get(each.gauges).positions
     shows = [each.response.key, title, name, [] if placed is None else placed.tolist()]
 
     @cache
     def values() -> tuple[Floats, Floats]:
-        return stress_over_a_period(run_data.stresses(each))
+        return stress_over_a_period(run.stresses(each))
 
     def picture(path: Path) -> None:
         gauges = () if placed is None else placed
-        render.stress_picture(path, run_data.parts(each)[0], *values(), title, words(name), gauges)
+        render.stress_picture(path, run.parts(each)[0], *values(), title, words(name), gauges)
 
     def write(path: Path) -> None:
         total, vibration = values()
         given = {"von_mises_max (Pa)": total, "von_mises_max_of_vibration (Pa)": vibration}
-        render.write_vtu(path, run_data.parts(each)[0], fields=given)
+        render.write_vtu(path, run.parts(each)[0], fields=given)
 
-    path = run_data.output_files.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
-    data = run_data.output_files.draw(
-        f"shapes/stress_{slug(name)}_vane.vtu", shows, write, quick=True
-    )
+    path = run.output_files.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
+    data = run.output_files.draw(f"shapes/stress_{slug(name)}_vane.vtu", shows, write, quick=True)
     caption = (
         f"Largest von Mises stress of the vane in a period at the peak, {peak.frequency:.2f} Hz"
         f"{of_case(name)}. Left: with what the preload does at rest; right: of the vibration "
@@ -224,7 +222,7 @@ def stress(run_data: RunData, each: Planned) -> Picture:
 
 
 def _picture(
-    run_data: RunData,
+    run: RunResult,
     each: Planned,
     drawn: Drawn,
     draw: Callable[..., Path],
@@ -232,21 +230,28 @@ def _picture(
     data: tuple[Path, ...],
 ) -> Picture:
     def function(path: Path) -> None:
-        parts, k = run_data.parts(each), drawn.nodal_diameter
+        parts, k = run.parts(each), drawn.nodal_diameter
         draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
 
-    path = run_data.output_files.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
+    path = run.output_files.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
     return Picture(path, drawn.title, caption, data)
 
 
-def _data(run_data: RunData, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
+def _data(run: RunResult, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
     """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):
 
         def write(path: Path, i: int = i) -> None:
-            render.write_vtu(path, run_data.parts(each)[i], drawn.fields[i], unit=drawn.unit)
+            render.write_vtu(path, run.parts(each)[i], drawn.fields[i], unit=drawn.unit)
 
         file = f"shapes/{drawn.name}_{part}.vtu"
-        data.append(run_data.output_files.draw(file, drawn.shows, write, quick=True))
+        data.append(run.output_files.draw(file, drawn.shows, write, quick=True))
     return tuple(data)
+
+
+def stress_over_a_period(harmonics: Shape) -> tuple[Floats, Floats]:
+    """(nodes,) largest von Mises stress over a period, Pa: in all, and of the vibration alone."""
+    moving = harmonics.copy()
+    moving[0] = 0
+    return fem.peak_von_mises(harmonics), fem.peak_von_mises(moving)

@@ -9,12 +9,12 @@ from vanelock.input.cases.names import words
 from vanelock.nonlinear import ELEMENT
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.wear import exact
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import band
 from vanelock.render.plots.curve import Curve, converged
 from vanelock.report import Plot, Section, Trace, curve_plot
 from vanelock.results.figures.contacts.loops import Loop
 from vanelock.results.figures.curves import all_curves, key_to_lines
-from vanelock.results.page_sections.content import PageContent
 from vanelock.stages.parts.places import tangents
 
 MOST_GAUGES = 6
@@ -26,30 +26,29 @@ STEP = 4
 """Of the samples of a loop, every so many are on the page."""
 
 
-def loops(content: PageContent) -> Section:
+def loops(run: RunResult) -> Section:
     """Strain of the gauges, and the loops of the contacts that slide most."""
-    found = {each.name: loop(each) for each in content.answers.values()}
-    gauged = gauges(content)
+    found = {each.name: loop(each) for each in run.answers.values()}
+    gauged = gauges(run)
     title = "Gauges and hysteresis" if gauged else "Hysteresis"
-    return Section(title, [*gauged, *content.of_cases(found)], id="loops")
+    return Section(title, [*gauged, *run.of_cases(found)], id="loops")
 
 
-def response_plot(content: PageContent) -> Plot:
+def response_plot(run: RunResult) -> Plot:
     """Amplitude over frequency of every case."""
-    run_data = content.run_data
-    data = run_data.output_files.folder / "figures" / "response.csv"
+    data = run.output_files.folder / "figures" / "response.csv"
     lines = (
-        f"Dashed and dotted: linear, {run_data.shown.opens} free and stuck."
-        if run_data.shown.opens
+        f"Dashed and dotted: linear, {run.opens} free and stuck."
+        if run.opens
         else "Dashed: linear."
     )
-    made = all_curves(run_data)
+    made = all_curves(run)
     plot = curve_plot(
         made,
         "Forced response",
-        f"Half the peak-to-peak of {content.monitor}. {lines} Click a name in the legend to hide "
+        f"Half the peak-to-peak of {run.monitor.name}. {lines} Click a name in the legend to hide "
         f"its curve, twice to see it alone.{key_to_lines(made)}",
-        band=band(run_data),
+        band=band(run),
         data=[data] if data.exists() else [],
     )
     return replace(plot, log_y=True, zoom=around_peaks(plot, made))
@@ -75,14 +74,14 @@ def around_peaks(
     return ends, (0.05 * float(min(up)), ROOM * float(max(up)))
 
 
-def gauges(content: PageContent) -> list[Plot]:
+def gauges(run: RunResult) -> list[Plot]:
     """Strain over frequency of every gauge in the cases that are looked into."""
-    stages, traces = content.run_data.stages, []
-    many = len(content.answers) > 1
-    for name, found in content.answers.items():
-        if name not in content.strains:
+    stages, traces = run.stages, []
+    many = len(run.answers) > 1
+    for name, found in run.answers.items():
+        if name not in run.strains:
             continue
-        strain = content.strains[name][0]
+        strain = run.strains[name][0]
         response = stages.get(found.planned.response)
         order = np.argsort(response.frequency, kind="stable")
         amplitude = np.where(response.converged[:, None], 1e6 * strain.amplitude, np.nan)
@@ -92,7 +91,7 @@ def gauges(content: PageContent) -> list[Plot]:
             traces.append(Trace(response.frequency[order], amplitude[order, g], label, hover=name))
     if not traces:
         return []
-    names = next(iter(content.strains.values()))[0].gauges.names[:MOST_GAUGES]
+    names = next(iter(run.strains.values()))[0].gauges.names[:MOST_GAUGES]
     where = "; ".join(f"gauge {g + 1}: {text}" for g, text in enumerate(names))
     caption = f"Half the peak-to-peak of the strain that the gauges read. {where}."
     return [Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)]

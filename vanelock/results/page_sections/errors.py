@@ -3,9 +3,9 @@
 from vanelock.common.tables import Cell, Flag, Table, heads
 from vanelock.input.cases.names import fixed, words
 from vanelock.input.schema.scene import Scene
+from vanelock.quantities.run_result import RunResult
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
-from vanelock.results.page_sections.content import PageContent
 from vanelock.stages.accuracy.errors import error_table
 from vanelock.stages.accuracy.left_out import left_out_table
 
@@ -16,21 +16,21 @@ CHECKED = (
 )
 
 
-def convergence(content: PageContent) -> Section:
+def convergence(run: RunResult) -> Section:
     """How sure the numbers are."""
-    blocks: list[Block] = [_points(content), Text(CHECKED)]
-    for name, (errors, without) in content.worth.items():
+    blocks: list[Block] = [_points(run), Text(CHECKED)]
+    for name, (errors, without) in run.errors.items():
         case = words(name)
-        blocks += [error_table(case, errors, content.monitor), left_out_table(case, without)]
-    blocks.append(Text(_not_estimated(content)))
+        blocks += [error_table(case, errors, run.monitor.name), left_out_table(case, without)]
+    blocks.append(Text(_not_estimated(run)))
     return Section("Convergence and errors", blocks, id="errors")
 
 
-def _points(content: PageContent) -> Table:
+def _points(run: RunResult) -> Table:
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
-    for each in content.summaries:
-        found = content.answers.get(each.case)
+    for each in run.summaries:
+        found = run.answers.get(each.case)
         audit = found.audit if found else None
         rows.append(
             (
@@ -49,15 +49,15 @@ def _points(content: PageContent) -> Table:
     return Table(title, heads(*columns), rows, flags=flags)
 
 
-def _not_estimated(content: PageContent) -> str:
-    given = content.run_data.given
+def _not_estimated(run: RunResult) -> str:
+    given = run.given
     missing = []
     if isinstance(given, Scene):
         missing.append(
             "**Matrices and frequency points**: chosen by the scene, their errors not estimated; "
             "that of the harmonics to first order alone."
         )
-    elif not content.worth:
+    elif not run.errors:
         missing.append(
             "**Modes and frequency points**: chosen by the study, their errors not estimated; "
             "those of mesh and harmonics to first order alone, for the largest peak. "
@@ -79,7 +79,7 @@ def _not_estimated(content: PageContent) -> str:
     ]
     missing += [
         text
-        for analysis in content.run_data.analyses
+        for analysis in run.analyses
         if analysis.keys_of(given) is None and (text := analysis.absent(given))
     ]
     if given.response.samples is not None:

@@ -8,10 +8,10 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.stress.margins import Margin
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block, Single
-from vanelock.results.page_sections.content import PageContent
 
 WITHOUT = (
     "A component of matrices has no field of stress: margins need the mesh and the shape functions "
@@ -32,17 +32,17 @@ COLUMNS = (
 PARTS = ("vane", "casing")
 
 
-def fatigue(content: PageContent) -> Section:
+def fatigue(run: RunResult) -> Section:
     """Margins of the cases that are looked into."""
-    if not content.run_data.planned[0].meshes:
+    if not run.planned[0].meshes:
         return Section("Fatigue", [Text(WITHOUT)], id="fatigue")
-    blocks: list[Block] = [Text(_method(content))]
-    cases = content.answers.values()
-    own = {each.name: [*_case(content, each), *_haigh(content, each)] for each in cases}
-    blocks += content.of_cases(own)
-    if len(content.answers) > 1:
-        blocks.append(_others(content))
-    blocks.append(Text(_limits(content)))
+    blocks: list[Block] = [Text(_method(run))]
+    cases = run.answers.values()
+    own = {each.name: [*_case(run, each), *_haigh(run, each)] for each in cases}
+    blocks += run.of_cases(own)
+    if len(run.answers) > 1:
+        blocks.append(_others(run))
+    blocks.append(Text(_limits(run)))
     return Section("Fatigue", blocks, id="fatigue")
 
 
@@ -66,13 +66,13 @@ def assumed(found: CaseAnswers, part: str) -> bool:
     return not {"fatigue_limit", "tensile_strength"} <= given
 
 
-def _haigh(content: PageContent, found: CaseAnswers) -> list[Single]:
+def _haigh(run: RunResult, found: CaseAnswers) -> list[Single]:
     """The diagram of a case."""
-    return [e for e in content.pictures if e.section == "fatigue" and e.case == found.name]
+    return [e for e in run.pictures if e.section == "fatigue" and e.case == found.name]
 
 
-def _method(content: PageContent) -> str:
-    own = content.run_data.study.material
+def _method(run: RunResult) -> str:
+    own = run.study.material
     bears = "; ".join(
         f"{part}: fatigue limit {1e-6 * m.fatigue_limit:g} MPa, "
         f"tensile strength {1e-6 * m.tensile_strength:g} MPa"
@@ -90,20 +90,20 @@ def _method(content: PageContent) -> str:
     )
 
 
-def _limits(content: PageContent) -> str:
+def _limits(run: RunResult) -> str:
     return (
-        f"{_corners(content)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
+        f"{_corners(run)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
         "casting defects. The mean stress is of what presses the joints at rest, gas loads and "
         "heat among it where the study gives them, and what vibration does to it. Stresses of the "
         "casing are those of rest and first harmonic."
     )
 
 
-def _corners(content: PageContent) -> str:
-    main = content.main
+def _corners(run: RunResult) -> str:
+    main = run.main
     if main is None:
         return ""
-    locations, study = main.stress.locations["vane"], content.run_data.study
+    locations, study = main.stress.locations["vane"], run.study
     sharp, count = int(locations.corner.sum()), int((~locations.clear).sum())
     places, advice = "", "Real parts have fillets"
     if isinstance(study.vane, VaneDimensions):
@@ -133,10 +133,10 @@ def _wall(study: Study) -> str:
     return "the thinnest wall" if isinstance(study.vane, VaneDimensions) else "an element's edge"
 
 
-def _case(content: PageContent, found: CaseAnswers) -> list[Single]:
+def _case(run: RunResult, found: CaseAnswers) -> list[Single]:
     case = of_case(found.name)
     blocks: list[Single] = [_worst(found, "peak")]
-    for analysis in content.run_data.analyses:
+    for analysis in run.analyses:
         if states := found.states.get(analysis.key):
             blocks.append(_worst(states[-1], f"peak: {analysis.state}"))
     every = [(part, m) for part in PARTS for m in found.stress.features[part]]
@@ -169,10 +169,10 @@ def _merged(margins: Sequence[Margin]) -> list[tuple[str, Margin]]:
     return list(found.values())
 
 
-def _others(content: PageContent) -> Table:
+def _others(run: RunResult) -> Table:
     """The critical location of every case, in vane or casing."""
     rows, flags = [], []
-    for found in content.answers.values():
+    for found in run.answers.values():
         m = found.stress.governing
         rows.append(_row(found, m, m.part, f"{words(found.name)}: {m.part}, {m.where}"))
         flags.append(case_flag(found, m.reserve, m.part))

@@ -12,10 +12,10 @@ from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.names import words
 from vanelock.quantities.meshes.mesh_tables import quality_table
 from vanelock.quantities.meshes.quality import figures
+from vanelock.quantities.run_result import RunResult
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.listing import components_table, limits_table, stage_times
-from vanelock.results.page_sections.content import PageContent
 from vanelock.results.record import LIBRARIES
 from vanelock.stages.parts.components import PARTS
 
@@ -27,27 +27,26 @@ OF_PARTS = (
 NOT_SHOWN = ("volume_cm3", "against_cad", "smallest_jacobian", "sicn_1_percent")
 
 
-def models(content: PageContent) -> Section:
+def models(run: RunResult) -> Section:
     """Meshes, reduced parts, system, contacts and linear limits."""
-    run_data = content.run_data
-    first, stages = run_data.planned[0], run_data.stages
+    first, stages = run.planned[0], run.stages
     if first.meshes:
-        tables = [_meshes(content), _reduced(content)]
+        tables = [_meshes(run), _reduced(run)]
     else:
         pieces = [stages.get(step) for step in first.rom.values()]
         tables = [components_table(pieces, stages.get(first.system))]
-    sets = {each.linear.key: each.linear for each in run_data.planned}.values()
+    sets = {each.linear.key: each.linear for each in run.planned}.values()
     limits = limits_table({words(each.name): stages.get(each.limits) for each in sets})
     times = stage_times(stages.done.values()).without("computed", "seconds_now")
     note = "Times are those of when a stage was computed; later runs find it in the cache."
-    tables += [_contacts(content), limits, replace(times, title="Computing time", notes=(note,))]
+    tables += [_contacts(run), limits, replace(times, title="Computing time", notes=(note,))]
     return Section("Model", tables, id="model")
 
 
-def _contacts(content: PageContent) -> Table:
+def _contacts(run: RunResult) -> Table:
     """Properties of the first case's contacts by joint."""
-    first = content.run_data.planned[0]
-    contacts = content.run_data.stages.get(first.system).contacts
+    first = run.planned[0]
+    contacts = run.stages.get(first.system).contacts
     rows: list[tuple[Cell, ...]] = []
     for name in dict.fromkeys(contacts.joints):
         own = np.array([joint == name for joint in contacts.joints])
@@ -71,10 +70,10 @@ def _range(values: np.ndarray) -> str:
     return f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
 
 
-def _meshes(content: PageContent) -> Table:
-    planned, stages = content.run_data.planned, content.run_data.stages
+def _meshes(run: RunResult) -> Table:
+    planned, stages = run.planned, run.stages
     parts = {name: stages.get(step) for name, step in planned[0].meshes.items()}
-    material = content.run_data.study.material
+    material = run.study.material
     table = quality_table(
         parts,
         {name: figures(part) for name, part in parts.items()},
@@ -86,15 +85,14 @@ def _meshes(content: PageContent) -> Table:
     return replace(table, title=title)
 
 
-def _reduced(content: PageContent) -> Table:
-    run_data = content.run_data
-    first = run_data.planned[0]
+def _reduced(run: RunResult) -> Table:
+    first = run.planned[0]
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:
-        component = run_data.stages.get(first.rom[part])
+        component = run.stages.get(first.rom[part])
         masters = 3 * len(component.masters.nodes)
         rows.append((part, masters, component.fixed_modes, component.size, component.route))
-    system = run_data.stages.get(first.system)
+    system = run.stages.get(first.system)
     size = len(system.at(system.nodal_diameter(1)).K)
     joints = system.contacts.joint
     counts = ", ".join(f"{joints.count(j)} {j}" for j in dict.fromkeys(joints))
@@ -104,11 +102,10 @@ def _reduced(content: PageContent) -> Table:
     return Table(title, columns, rows, (OF_PARTS,))
 
 
-def provenance(content: PageContent) -> Section:
+def provenance(run: RunResult) -> Section:
     """Versions, date, command, study file, and the hash of every response."""
     hashes: list[tuple[Cell, ...]] = [
-        (words(each.case.name), each.response.key, each.system.key)
-        for each in content.run_data.planned
+        (words(each.case.name), each.response.key, each.system.key) for each in run.planned
     ]
     blocks: list[Block] = [
         Text(
@@ -124,8 +121,8 @@ def provenance(content: PageContent) -> Section:
             hashes,
         ),
     ]
-    if content.text.strip():
-        lines = [(line,) for line in content.text.rstrip().splitlines()]
+    if run.text.strip():
+        lines = [(line,) for line in run.text.rstrip().splitlines()]
         blocks.append(Table("As it was given", heads("the file"), lines))
     return Section("Provenance", blocks, id="provenance")
 

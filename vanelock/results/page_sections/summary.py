@@ -9,12 +9,12 @@ from vanelock.input.cases.names import fixed, words
 from vanelock.input.cases.values import ring_of
 from vanelock.input.schema.study import Study
 from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.case_table import case_row, case_table
 from vanelock.results.listing import by_cause_tables
-from vanelock.results.page_sections.content import PageContent
 from vanelock.results.page_sections.curves import response_plot
 from vanelock.results.page_sections.fatigue import assumed, case_flag
 from vanelock.results.page_sections.wear import shares
@@ -23,7 +23,6 @@ from vanelock.stages.accuracy.amplitude_errors import amplitude_error
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
 from vanelock.stages.accuracy.neglected import neglected_harmonics_step
 from vanelock.stages.parts.by_cause import by_cause_step
-from vanelock.stages.plan import Planned
 from vanelock.stages.response.summary import Summary
 
 HCF = "HCF safety factor"
@@ -35,52 +34,52 @@ APART = ("harmonics", "mu", "x", "converged", "seconds")
 """Columns of the cases that other sections have."""
 
 
-def summary(content: PageContent) -> Section:
+def summary(run: RunResult) -> Section:
     """Answers, warnings and a line for each case."""
-    blocks: list[Block] = [Answers(tuple(answers_of(content))), response_plot(content)]
-    warned = warnings(content)
+    blocks: list[Block] = [Answers(tuple(answers_of(run))), response_plot(run)]
+    warned = warnings(run)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
-    return Section("Summary", [*blocks, cases(content), *_by_cause(content)], id="summary")
+    return Section("Summary", [*blocks, cases(run), *_by_cause(run)], id="summary")
 
 
-def _by_cause(content: PageContent) -> list[Table]:
+def _by_cause(run: RunResult) -> list[Table]:
     """What presses the joints of the case that is looked into, if not interference alone."""
-    if content.main is None or (step := by_cause_step(content.main.planned)) is None:
+    if run.main is None or (step := by_cause_step(run.main.planned)) is None:
         return []
-    planned = content.main.planned
-    return by_cause_tables(words(planned.preload_name), content.run_data.stages.get(step))
+    planned = run.main.planned
+    return by_cause_tables(words(planned.preload_name), run.stages.get(step))
 
 
-def answers_of(content: PageContent) -> list[Answer]:
+def answers_of(run: RunResult) -> list[Answer]:
     """The run's answers, most wanted first."""
-    most = content.largest
+    most = run.largest
     if most is None or most.peak is None:
         return [Answer("Largest peak", "none", "no point of any case converged", "bad")]
-    many = len(content.known) > 1
+    many = len(run.known) > 1
     case = f"{words(most.case)}, " if many else ""
-    between = _between(content, most)
+    between = _between(run, most)
     found = [
         Answer(
             "Largest peak" if many else "Peak",
             f"{1e6 * most.peak.amplitude:.3g} µm",
-            f"{between}{case}{content.monitor}, half the peak-to-peak"
+            f"{between}{case}{run.monitor.name}, half the peak-to-peak"
             + (f"; {_of_linear(most)}" if _of_linear(most) else "")
-            + ("" if most.peak.at_edge else _error(content, most)),
+            + ("" if most.peak.at_edge else _error(run, most)),
             "warn" if most.peak.at_edge or between else "",
         ),
-        Answer("Frequency", f"{most.peak.frequency:.2f} Hz", _speed(content, most)),
+        Answer("Frequency", f"{most.peak.frequency:.2f} Hz", _speed(run, most)),
     ]
-    for analysis in content.run_data.analyses:
-        found += analysis.answers(content.results[most.case])
-    if content.main is not None:
-        found += _of_case(content, content.main)
-    return [*found, *best_friction(content)]
+    for analysis in run.analyses:
+        found += analysis.answers(run.cases[most.case])
+    if run.main is not None:
+        found += _of_case(run, run.main)
+    return [*found, *best_friction(run)]
 
 
-def _between(content: PageContent, most: Summary) -> str:
+def _between(run: RunResult, most: Summary) -> str:
     """How far static friction may move the peak."""
-    main = content.main
+    main = run.main
     if most.lowest is None or most.highest is None or main is None:
         return ""
     low, high = 1e6 * most.lowest.amplitude, 1e6 * most.highest.amplitude
@@ -103,18 +102,18 @@ def _of_linear(most: Summary) -> str:
     return "; ".join(over)
 
 
-def _error(content: PageContent, most: Summary) -> str:
+def _error(run: RunResult, most: Summary) -> str:
     """What the peak's estimated error is, or what mesh and harmonics leave in doubt."""
-    if most.case not in content.worth:
-        doubt, planned = _doubt(content, most), _planned(content, most)
-        get = content.run_data.stages.get
+    if most.case not in run.errors:
+        doubt, planned = _doubt(run, most), run.cases[most.case].planned
+        get = run.stages.get
         if doubt and (own := amplitude_errors_of(planned)) is not None:
             doubt = amplitude_error(get(own), doubt)
         missed = get(neglected_harmonics_step(planned)).amplitude
         shown = {"the mesh": doubt, "neglected harmonics": np.nan_to_num(missed)}
         texts = [f"{100 * size:.2g} % by {name}" for name, size in shown.items() if size]
         return f"; ±{' and '.join(texts)}" if texts else ""
-    errors = content.worth[most.case][0]
+    errors = run.errors[most.case][0]
     text = f"; estimated error {100 * errors.total[0]:.2g} %, asked for {100 * errors.accuracy:g} %"
     apart = [each for each in errors.sources if each not in errors.counted]
     return text + "".join(
@@ -122,21 +121,16 @@ def _error(content: PageContent, most: Summary) -> str:
     )
 
 
-def _doubt(content: PageContent, most: Summary) -> float:
+def _doubt(run: RunResult, most: Summary) -> float:
     """Of the frequencies of interest, what the meshes leave in doubt; 0 where it is not known."""
-    limits = content.run_data.stages.get(_planned(content, most).linear.limits)
+    limits = run.stages.get(run.cases[most.case].planned.linear.limits)
     return DOUBT * float(np.nan_to_num([limits.free_lowered, limits.stuck_lowered]).max())
 
 
-def _planned(content: PageContent, most: Summary) -> Planned:
-    (planned,) = [e for e in content.run_data.planned if e.case.name == most.case]
-    return planned
-
-
-def _speed(content: PageContent, most: Summary) -> str:
+def _speed(run: RunResult, most: Summary) -> str:
     assert most.peak is not None
-    (sectors, order), texts = ring_of(_planned(content, most).case.given), []
-    doubt = 0.0 if most.case in content.worth else _doubt(content, most)
+    (sectors, order), texts = ring_of(run.cases[most.case].planned.case.given), []
+    doubt = 0.0 if most.case in run.errors else _doubt(run, most)
     if doubt and not most.peak.at_edge:
         texts.append(f"±{100 * doubt:.2g} % by the mesh")
     if sectors > 1 and order:
@@ -147,7 +141,7 @@ def _speed(content: PageContent, most: Summary) -> str:
     return "; ".join(texts)
 
 
-def _of_case(content: PageContent, main: CaseAnswers) -> list[Answer]:
+def _of_case(run: RunResult, main: CaseAnswers) -> list[Answer]:
     b = main.balance
     joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in shares(main).items() if s > 0)
     found = [
@@ -175,7 +169,7 @@ def _of_case(content: PageContent, main: CaseAnswers) -> list[Answer]:
         ),
         _withheld(HCF)
         if main.peak.at_edge
-        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(content, main), flag),
+        else Answer(HCF, f"n = {m.reserve:.3g}", _reserve(run, main), flag),
     ]
 
 
@@ -209,7 +203,7 @@ def _last_states(main: CaseAnswers) -> list[CaseAnswers]:
     return [states[-1] for states in main.states.values() if states]
 
 
-def _reserve(content: PageContent, main: CaseAnswers) -> str:
+def _reserve(run: RunResult, main: CaseAnswers) -> str:
     m, least = main.stress.governing, main.stress.least_growth
     where = "" if least is m else f", least {least.growth:.3g} ({least.part}, {least.where})"
     text = (
@@ -220,7 +214,7 @@ def _reserve(content: PageContent, main: CaseAnswers) -> str:
     worst = main.stress.worst[m.part][0]
     if worst.doubt:
         text += f", where the mesh has n = {worst.reserve:.3g}"
-    for analysis in content.run_data.analyses:
+    for analysis in run.analyses:
         if states := main.states.get(analysis.key):
             reserve, peak = states[-1].stress.governing.reserve, 1e6 * states[-1].peak.amplitude
             text = f"**n = {reserve:.3g} at {peak:.3g} µm**, {analysis.state}. {text}"
@@ -234,9 +228,9 @@ def _of_wave(main: CaseAnswers) -> str:
     return f"the wave is {main.wave.verdict}"
 
 
-def best_friction(content: PageContent) -> list[Answer]:
+def best_friction(run: RunResult) -> list[Answer]:
     """The optimum friction, where that of one joint is swept and nothing else."""
-    found, swept = content.known, {key for each in content.known for key in each.values}
+    found, swept = run.known, {key for each in run.known for key in each.values}
     if len(found) < 2 or len(swept) != 1 or not (key := swept.pop()).endswith(".mu"):
         return []
     if any(each.peak.at_edge for each in found if each.peak):
@@ -251,15 +245,15 @@ def best_friction(content: PageContent) -> list[Answer]:
     return [Answer("Optimum friction", f"μ = {mu[best]:g}", note, "warn" if at_end else "")]
 
 
-def warnings(content: PageContent) -> list[str]:
+def warnings(run: RunResult) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
-    cases = {each.case: each for each in content.summaries}
-    lines = [*_failed(content), *by_text(cases)]
+    cases = {each.case: each for each in run.summaries}
+    lines = [*_failed(run), *by_text(cases)]
     lines += [f"{line}." for line in without_effect([(c.values, c) for c in cases.values()])]
-    for name, (errors, _) in content.worth.items():
+    for name, (errors, _) in run.errors.items():
         case = "" if name == "nominal" else f"{words(name)}: "
         lines += [f"{case}{line.removeprefix('WARNING: ')}." for line in errors.warnings]
-    main = content.main
+    main = run.main
     if main and main.margins:
         lines += [
             f"The worst node of the {part}, n = {worst.reserve:.3g} ({worst.where}), lies "
@@ -267,32 +261,30 @@ def warnings(content: PageContent) -> list[str]:
             for part, (worst, *_) in main.margins.worst.items()
             if worst.doubt and worst.reserve < main.margins.governing.reserve
         ]
-    given = content.run_data.given
-    mesh = given.mesh if isinstance(given, Study) and not content.worth else None
+    given = run.given
+    mesh = given.mesh if isinstance(given, Study) and not run.errors else None
     if mesh and (mesh.size, mesh.correction) == ("coarse", "none"):
         lines.append("The mesh is coarse: frequencies are several per cent too high.")
     return lines
 
 
-def _failed(content: PageContent) -> list[str]:
+def _failed(run: RunResult) -> list[str]:
     """Cases that could not be computed."""
-    names = list(content.failed)
+    names = list(run.failed)
     if not names:
         return []
-    shown = "; ".join(
-        f"{words(name)} ({content.failed[name].reason})" for name in names[:MOST_FAILED]
-    )
+    shown = "; ".join(f"{words(name)} ({run.failed[name].reason})" for name in names[:MOST_FAILED])
     more = f"; and {len(names) - MOST_FAILED} more" if len(names) > MOST_FAILED else ""
-    every = len(names) + len(content.summaries)
+    every = len(names) + len(run.summaries)
     return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
-def cases(content: PageContent) -> Table:
+def cases(run: RunResult) -> Table:
     """A line for each case, its stress as well where it is known."""
     lines = [
-        case_row(each, content.answers.get(each.case), content.balances.get(each.case))
-        for each in content.summaries
+        case_row(each, run.answers.get(each.case), run.balances.get(each.case))
+        for each in run.summaries
     ]
-    found = case_table(lines, content.monitor).without(*APART)
+    found = case_table(lines, run.monitor.name).without(*APART)
     rows = [(fixed(words(str(name))), *rest) for name, *rest in found.rows]
-    return replace(found, title=f"All cases at their largest {content.monitor}", rows=rows)
+    return replace(found, title=f"All cases at their largest {run.monitor.name}", rows=rows)

@@ -4,10 +4,9 @@ import numpy as np
 
 from vanelock import rom
 from vanelock.input.cases.names import words
-from vanelock.quantities.curves_and_fields import RunData, Shape
+from vanelock.quantities.run_result import RunResult, Shape
 from vanelock.report import Motion, Section, View, body_of
 from vanelock.report.blocks import Block
-from vanelock.results.page_sections.content import PageContent
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import LIMITS
 
@@ -15,23 +14,23 @@ MOST = 4
 """Responses shown besides the modes."""
 
 
-def shapes(content: PageContent) -> Section:
+def shapes(run: RunResult) -> Section:
     """The 3-D view of the case with the largest peak, and of others on the same meshes.
 
     None where the study wants no shapes.
     """
-    main = content.main
-    wanted = main is not None and main.margins and content.run_data.study.outputs.shapes
-    blocks: list[Block] = [view(content.run_data, _same_mesh(content))] if wanted else []
+    main = run.main
+    wanted = main is not None and main.margins and run.study.outputs.shapes
+    blocks: list[Block] = [view(run, _same_mesh(run))] if wanted else []
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
 
-def _same_mesh(content: PageContent) -> list[Planned]:
+def _same_mesh(run: RunResult) -> list[Planned]:
     """Cases with answers on the meshes of the main one, that first."""
-    main = content.main
+    main = run.main
     assert main is not None
     cases = [main.planned]
-    cases += [each.planned for each in content.answers.values() if each.name != main.name]
+    cases += [each.planned for each in run.answers.values() if each.name != main.name]
     own = _meshes(main.planned)
     return [each for each in cases if _meshes(each) == own][:MOST]
 
@@ -40,9 +39,9 @@ def _meshes(each: Planned) -> list[str]:
     return [step.key for step in each.meshes.values()]
 
 
-def view(run_data: RunData, cases: list[Planned]) -> View:
+def view(run: RunResult, cases: list[Planned]) -> View:
     """Modes of the first of some cases on one mesh, and the response of each at its peak."""
-    found = [body_of(part) for part in run_data.parts(cases[0])]
+    found = [body_of(part) for part in run.parts(cases[0])]
     taken = [nodes for _, nodes in found]
 
     def cut(fields: list[Shape]) -> tuple[Shape, ...]:
@@ -50,18 +49,18 @@ def view(run_data: RunData, cases: list[Planned]) -> View:
 
     motions = []
     for each in cases:
-        top, peak = run_data.top(each), run_data.shown.peak[each.case.name]
+        top, peak = run.top(each), run.peak(each.case.name)
         name = "" if each.case.name == "nominal" else f", {words(each.case.name)}"
         motions.append(
             Motion(
                 f"Response at the peak{name}",
                 int(top.harmonic_diameters[1]),
-                cut(run_data.harmonic(each, 1)),
+                cut(run.harmonic(each, 1)),
                 peak.frequency,
                 note="First harmonic alone.",
             )
         )
-    motions += [_mode(run_data, cases[0], which, cut) for which in _held(run_data, cases[0])]
+    motions += [_mode(run, cases[0], which, cut) for which in _held(run, cases[0])]
     return View(
         [body for body, _ in found],
         motions,
@@ -70,21 +69,21 @@ def view(run_data: RunData, cases: list[Planned]) -> View:
     )
 
 
-def _held(run_data: RunData, each: Planned) -> list[str]:
-    limits = run_data.stages.get(each.linear.limits)
+def _held(run: RunResult, each: Planned) -> list[str]:
+    limits = run.stages.get(each.linear.limits)
     return list(LIMITS if limits.opens else LIMITS[:1])
 
 
-def _mode(run_data: RunData, each: Planned, which: str, cut: object) -> Motion:
+def _mode(run: RunResult, each: Planned, which: str, cut: object) -> Motion:
     """The mode of interest with the interlock free or stuck."""
-    limits = run_data.stages.get(each.linear.limits)
-    system = run_data.stages.get(each.linear.system)
+    limits = run.stages.get(each.linear.limits)
+    system = run.stages.get(each.linear.system)
     k = limits.nodal_diameter
     place = limits.free_mode if which == "free" else limits.stuck_mode
     frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
     closed = ~system.contacts.opens if which == "free" else None
     shape = rom.linear_modes(system, k, place + 1, closed)[1][:, place]
-    fields = run_data.fields(each, np.asarray(shape, complex), k)
+    fields = run.fields(each, np.asarray(shape, complex), k)
     assert callable(cut)
     held = f", interlock {which}" if limits.opens else ""
     return Motion(

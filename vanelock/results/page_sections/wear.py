@@ -9,20 +9,20 @@ from vanelock.input.cases.names import fixed, of_case, words
 from vanelock.input.cases.values import ring_of
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.contacts.wear_tables import contact_table, joint_table
+from vanelock.quantities.run_result import RunResult
 from vanelock.report import Section, Text
 from vanelock.report.blocks import Block
-from vanelock.results.page_sections.content import PageContent
 
 SHOWN = 16
 """Contacts in the page's table; the others stand in the CSV file."""
 NOT_SHOWN = ("power", "mean pressure")
 
 
-def damping(content: PageContent) -> Section:
+def damping(run: RunResult) -> Section:
     """Where the energy goes, and the damping ratio it amounts to."""
     rows: list[tuple[Cell, ...]] = []
-    names = list(dict.fromkeys(j for found in content.answers.values() for j in found.places.joint))
-    for found in content.answers.values():
+    names = list(dict.fromkeys(j for found in run.answers.values() for j in found.places.joint))
+    for found in run.answers.values():
         b, joints = found.balance, shares(found)
         rows.append(
             (
@@ -49,7 +49,7 @@ def damping(content: PageContent) -> Section:
         "The two agree for a linear mode. Where contacts slip, damping changes along the curve and "
         "the two differ: that by energy gives the height of the peak, that by bandwidth its width."
     )
-    title = f"Power{of_sector(content)} at the peak of each case, where it goes, and damping ratios"
+    title = f"Power{of_sector(run)} at the peak of each case, where it goes, and damping ratios"
     return Section("Energy and damping", [Text(text), Table(title, columns, rows)])
 
 
@@ -73,21 +73,19 @@ def _opinion(found: CaseAnswers) -> str:
     return f"by bandwidth {ratio:.2f} times that by energy"
 
 
-def wear(content: PageContent) -> Section:
+def wear(run: RunResult) -> Section:
     """Wear indicators by joint, and the contacts with the most friction work."""
-    title = (
-        f"Joints{of_sector(content)} at the peak: total energy and worn volume, else the maximum"
-    )
+    title = f"Joints{of_sector(run)} at the peak: total energy and worn volume, else the maximum"
     by_case = {}
-    for found in content.answers.values():
+    for found in run.answers.values():
         name = fixed(words(found.name))
         by_case[name] = found.places, found.wear
-        for analysis in content.run_data.analyses:
+        for analysis in run.analyses:
             if states := found.states.get(analysis.key):
                 by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
     blocks: list[Block] = [Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
-    cases = (each for each in content.answers.values() if each.wear.energy.any())
-    blocks += content.of_cases({each.name: [_contacts(each, content)] for each in cases})
+    cases = (each for each in run.answers.values() if each.wear.energy.any())
+    blocks += run.of_cases({each.name: [_contacts(each, run)] for each in cases})
     return Section("Wear of the joints", blocks, id="joints")
 
 
@@ -102,16 +100,16 @@ def _method() -> str:
     )
 
 
-def of_sector(content: PageContent) -> str:
+def of_sector(run: RunResult) -> str:
     """Of what numbers are, where there are several sectors."""
-    return " of one sector" if ring_of(content.run_data.given)[0] > 1 else ""
+    return " of one sector" if ring_of(run.given)[0] > 1 else ""
 
 
-def _contacts(found: CaseAnswers, content: PageContent) -> Table:
+def _contacts(found: CaseAnswers, run: RunResult) -> Table:
     table = contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
     order = np.argsort(-found.wear.energy, kind="stable")
     chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
-    file = content.wear.get(found.name)
+    file = run.wear.get(found.name)
     title = f"Contacts with the most friction work{of_case(found.name)}" + (
         f"; all of them in {file.parent.name}/{file.name}" if file else ""
     )

@@ -18,7 +18,7 @@ def test_a_diagram_whose_case_fails_is_made_by_the_next_try(
     monkeypatch.setattr(f"{place}.lines_step", lambda *_: SimpleNamespace(key="lines"))
     monkeypatch.setattr(f"{place}.campbell", lambda *_: "diagram")
     shown = SimpleNamespace(monitor=None)
-    run: Any = SimpleNamespace(_lines=set(), stages=None, shown=shown)
+    run: Any = SimpleNamespace(_lines=set(), stages=None, run=shown)
     planned: Any = SimpleNamespace(case=cases(parse_study("[campbell]"))[0])
     found: list[Any] = [OngoingRun._campbell(run, planned) for _ in range(2)]
     assert found == ["diagram", "diagram"]

@@ -13,7 +13,7 @@ from tests.small_study import HOOK, INTERLOCK
 from vanelock import load_component, nonlinear
 from vanelock.nonlinear import Response, static_response
 from vanelock.pipeline.progress import Finished
-from vanelock.quantities.curves_and_fields import Around
+from vanelock.results.figures.contacts.contacts import Around
 from vanelock.results.figures.contacts.contacts import columns as contact_columns
 from vanelock.results.figures.contacts.loops import Loop
 from vanelock.results.figures.contacts.preload import columns as preload_columns

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tests.vanelock.run_results import run_of
 from vanelock import parse_study
 from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.sweep import cases
@@ -15,24 +16,22 @@ from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import STRAIN
 from vanelock.nonlinear import static_response
 from vanelock.pipeline.progress import silent
-from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.report import Picture
 from vanelock.results.figures.curves import curves
 from vanelock.results.figures.curves import linear as linear_curves
-from vanelock.results.figures.pictures import Pictures
+from vanelock.results.figures.pictures import draw
 from vanelock.results.figures.shapes import all_modes
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.listing import preload_table
 from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.summary import Peak
 
 F = np.linspace(240.0, 300.0, 7)
 
 
-def run_data(text, limits=(), linear=None):
+def run_data(text, limits=(), linear=None, peaks=()):
     """Data of a run of cases with the given limits; its output files keep the events."""
     study = parse_study(text)
-    shown = Shown(Monitor("vane output 1, radial", 0, 0), linear or {})
     planned: list[Any] = [
         SimpleNamespace(
             case=case,
@@ -48,7 +47,9 @@ def run_data(text, limits=(), linear=None):
         object.__setattr__(found, "key", "key")
     drawn = {"draw": lambda *_: None, "animate": lambda *_: None}
     output_files: Any = SimpleNamespace(listener=events.append, **drawn)
-    return RunData(study, planned, stages, shown, output_files), events
+    run = run_of(study, planned, peaks, stages=stages, output_files=output_files)
+    run.limits = linear or {}
+    return run, events
 
 
 def found(k=1, free=250.0):
@@ -123,14 +124,15 @@ def test_the_curves_are_drawn_again_where_a_measured_one_is_called_otherwise_or_
     drawn, _ = run_data("")
     shows: list[Any] = []
 
-    def draw(name, shown, write, quick=False):
+    def drawing(name, shown, write, quick=False):
         shows.append(shown)
         return Path(name)
 
-    drawn.output_files.draw = draw
+    files: Any = drawn.output_files
+    files.draw = drawing
     one = Measured("rig", F, 1e-6 * F)
     for each in (one, replace(one, load=0.5), replace(one, quantity=STRAIN)):
-        drawn.shown.measured = (each,)
+        drawn.measured = (each,)
         curves(drawn)
     assert len({json.dumps(each) for each in shows}) == 6  # pictures and CSV files
 
@@ -188,15 +190,17 @@ def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])
     monkeypatch.setattr("vanelock.results.figures.pictures.response", noted)
 
+    every = ["mu=0.1", "mu=0.2", "mu=0.3"]
+
     def moving(text, cases_shown):
-        drawn, _ = run_data(text, [found()] * 3)
-        drawn.shown.peak.update({name: None for name in cases_shown})
-        output_files = OutputFiles(tmp_path, silent)
+        peak = Peak(0, 250.0, 1e-6, False)
+        peaks = [peak if name in cases_shown else None for name in every]
+        drawn, _ = run_data(text, [found()] * 3, peaks=peaks)
+        drawn.output_files = OutputFiles(tmp_path, silent)
         heard.clear()
-        Pictures(drawn.study, drawn.planned, drawn.stages, drawn.shown, output_files).draw()
+        draw(drawn)
         return dict(heard)
 
-    every = ["mu=0.1", "mu=0.2", "mu=0.3"]
     assert not any(moving(text, every).values())
     text += "animations = true\n"
     assert moving(text, every) == {"mu=0.1": True, "mu=0.2": False, "mu=0.3": True}

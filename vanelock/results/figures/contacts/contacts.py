@@ -1,6 +1,7 @@
 """Where on the vane contacts stick, slip and open around a resonance, and what each dissipates."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
-from vanelock.quantities.curves_and_fields import Around, Floats, RunData
+from vanelock.nonlinear import Response
+from vanelock.quantities.run_result import Floats, RunResult
 from vanelock.report import Picture
 from vanelock.results.figures.contacts.preload import numbers
 from vanelock.rom.joining.elements import properties
@@ -20,16 +22,55 @@ from vanelock.stages.plan import Planned
 Integers = NDArray[np.int64]
 
 
-def contacts(run_data: RunData, each: Planned) -> Picture:
+@dataclass(frozen=True)
+class Around:
+    """The contacts at some points of a response, k of them.
+
+    Attributes
+    ----------
+    headings : tuple of str
+        Where each is, such as "at the peak".
+    frequency : (k,) float
+        Hz.
+    state : (k, c) int
+        As of `Response`.
+    dissipation : (k, c) float
+        J in a cycle.
+    """
+
+    headings: tuple[str, ...]
+    frequency: Floats
+    state: NDArray[np.int64]
+    dissipation: Floats
+
+    @classmethod
+    def of(cls, response: Response, amplitude: Floats, peak: int) -> "Around":
+        """The peak and, on either side, the converged point nearest to half its amplitude."""
+        frequency, solved = response.frequency, np.flatnonzero(response.converged)
+        chosen, headings = [], []
+        for side, heading in ((-1, "below the peak"), (0, "at the peak"), (1, "above the peak")):
+            points = solved[np.sign(frequency[solved] - frequency[peak]) == side]
+            if side == 0:
+                points = np.array([peak])
+            if len(points):
+                apart = np.abs(amplitude[points] - 0.5 * amplitude[peak])
+                chosen.append(int(points[apart.argmin()]))
+                headings.append(heading)
+        at = np.array(chosen)
+        return cls(tuple(headings), frequency[at], response.state[at], response.dissipation[at])
+
+
+def contacts(run: RunResult, each: Planned) -> Picture:
     """The map of a case's contacts, with its table."""
     name = each.case.name
-    around = run_data.around(each)
-    title = f"{run_data.study.name}: contacts around the resonance"
-    shows = [each.response.key, title, name, run_data.shown.monitor.name]
+    response = run.stages.get(each.response)
+    around = Around.of(response, run.monitor.amplitude(response), run.peak(name).point)
+    title = f"{run.study.name}: contacts around the resonance"
+    shows = [each.response.key, title, name, run.monitor.name]
 
     def places() -> tuple[Integers, Floats, Floats, tuple[str, ...]]:
         """The vane's node of each contact, its place and frame, and its joint."""
-        vane, casing = (run_data.stages.get(each.part(part, 0)).masters for part in PARTS)
+        vane, casing = (run.stages.get(each.part(part, 0)).masters for part in PARTS)
         found = contact_pairs(vane, casing, joints(each.case.study))
         nodes = np.concatenate([touching.own_nodes for touching in found])
         frames = np.concatenate([touching.frames for touching in found])
@@ -39,7 +80,7 @@ def contacts(run_data: RunData, each: Planned) -> Picture:
         _, positions, frames, joint = places()
         render.contact_map_picture(
             path,
-            run_data.parts(each)[0],
+            run.parts(each)[0],
             positions,
             frames,
             joint,
@@ -51,14 +92,14 @@ def contacts(run_data: RunData, each: Planned) -> Picture:
             around.headings,
         )
 
-    path = run_data.output_files.draw(f"figures/contacts_{slug(name)}.png", shows, picture)
+    path = run.output_files.draw(f"figures/contacts_{slug(name)}.png", shows, picture)
 
     def table() -> Mapping[str, ArrayLike]:
         nodes, positions, _, joint = places()
         return columns(around, joint, nodes, positions)
 
     notes = [f"{title}{of_case(name)}; places on the vane of sector 0; energy of friction a cycle"]
-    data = run_data.table(f"figures/contacts_{slug(name)}.csv", shows, table, notes)
+    data = run.table(f"figures/contacts_{slug(name)}.csv", shows, table, notes)
     hertz = around.frequency[around.headings.index("at the peak")]
     caption = (
         f"State of every contact of a sector at the peak, {hertz:.2f} Hz, "

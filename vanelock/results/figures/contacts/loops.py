@@ -13,7 +13,7 @@ from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
 from vanelock.quantities.contacts.wear import exact
-from vanelock.quantities.curves_and_fields import Floats, RunData
+from vanelock.quantities.run_result import Floats, RunResult
 from vanelock.report import Picture
 from vanelock.stages.parts.places import tangents
 from vanelock.stages.plan import Planned
@@ -79,29 +79,29 @@ class Loop:
         }
 
 
-def loops(run_data: RunData, each: Planned) -> list[Picture]:
+def loops(run: RunResult, each: Planned) -> list[Picture]:
     """The loop of a case, where there is one."""
-    top, name = run_data.top(each), each.case.name
-    contacts = run_data.stages.get(each.system).contacts
+    top, name = run.top(each), each.case.name
+    contacts = run.stages.get(each.system).contacts
     own = np.flatnonzero(contacts.opens & contacts.springs).tolist()
     if not exact(top) or not own or not top.dissipation[0, own].any():
         return []
     contact = max(own, key=lambda i: float(top.dissipation[0, i]))
     joint = contacts.joints[contact]
-    loop = Loop(top, contact, tangents(run_data.given, joint))
-    frequency = run_data.shown.peak[name].frequency
+    loop = Loop(top, contact, tangents(run.given, joint))
+    frequency = run.peak(name).frequency
     heading = f"contact {contacts.joints[: contact + 1].count(joint)} of {joint}"
     title = f"C{heading[1:]} at {frequency:.2f} Hz"
-    shows = [each.response.key, title, name, run_data.shown.monitor.name]
+    shows = [each.response.key, title, name, run.monitor.name]
     given: dict[str, Any] = {"isotropic": loop.isotropic, "tangents": loop.tangents}
 
     def draw(path: Path) -> None:
         given["bounding"] = loop.bounding
         render.loop_picture(path, *loop.history, loop.mu, title, words(name), **given)
 
-    path = run_data.output_files.draw(f"figures/loop_{slug(name)}.png", shows, draw)
-    notes = [f"{run_data.given.name}: {title}{of_case(name)}, one period"]
-    data = run_data.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
+    path = run.output_files.draw(f"figures/loop_{slug(name)}.png", shows, draw)
+    notes = [f"{run.given.name}: {title}{of_case(name)}, one period"]
+    data = run.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
     caption = (
         f"C{heading[1:]}, the one that dissipates most, over one "
         f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction force over "

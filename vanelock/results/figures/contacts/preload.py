@@ -9,40 +9,38 @@ from numpy.typing import ArrayLike
 from vanelock import nonlinear, render
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
-from vanelock.quantities.curves_and_fields import RunData
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import DETAILED, named
 from vanelock.report import Picture
 from vanelock.stages.parts.places import tangents
 from vanelock.stages.plan import Planned
 
 
-def preloads(run_data: RunData) -> list[Picture]:
+def preloads(run: RunResult) -> list[Picture]:
     """One for each distinct preload."""
     found: dict[str, Picture] = {}
-    distinct = {each.preload.key for each in run_data.planned}
-    get = run_data.stages.get
-    every = [each for each in run_data.planned if get(each.system).contacts.springs.any()]
-    for each in every if len(distinct) <= DETAILED else named(run_data):
+    distinct = {each.preload.key for each in run.planned}
+    get = run.stages.get
+    every = [each for each in run.planned if get(each.system).contacts.springs.any()]
+    for each in every if len(distinct) <= DETAILED else named(run):
         if each.preload.key not in found:
-            found[each.preload.key] = _preload(run_data, each)
+            found[each.preload.key] = _preload(run, each)
     return list(found.values())
 
 
-def _preload(run_data: RunData, each: Planned) -> Picture:
-    static = run_data.stages.get(each.preload)
-    joints = run_data.stages.get(each.system).contacts.joints
+def _preload(run: RunResult, each: Planned) -> Picture:
+    static = run.stages.get(each.preload)
+    joints = run.stages.get(each.system).contacts.joints
     name = each.preload_name
     suffix = f"_{slug(name)}" if name else ""
     shows = [each.preload.key, name]
-    path = run_data.output_files.draw(
+    path = run.output_files.draw(
         f"figures/preload{suffix}.png",
         shows,
         lambda path: picture(path, static, joints, words(name)),
     )
-    names = {joint: tangents(run_data.given, joint) for joint in joints}
-    data = run_data.table(
-        f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints, names)
-    )
+    names = {joint: tangents(run.given, joint) for joint in joints}
+    data = run.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints, names))
     caption = (
         f"Contact forces at rest, nothing vibrating{of_case(name)}. Above: normal force "
         "of each contact of a sector. Below: friction over its bound, |t| / (μ n): 1 where the "

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.small_study import SMALL
+from tests.vanelock.run_results import run_of
 from vanelock import Study, load_study, parse_study, run_study
 from vanelock.commands.mesh import mesh_study
 from vanelock.common.errors import InputError
@@ -19,13 +20,11 @@ from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, silent
 from vanelock.pipeline.step import Stages
-from vanelock.quantities.curves_and_fields import RunData, Shown
 from vanelock.results.figures.mesh_errors import mesh_errors
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.parts.components import PARTS, rom_step
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import plan
-from vanelock.stages.response.monitor import Monitor
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -296,8 +295,7 @@ def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
     monkeypatch.setattr(drawn, lambda path, *_: path.write_text("it"))
     planned = plan(cases(study), lambda *_: None)
     stages = Stages(Cache(folder / "cache", print), silent)
-    shown = Shown(Monitor("casing output 1, radial", 0, 0))
-    data = RunData(study, planned, stages, shown, OutputFiles(folder, silent))
+    data = run_of(study, planned, stages=stages, output_files=OutputFiles(folder, silent))
     (picture,) = mesh_errors(data, planned[0])
     assert picture.path == folder / "figures" / "mesh_error.png"
     (table,) = picture.data
