@@ -73,7 +73,7 @@ class Component(Product):
         Whether the part continues into its neighbours, with matrices by nodal diameter; if not,
         its one set of matrices is stored under 0 and serves every diameter.
     route : str
-        How it was reduced: "whole" (a part in one piece), "paper", "direct" or "cyclic".
+        How it was reduced: "whole" (a part in one piece), "paper" or "cyclic".
     interface_modes : int
         Number of face coordinates that come first.
     fixed_modes : int

@@ -1,4 +1,4 @@
-"""From a finite-element model to a component, by one of three routes."""
+"""From a finite-element model to a component, by one of two routes."""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
@@ -13,15 +13,14 @@ from vanelock.rom.masters import Masters, choose
 from vanelock.rom.routes.at_rest import Loads
 from vanelock.rom.routes.condensed import Condensed, condensed
 from vanelock.rom.routes.cyclic_first import cyclic_first
-from vanelock.rom.routes.direct import direct
 from vanelock.rom.routes.paper import paper
 from vanelock.rom.routes.problem import Problem, problem
-from vanelock.rom.routes.tran import Interface, check_count
+from vanelock.rom.routes.tran import check_count
 from vanelock.rom.routes.whole import whole
 
-Route = Literal["cyclic", "direct", "paper"]
+Route = Literal["cyclic", "paper"]
 MODES = 10
-"""Default number of fixed-interface and of face modes of the routes "paper" and "direct"."""
+"""Default number of fixed-interface and of face modes of the route "paper"."""
 
 
 def reduce(
@@ -30,7 +29,6 @@ def reduce(
     modes: int | None = None,
     nodal_diameters: Iterable[int] | None = None,
     route: Route = "cyclic",
-    interface: Interface | None = None,
     interface_modes: int | None = None,
     *,
     cutoff: float | None = None,
@@ -53,16 +51,12 @@ def reduce(
         Fixed-interface modes kept, the lowest ones.
     nodal_diameters : iterable of int, optional
         Reduce a cyclic part at these diameters; None: the part is in one piece.
-    route : {"cyclic", "direct", "paper"}
+    route : {"cyclic", "paper"}
         For a cyclic part. "cyclic": cyclic symmetry first, then Craig-Bampton; the most accurate
         for its size. "paper": Craig-Bampton with every dof of the cyclic faces `left` and `right`
-        a master, then cyclic symmetry, then Tran's reduction of the faces, as published. "direct":
-        the same subspace as "paper" without forming the faces' columns.
-    interface : {"published", "followed"}, optional
-        Basis of the face in the routes "paper" and "direct", see `rom.routes.tran`; by
-        default "published".
+        a master, then cyclic symmetry, then Tran's reduction of the faces, as published.
     interface_modes : int, optional
-        Face modes kept there, at most the face's dofs; by default ten.
+        Face modes that the route "paper" keeps, at most the face's dofs; by default ten.
     cutoff : float, optional
         Instead of `modes`: all fixed-interface modes up to this frequency, Hz.
     accuracy : float, optional
@@ -84,7 +78,7 @@ def reduce(
     loads : dict of str to (n,) float, optional
         Loads at rest by name on the model's free dofs, N, as `fem.pressure`, `fem.thermal` and
         `fem.centrifugal` give them: the static answer to each is a further vector at nodal diameter
-        0, at which they act. Not by the routes "paper" and "direct".
+        0, at which they act. Not by the route "paper".
 
     Raises
     ------
@@ -93,7 +87,7 @@ def reduce(
         masters are held.
     """
     cyclic = nodal_diameters is not None
-    _check_route(route, interface, interface_modes, accuracy, cyclic)
+    _check_route(route, interface_modes, accuracy, cyclic)
     diameters = _diameters(nodal_diameters, model.part.sectors)
     chosen = choose(model.part, tuple(masters), tuple(averaged))
     if modes is None and cutoff is None and accuracy is None:
@@ -106,18 +100,14 @@ def reduce(
         given = problem(model, chosen, cyclic)
     else:
         given = _same(prepared, model, chosen, cyclic)
-    count, basis = interface_modes or MODES, interface or "published"
-    if cyclic and route != "cyclic":
-        check_count(count, 3 * len(given.left))
     _check_loads(loads, cyclic, route, diameters)
     if route == "paper":
-        return paper(given, wanted, diameters, basis, count)
+        check_count(count := interface_modes or MODES, 3 * len(given.left))
+        return paper(given, wanted, diameters, count)
     shared = condensed(given) if prepared is None else prepared
     if not cyclic:
         return whole(shared, wanted, loads)
-    if route == "cyclic":
-        return cyclic_first(shared, wanted, diameters, loads)
-    return direct(shared, wanted, diameters, basis, count)
+    return cyclic_first(shared, wanted, diameters, loads)
 
 
 def prepare(
@@ -150,28 +140,19 @@ def _same(prepared: Condensed, model: Model, chosen: Masters, cyclic: bool) -> P
 
 
 def _check_route(
-    route: str,
-    interface: str | None,
-    interface_modes: int | None,
-    accuracy: float | None,
-    cyclic: bool,
+    route: str, interface_modes: int | None, accuracy: float | None, cyclic: bool
 ) -> None:
     """Refuse what a route does not know, rather than leave it unheeded."""
     if route != "cyclic" and not cyclic:
         raise InputError(f'route = "{route}": a part in one piece has none: give nodal_diameters')
     if interface_modes is not None and interface_modes < 1:
         raise InputError(f"interface_modes = {interface_modes}: allowed are 1 and more")
-    for name, value in (("interface", interface), ("interface_modes", interface_modes)):
-        if value is not None and not cyclic:
-            raise InputError(
-                f"{name} = {value}: a part in one piece has no interface to reduce: "
-                "give nodal_diameters"
-            )
-        if value is not None and route == "cyclic":
-            raise InputError(
-                f'{name} = {value}: the route "cyclic" has no interface to reduce: '
-                'choose route = "direct" or "paper"'
-            )
+    if interface_modes is not None and route == "cyclic":
+        what = 'the route "cyclic"' if cyclic else "a part in one piece"
+        raise InputError(
+            f"interface_modes = {interface_modes}: {what} has no interface to reduce: "
+            'they go with route = "paper"'
+        )
     if cyclic and route != "cyclic" and accuracy is not None:
         raise InputError(
             f'accuracy = {accuracy}: the route "{route}" takes modes or cutoff; '

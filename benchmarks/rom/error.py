@@ -11,6 +11,7 @@ prints the tables; `--write` puts them into docs/benchmarks/reduction_error.md, 
 import argparse
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,8 @@ def settings(modes: list[int]) -> Iterator[Setting]:
 
 def tran(interface: str, modes: int, face: int, route: str = "direct") -> Setting:
     """Fixed-interface modes of both parts and face modes of the casing."""
-    given = {"modes": modes, "interface_modes": face, "interface": interface, "route": route}
+    given: dict[str, Any] = {"modes": modes, "interface_modes": face}
+    given |= {"route": route} if route == "paper" else {"interface": interface}
     name = f"{route}, {interface}, {modes} fixed and {face} face modes"
     return Setting(name, {"modes": modes}, given, modes, face)
 
@@ -118,7 +120,7 @@ def overview(found: list[tuple[Setting, Outcome]], unit: float) -> list[str]:
 
 
 def grids(bench: Bench, modes: list[int]) -> list[str]:
-    """The route "direct" over fixed modes and face modes, from the largest model of each basis."""
+    """The ways "direct" over fixed modes and face modes, from the largest model of each basis."""
     lines: list[str] = []
     for interface in ("published", "followed"):
         vane, casing, _ = bench.pair(tran(interface, modes[-1], modes[-1]))
@@ -206,7 +208,7 @@ def report(size: str | float, modes: list[int], folder: Path | None) -> list[str
     lines += ["## Estimated errors", "", *ESTIMATES.format(above=ABOVE).splitlines()]
     lines += estimates(cyclic + more)
     lines += ["", "## Nodal diameters", "", *table]
-    lines += ["", '## The subspace of the routes "paper" and "direct"', ""]
+    lines += ["", '## The subspace of the routes "paper" and of "direct"', ""]
     lines += ["f2 / worst of ten / response: fixed modes of both parts down, face modes across."]
     lines += grids(bench, modes)
     if folder:

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.rom.direct import direct
 from benchmarks.segment import (
     CASES,
     CASING_MASTERS,
@@ -125,7 +126,8 @@ class Bench:
         vane, spent = self.small_vane(tuple(setting.vane.items()))
         band = {} if vane.band is None else {"band": vane.band}
         begin = time.process_time()
-        casing = rom.reduce(
+        reduce = direct if "interface" in setting.casing else rom.reduce
+        casing = reduce(
             self.casing, CASING_MASTERS, nodal_diameters=[diameter], **setting.casing, **band
         )
         return vane, casing, spent + time.process_time() - begin

@@ -12,7 +12,6 @@ from vanelock.common.errors import InputError
 
 CYCLIC = {"nodal_diameters": [0, 1]}
 PAPER = {**CYCLIC, "route": "paper"}
-DIRECT = {**CYCLIC, "route": "direct"}
 
 
 def refusal(model, *arguments, **options):
@@ -47,7 +46,7 @@ def refusal(model, *arguments, **options):
         (("force",), {"route": "paper"}, 'route = "paper": a part in one piece has none'),
         (("force",), {"modes": 3, "band": 5.0}, "band = 5 Hz: goes with accuracy only"),
         (("force",), {"cutoff": 9.0, "band": 5.0}, "band = 5 Hz: goes with accuracy only"),
-        (("force",), {**DIRECT, "band": 5.0}, "band = 5 Hz: goes with accuracy only"),
+        (("force",), {**PAPER, "band": 5.0}, "band = 5 Hz: goes with accuracy only"),
         (
             ("force",),
             {"modes": 3, "cutoff": 5.0, "accuracy": 0.1},
@@ -55,13 +54,10 @@ def refusal(model, *arguments, **options):
         ),
         (("force",), {**PAPER, "accuracy": 0.1}, 'accuracy needs route = "cyclic"'),
         (("force",), {**CYCLIC, "route": "quick"}, "route: given 'quick': needs 'cyclic' or"),
-        (("force",), {**DIRECT, "interface_modes": 0}, "interface_modes = 0: allowed are 1"),
-        (("force",), {**DIRECT, "interface_modes": 37}, "allowed are 1 to 36, the dofs of a face"),
+        (("force",), {**PAPER, "interface_modes": 0}, "interface_modes = 0: allowed are 1"),
         (("force",), {**PAPER, "interface_modes": 37}, "allowed are 1 to 36, the dofs of a face"),
         (("force",), {**CYCLIC, "interface_modes": 5}, 'the route "cyclic" has no interface'),
-        (("force",), {**CYCLIC, "interface": "followed"}, 'the route "cyclic" has no interface'),
         (("force",), {"interface_modes": 5}, "a part in one piece has no interface"),
-        (("force",), {"interface": "published"}, "a part in one piece has no interface"),
     ],
 )
 def test_message_names_argument_value_and_what_is_allowed(ring_sector, masters, options, message):
@@ -77,8 +73,7 @@ def test_arguments_at_random_give_a_component_or_one_clear_line(ring_sector):
         "masters": [("force",), (), ("force", "force")],
         "modes": [None, None, None, 0, 3, 168],
         "nodal_diameters": [None, [0], [-1, 9], range(3), np.array([4])],
-        "route": ["cyclic", "direct", "paper"],
-        "interface": [None, None, None, None, "published", "followed"],
+        "route": ["cyclic", "cyclic", "paper"],
         "interface_modes": [None, None, None, None, 1, 8, 36],
         "cutoff": [None, None, None, None, None, 1.0, 3e4, 1e12],
         "accuracy": [None, None, None, None, None, 1e-9, 1e-2, 0.99],
@@ -89,7 +84,6 @@ def test_arguments_at_random_give_a_component_or_one_clear_line(ring_sector):
         "modes": [-2, 1.5, "3"],
         "nodal_diameters": [3, [0.5], "1"],
         "route": ["both", 0],
-        "interface": ["all"],
         "interface_modes": [0, 99, 1e300],
         "cutoff": [-1.0, "x"],
         "accuracy": [2, "x"],
@@ -136,7 +130,7 @@ def test_what_is_not_held_is_named(ring_sector, masters):
     assert "ring: free to move as a rigid body: 6 motions not held" in text
 
 
-@pytest.mark.parametrize("route", ["cyclic", "direct", "paper"])
+@pytest.mark.parametrize("route", ["cyclic", "paper"])
 def test_a_node_without_stiffness_is_named_by_every_route(ring_sector, route):
     model = ring_sector()
     node = model.part.node_sets["inner"][-1]

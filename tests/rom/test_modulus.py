@@ -13,9 +13,7 @@ ROUTES = [
     {},
     {"modes": 6},
     {"accuracy": 1e-3},
-    {"modes": 6, "route": "direct", "interface_modes": 5},
     {"modes": 6, "route": "paper", "interface_modes": 5},
-    {"modes": 6, "route": "paper", "interface_modes": 5, "interface": "followed"},
 ]
 
 

@@ -11,7 +11,7 @@ from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 
 
-@pytest.mark.parametrize("route", ["cyclic", "direct", "paper"])
+@pytest.mark.parametrize("route", ["cyclic", "paper"])
 def test_static_answer_to_master_loads_is_exact(ring_scene, route):
     """Constraint modes reproduce statics: x_m = (K⁻¹)_mm f_m of the full model."""
     model, casing = ring_scene.casing_model, ring_scene.casing
@@ -20,7 +20,7 @@ def test_static_answer_to_master_loads_is_exact(ring_scene, route):
     f[model.dofs[nodes, 0]] = 1.0
     T = fem.cyclic_transform(model, 0)
     full = T @ fem.factorise((T.conj().T @ model.K @ T).tocsc()).solve(np.asarray(T.conj().T @ f))
-    # With every face dof kept the routes that reduce the face span all static answers, too.
+    # With every face dof kept the route that reduces the face spans all static answers, too.
     faces = 3 * int(np.sum(model.dofs[model.part.node_sets["left"], 0] >= 0))
     options = {} if route == "cyclic" else {"interface_modes": faces}
     whole = rom.reduce(
@@ -49,39 +49,10 @@ def test_frequencies_against_the_unreduced_sector(ring_scene, k, interlock):
     assert np.all(error < 0.1)
 
 
-def test_followed_face_modes_cost_nothing_beside_craig_bampton(ring_scene):
-    """Ten followed modes do what all face dofs do; ten published ones do not."""
-    model, masters = ring_scene.casing_model, tuple(ring_scene.casing.masters.node_sets)
-    truth = ring_scene.truth(1, "free")[0][1]
-    faces = 3 * int(np.sum(model.dofs[model.part.node_sets["left"], 0] >= 0))
-    error = {}
-    for name, interface, count in (
-        ("all", "published", faces),
-        ("published", "published", 10),
-        ("followed", "followed", 10),
-    ):
-        casing = rom.reduce(
-            model,
-            masters,
-            10,
-            nodal_diameters=[1],
-            route="direct",
-            interface=interface,
-            interface_modes=count,
-        )
-        system = rom.join(
-            ring_scene.vane, casing, ring_scene.joints[:1], rom.Excitation(1, force=1.0)
-        )
-        error[name] = rom.linear_modes(system, 1, 2)[0][1] / truth - 1
-    assert 0 < error["all"] < error["followed"] < error["published"]
-    assert error["followed"] < 1.2 * error["all"] < 1e-6
-    assert error["published"] > 1e-4
-
-
 def test_published_face_modes_by_their_definition(ring_scene):
     """The face coordinates' block of the cyclic Guyan model is diagonal: its own modes."""
     masters = tuple(ring_scene.casing.masters.node_sets)
-    part = rom.reduce(ring_scene.casing_model, masters, 0, nodal_diameters=[1], route="direct")
+    part = rom.reduce(ring_scene.casing_model, masters, 0, nodal_diameters=[1], route="paper")
     casing, b = part.at(1), part.interface_modes
     m = 3 * len(part.masters.nodes)
     K = casing.K[: b + m, : b + m]

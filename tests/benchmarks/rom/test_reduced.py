@@ -21,7 +21,7 @@ def test_unreduced_truth_and_smaller_models(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(reduced, "vane_model", lambda size: fem.assemble(vane_part, MATERIAL))
     monkeypatch.setattr(reduced, "casing_model", lambda size: fem.assemble(casing_part, MATERIAL))
     bench = reduced.Bench(0.05, np.linspace(60.0, 120.0, 4))
-    given = {"modes": 10, "interface_modes": 10, "route": "direct"}
+    given = {"modes": 10, "interface_modes": 10, "interface": "published"}
     vane, casing, _ = bench.pair(reduced.Setting("", {"modes": 10}, given))
     outcome = bench.compared(vane, casing, 0.0)
     assert bench.sector("stuck", 1).doubt() < 1e-10
@@ -30,7 +30,7 @@ def test_unreduced_truth_and_smaller_models(monkeypatch: pytest.MonkeyPatch) -> 
     assert 1e-3 < outcome.worst() < 5e-2
     assert min(error.min() for error in outcome.error.values()) > -1e-9
     # The largest model holds the smaller ones; a mode's sign is free.
-    less = {"modes": 6, "interface_modes": 5, "route": "direct"}
+    less = {"modes": 6, "interface_modes": 5, "interface": "published"}
     few_of_vane, few_of_casing, _ = bench.pair(reduced.Setting("", {"modes": 6}, less))
     for found, expected in (
         (reduced.fewer(vane, 6), few_of_vane),

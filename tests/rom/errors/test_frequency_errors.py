@@ -212,13 +212,12 @@ def test_response_errors_against_the_sector(small_ring, reduced, exact, modes, s
 def test_errors_that_no_route_estimates_are_refused(small_ring):
     model = small_ring[1]
     vane = rom.reduce(small_ring[0], BLOCK, 4)
-    for route in ("direct", "paper"):
-        casing = rom.reduce(model, RIM, 4, nodal_diameters=[1], route=route, interface_modes=5)
-        system = rom.join(vane, casing, (HOOK,), rom.Excitation(1, force=1.0))
-        with pytest.raises(InputError, match=f'rim: reduced by the route "{route}", which gives'):
-            rom.frequency_errors(system, vane, casing, 1, 3)
-        with pytest.raises(InputError, match=f'rim: reduced by the route "{route}", which gives'):
-            rom.response_errors(system, vane, casing, np.array([100.0]))
+    casing = rom.reduce(model, RIM, 4, nodal_diameters=[1], route="paper", interface_modes=5)
+    system = rom.join(vane, casing, (HOOK,), rom.Excitation(1, force=1.0))
+    with pytest.raises(InputError, match='rim: reduced by the route "paper", which gives'):
+        rom.frequency_errors(system, vane, casing, 1, 3)
+    with pytest.raises(InputError, match='rim: reduced by the route "paper", which gives'):
+        rom.response_errors(system, vane, casing, np.array([100.0]))
 
 
 def test_more_modes_than_there_are_are_refused(reduced):

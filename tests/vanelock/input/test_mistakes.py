@@ -18,7 +18,7 @@ chord = "4 m"
 leg_front = 0.09
 thickness = 0.001
 [rom]
-route = "direct"
+route = "paper"
 band = 100
 [scatter.keys]
 "joints.hook.mu" = { low = 0.5, high = 0.1 }

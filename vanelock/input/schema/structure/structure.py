@@ -227,7 +227,7 @@ Modes = Annotated[int | None, Field(ge=1, le=1000)]
 class Rom(KeyTable):
     """Reduced-order model."""
 
-    route: Literal["cyclic", "direct", "paper"] = Field(default="cyclic", description="route")
+    route: Literal["cyclic", "paper"] = Field(default="cyclic", description="route")
     accuracy: float | None = Field(
         default=None, ge=1e-9, lt=1, description="relative error of natural frequencies"
     )
@@ -246,7 +246,7 @@ class Rom(KeyTable):
             if (value := self.interface_modes) is not None:
                 yield (
                     f'interface_modes = {value}: rom.route = "cyclic" has no interface to reduce; '
-                    'choose "direct" or "paper"'
+                    'choose "paper"'
                 )
             by_number = self.vane_modes is not None and self.casing_modes is not None
         else:

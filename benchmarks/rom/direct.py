@@ -1,39 +1,46 @@
-"""The route "direct": the subspace of the route "paper" without the faces' constraint modes.
+"""Tran's reduction without the faces' constraint modes: a second way to the route "paper".
 
 Of the thousand constraint modes of the cyclic faces, Tran's reduction keeps ten combinations. The
 face modes solve (S, ΨᴴMΨ) with S the face's Schur complement, dense, and Ψ the static answer of the
 part to its faces, which is never formed: a step of Lanczos sweeps up the real factors for Ψx, and
 down for Ψᴴ(Mz). One real factorisation serves all nodal diameters (`rom.routes.condensed`), and
-columns are formed for what is retained alone.
+columns are formed for what is retained alone. Two bases of a face, its modes Φ those of the part
+reduced statically to it:
+
+- "published": all other masters condensed, x_b = Φ η, as the route "paper" takes them;
+- "followed": the other masters held, and the face's static answer to those masters,
+  x_b = Φ η - K_bb⁻¹ K_bt x_t.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Literal
 
 import numpy as np
 import scipy.linalg as sl
 
+from vanelock import fem, rom
 from vanelock.fem.vibration.block_lanczos import BLOCK, KrylovSpace, krylov_space, lowest_modes
-from vanelock.rom.component import Component, Reduced
 from vanelock.rom.fixed_interface.held import COLUMNS, hermitian
 from vanelock.rom.fixed_interface.modes import Fixed
-from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.condensed import Condensed, definite_factor
 from vanelock.rom.routes.cyclic import cyclic_constraint
-from vanelock.rom.routes.tran import Interface
 from vanelock.rom.system.system import Matrix
 
+Interface = Literal["published", "followed"]
 FACE = 1e-11  # residual of a face mode: the subspace is the paper's to round-off
 DENSE = 4  # beyond a fourth of the face's dofs, its modes come from dense matrices
 
 
 def direct(
-    shared: Condensed,
-    wanted: Selection,
-    diameters: Iterable[int],
-    interface: Interface,
-    interface_modes: int,
-) -> Component:
-    """Reduce a cyclic part at nodal diameters, as `vanelock.rom.routes.paper` does."""
+    model: fem.Model,
+    masters: Sequence[str],
+    modes: int = 10,
+    nodal_diameters: Iterable[int] = (1,),
+    interface: Interface = "published",
+    interface_modes: int = 10,
+) -> rom.Component:
+    """Reduce a cyclic part; with the published interface as the route "paper" of `rom.reduce`."""
+    shared, wanted = rom.prepare(model, masters), rom.Selection(modes=modes)
     problem = shared.problem
     M_ss = problem.M[shared.slaves][:, shared.slaves].tocsc()
     fixed = wanted.modes_in(krylov_space(shared.interior.solve, M_ss))
@@ -42,7 +49,7 @@ def direct(
     if interface == "published":  # the masters' columns are the same at all diameters
         unit = np.eye(shared.faces + len(problem.rows), len(problem.rows), -shared.faces)
         held = _mass(shared, fixed.vectors, unit)
-    return Component(
+    return rom.Component(
         masters=problem.masters,
         cyclic=True,
         route="direct",
@@ -50,7 +57,7 @@ def direct(
         fixed_modes=fixed.vectors.shape[1],
         diameters={
             k: _at_diameter(_Face(shared, k, interface), fixed, interface_modes, held)
-            for k in diameters
+            for k in nodal_diameters
         },
         boundary_nodes=problem.boundary_nodes,
         vectors=fixed.vectors,
@@ -133,7 +140,7 @@ class _Face:
 
 def _at_diameter(
     face: _Face, fixed: Fixed, count: int, held: tuple[Matrix, Matrix] | None
-) -> Reduced:
+) -> rom.Reduced:
     """Matrices in face modes, masters and fixed-interface modes."""
     modes = face.modes(count)
     b, t = face.follow.shape
@@ -150,4 +157,4 @@ def _at_diameter(
     W_cs = cyclic_constraint(
         len(problem.left), t + f, face.nodal_diameter, problem.model.part.sectors
     )
-    return Reduced(K, M, basis=W_cs @ sl.block_diag(static, np.eye(f)))
+    return rom.Reduced(K, M, basis=W_cs @ sl.block_diag(static, np.eye(f)))
