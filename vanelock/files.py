@@ -5,25 +5,22 @@ The schema is that of `vanelock.input` with a table for each analysis.
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from copy import deepcopy
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-from pydantic import Field, create_model
+from pydantic import Field, ValidationError, create_model
 
 from vanelock.analyses import ANALYSES
 from vanelock.analyses.analysis import ALLOWED, Analysis, asked_for
-from vanelock.common.checked import UNCHECKED, Check, Checked, NotKnown, examined
+from vanelock.common.checked import Check, Checked, dotted, explain
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.files import beside, contents
-from vanelock.common.tables import counted
 from vanelock.common.toml import LARGEST, toml_tables
 from vanelock.fem.matrix_files.readers.hdf5 import split_path
-from vanelock.input.cases.sweep import cases, list_mistakes, misfits
+from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
-from vanelock.input.messages import Order, described, dotted, mistakes
 from vanelock.input.schema import scene, study
 from vanelock.input.schema.scene import FILES, ND
 from vanelock.input.schema.structure.loads import files_named
@@ -93,17 +90,12 @@ else:
         __module__=__name__,
         **_tables(lambda each: each.scene_keys),
     )
-Further = Callable[[S, bool], list[str]]
-"""Lines about a table that was read, and whether it lacks what was wrong in it."""
-
-
-def nothing(table: Checked, lacks: bool) -> list[str]:
-    """No line: what the schema says is all."""
-    return []
+Further = Callable[[S], list[str]]
+"""Lines about a table that agrees with its schema."""
 
 
 def load_study(
-    path: str | os.PathLike[str], outside: bool = False, also: Further[Study] = nothing
+    path: str | os.PathLike[str], outside: bool = False, also: Further[Study] = lambda study: []
 ) -> Study:
     """Read and check a study file.
 
@@ -129,9 +121,7 @@ def load_study(
             "whose parts have meshes"
         )
     data, refused = _beside(data, place.parent, outside)
-    return checked(
-        Study, data, where, refused, lambda *found: [*case_mistakes(*found), *also(*found)]
-    )
+    return checked(Study, data, where, refused, lambda study: [*case_mistakes(study), *also(study)])
 
 
 def load_given(path: str | os.PathLike[str], outside: bool = False) -> Given:
@@ -193,32 +183,25 @@ def checked(
     schema: type[S],
     data: dict[str, Any],
     where: str,
-    known: Iterable[str] = (),
-    further: Further[S] = nothing,
+    refused: Iterable[str] = (),
+    further: Further[S] = lambda table: [],
 ) -> S:
-    """Nested tables as what a schema makes of them."""
-    table, found = examined(schema, data, mistakes)
-    lines, more = described(found, data, schema)
-    lines = [*known, *lines]
-    if table is not None:
-        lines += further(table, bool(lines))
+    """Nested tables as what a schema makes of them; lines of what is `refused` come first."""
+    lines = [*refused]
+    try:
+        table = schema.model_validate(data, strict=True)
+    except ValidationError as error:
+        lines += explain(error, data, schema)
+    else:
+        lines = lines or list(dict.fromkeys(further(table)))
         if not lines:
             return table
-    lines = sorted(dict.fromkeys(lines), key=Order(data).of_line)
-    if more:
-        lines.append(f"and {counted(more, 'more mistake')}")
     raise InputError("\n".join(f"{where}: {line}" for line in lines))
 
 
-def case_mistakes(given: Given, lacks: bool) -> list[str]:
-    """What is wrong with the cases; where keys are missing, with each swept value by itself."""
-    if not lacks:
-        return raised(lambda: cases(given))
-    found = list_mistakes(given, UNCHECKED)
-    with suppress(NotKnown):
-        if not (given.sweep or given.rows or given.scatter):
-            found += misfits(given)
-    return found
+def case_mistakes(given: Given) -> list[str]:
+    """What is wrong with the cases."""
+    return raised(lambda: cases(given))
 
 
 def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:

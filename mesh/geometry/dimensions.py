@@ -12,10 +12,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
-from pydantic_core import ErrorDetails
 
-from vanelock.common.arrays import brief
-from vanelock.common.checked import Check, Checked, Disagreement, NotKnown
+from vanelock.common.checked import Check, Checked, explain
 from vanelock.common.errors import InputError, cut_short
 from vanelock.common.quantities import Angle, Length
 
@@ -52,10 +50,7 @@ def _odd(value: int, what: str) -> int:
 def _ascending(model: BaseModel, *names: str) -> Iterator[str]:
     """Refuse lengths that do not grow along `names` by a wall's thickness; a dot reaches deeper."""
     for low, high in pairwise(names):
-        try:
-            below, above = _value(model, low), _value(model, high)
-        except NotKnown:
-            continue
+        below, above = _value(model, low), _value(model, high)
         if below > above - CLEARANCE:
             yield (
                 f"{high} = {above:g} m: must exceed {low} = {below:g} m by at least {CLEARANCE:g} m"
@@ -80,17 +75,10 @@ class Dimensions(Checked):
             try:
                 super().__init__(**values)
             except ValidationError as error:
-                raise InputError(cut_short("; ".join(map(_said, error.errors())))) from None
+                lines = explain(error, values, type(self))
+                raise InputError(cut_short("; ".join(lines))) from None
 
         __init__.__pydantic_base_init__ = True  # else it were called for tables within others
-
-
-def _said(mistake: ErrorDetails) -> str:
-    """What pydantic says of a value, or what the checks of several say."""
-    if isinstance(error := mistake.get("ctx", {}).get("error"), Disagreement):
-        return "; ".join(error.lines)
-    name, why = ".".join(map(str, mistake["loc"])), mistake["msg"].removeprefix("Value error, ")
-    return f"{name}: given {brief(mistake['input'])}: {why}"
 
 
 class HookDimensions(Dimensions):

@@ -8,7 +8,7 @@ from types import ModuleType
 import pytest
 
 from vanelock import Study
-from vanelock.input.messages import known_keys
+from vanelock.common.checked import known_keys
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -43,7 +43,7 @@ def test_the_page_is_up_to_date(tool: ModuleType) -> None:
 
 def test_every_key_is_described_in_full(tool: ModuleType) -> None:
     described = rows(tool.page())
-    every = known_keys()
+    every = known_keys(Study)
     leaves = {
         key.replace(".<name>", "")
         for key in every

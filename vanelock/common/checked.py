@@ -1,36 +1,57 @@
-"""Tables of an input file whose keys must agree with one another.
+"""Tables of an input file: checks of keys that must agree, and each mistake as one clear line.
 
-A library that validates stops a table's own checks at the table's first wrong key, and those of the
-table around it too, so that one wrong number hides every other mistake. Here wrong keys are left
-out and marked, and each check that does not read them is made all the same.
+Pydantic holds each key against its type and its limits. A line of the answer has the full key, the
+value given, what is allowed, and for a misspelt key the nearest one that is known. A table's checks
+are made where each of its keys is right in itself.
 """
 
-import copy
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
+import difflib
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
 
-from pydantic import (
-    BaseModel,
-    ModelWrapValidatorHandler,
-    ValidationError,
-    ValidationInfo,
-    model_validator,
-)
+from pydantic import BaseModel, ValidationError, model_validator
+from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from vanelock.common.errors import InputError
+from vanelock.common.errors import MOST_MISTAKES, InputError, cut_short, printable
+from vanelock.common.quantities import bounds, meant, typical
+from vanelock.common.tables import counted
 
-T = TypeVar("T", bound="Checked")
+Location = tuple[int | str, ...]
+Schema = type[BaseModel]
 Check = Callable[[Any], Iterable[str] | None]
-UNCHECKED = "unchecked"
-"""Context of a validation that looks at each key alone."""
-MOST_ROUNDS = 50
-"""Times that mistakes are left out; each table within another takes two."""
+ANY = "<name>"
+"""Stands in a schema's keys for a name that the user gives to a table."""
+DIMENSIONS, OWN = "<dimensions>", "<own mesh>"
+"""How pydantic marks in an error's place which of two a part's table was taken for."""
+_NO_KEYS = (DIMENSIONS, OWN, "[key]")
 
-
-class NotKnown(Exception):
-    """A key was read whose value is wrong."""
+_BOUNDS = {
+    "greater_than": ("gt", ">"),
+    "greater_than_equal": ("ge", ">="),
+    "less_than": ("lt", "<"),
+    "less_than_equal": ("le", "<="),
+}
+_SAID = {
+    "missing": "must be given",
+    "literal_error": "{subject} must be one of {expected}",
+    "too_short": "{subject}: expected at least {min_length} of them",
+    "too_long": "{subject}: expected at most {max_length} of them",
+    "string_too_short": "{subject} must have at least {min_length} characters",
+    "string_too_long": "{subject} must have at most {max_length} characters",
+    "finite_number": "expected a finite number",
+}
+_TYPES = {
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "true or false",
+    "string": "text",
+    "tuple": "a list",
+    "dict": "a table",
+    "model": "a table",
+}
 
 
 class Disagreement(ValueError):
@@ -46,146 +67,216 @@ class Checked(BaseModel):
 
     checks: ClassVar[tuple[Check, ...]] = ()
 
-    @model_validator(mode="wrap")
-    @classmethod
-    def _agrees(
-        cls, data: Any, handler: ModelWrapValidatorHandler[Self], info: ValidationInfo
-    ) -> Self:
-        table = handler(data)
-        if info.context == UNCHECKED:
-            return table
-        mark = (info.context or {}).get(id(data))
-        if info.context:
-            _forget(table, data, mark, info.context)
-        if (mark is None or not mark.checked) and (lines := disagreements(table, cls.checks)):
+    @model_validator(mode="after")
+    def _agrees(self) -> Self:
+        if lines := disagreements(self, self.checks):
             raise Disagreement(lines)
-        return table
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> Any:
-            """Pydantic asks here for what is not there."""
-            if name in type(self).model_fields:
-                raise NotKnown(name)
-            return super().__getattr__(name)
-
-
-@dataclass
-class _Mark:
-    """What was found in a table: keys that are wrong, or contradictions."""
-
-    wrong: set[str] = field(default_factory=set)
-    checked: bool = False
+        return self
 
 
 def disagreements(table: Any, checks: Iterable[Check]) -> list[str]:
-    """What a table's checks say; one that reads a wrong key, or raises `InputError`, ends there."""
+    """What a table's checks say; one that raises `InputError` ends there."""
     lines: list[str] = []
     for check in checks:
         try:
             for line in check(table) or ():
                 lines.append(line)
-        except NotKnown:
-            continue
         except InputError as error:
             lines += str(error).splitlines()
     return list(dict.fromkeys(lines))
 
 
-def examined(
-    schema: type[T],
-    data: dict[str, Any],
-    mistakes: Callable[[ValidationError], list[ErrorDetails]],
-) -> tuple[T | None, list[ErrorDetails]]:
-    """What a schema makes of nested tables, as far as they are right, and what is wrong.
-
-    Of the table that comes back a key that was wrong cannot be read: `NotKnown`. `mistakes` are
-    those of an error, in places that name keys only.
-    """
-    data = copy.deepcopy(data)
-    marks: dict[int, _Mark] = {}
-    found: list[ErrorDetails] = []
-    for _ in range(MOST_ROUNDS):
-        try:
-            return schema.model_validate(data, strict=True, context=marks or None), found
-        except ValidationError as error:
-            every = mistakes(error)
-        ways = [_way(data, details["loc"]) for details in every]
-        found += [
-            details
-            for details, way in zip(every, ways, strict=True)
-            if details["type"] not in ("missing", "too_short")
-            or not (_is_wrong(way[-1], marks) or id(_inner(*way[-1])) in marks)  # but was left out
-        ]
-        if not all([_leave_out(data, marks, *each) for each in zip(every, ways, strict=True)]):
-            break
-    return None, found
+def explain(error: ValidationError, data: dict[str, Any], schema: Schema) -> list[str]:
+    """One line for each mistake that pydantic found in nested tables, and how many more."""
+    lines: dict[str, None] = {}
+    every = mistakes(error)
+    for i, details in enumerate(every):
+        if len(lines) >= MOST_MISTAKES:  # to find a similar key takes long
+            return [*lines, f"and {counted(len(every) - i, 'more mistake')}"]
+        lines |= dict.fromkeys(map(cut_short, _lines(details, data, schema)))
+    return list(lines)
 
 
-_Way = list[tuple[dict[str, Any], str]]
-"""Tables from the outermost on, each with its key that leads on."""
+def mistakes(error: ValidationError) -> list[ErrorDetails]:
+    """What pydantic found, in places that name keys only."""
+    every = error.errors(include_url=False)
+    within = {details["loc"][:-1] for details in every if details["loc"]}
+    # of a list with wrong entries pydantic counts the right ones alone
+    found = [each for each in every if not (each["type"] == "too_short" and each["loc"] in within)]
+    for details in found:
+        details["loc"] = tuple(i for i in details["loc"] if i not in _NO_KEYS)
+    return found
 
 
-def walked(data: Any, location: Iterable[int | str]) -> Iterator[tuple[Any, int | str]]:
-    """Tables and lists from the outermost on, each with what leads on, as far as it is there.
-
-    A name with dots that is not there as it is has been written without quotes, and TOML nests it.
-    """
-    waiting = list(location)
-    while waiting:
-        item = waiting.pop(0)
-        if isinstance(data, dict) and item not in data and "." in str(item):
-            waiting = [*str(item).split("."), *waiting]
-            continue
-        yield data, item
-        data = _inner(data, item)
+def _lines(details: ErrorDetails, data: dict[str, Any], schema: Schema) -> list[str]:
+    """One mistake, or each contradiction in a table."""
+    location = details["loc"]
+    error = details.get("ctx", {}).get("error")
+    if isinstance(error, Disagreement):
+        return [_within(location, line, schema) for line in error.lines]
+    value = _given(data, location, details["input"])
+    text = reason(details, schema, value)
+    if location and not isinstance(value, dict | BaseModel):
+        return [f"{dotted(location)} = {show(value)}: {text}"]
+    return [_within(location, text, schema)]
 
 
-def _inner(data: Any, item: int | str) -> Any:
-    """None where there is none."""
+def _within(location: Location, text: str, schema: Schema) -> str:
+    """What is said of a table, which names one of its keys or not."""
+    if not location:
+        return text
+    names = re.match(r"[\w.]+(?= = |: )", text)
+    inner = names is not None and field_at((*location, *names[0].split(".")), schema)
+    return f"{dotted(location)}{'.' if inner else ': '}{text}"
+
+
+def _given(data: Any, location: Location, converted: Any) -> Any:
+    """The value as the file gives it, before its unit was converted."""
     try:
-        return data[item]
+        for item in location:
+            data = data[item]
     except (KeyError, IndexError, TypeError):
-        return None
+        return converted
+    return data
 
 
-def _way(data: dict[str, Any], location: tuple[int | str, ...]) -> _Way:
-    return [(table, str(key)) for table, key in walked(data, location) if isinstance(table, dict)]
+def reason(details: ErrorDetails, schema: Schema, given: object = None) -> str:
+    """What is wrong with a value and what is allowed, and the unit that was meant, if any was."""
+    kind, location = details["type"], details["loc"]
+    context = details.get("ctx", {})
+    field = field_at(location, schema)
+    subject, unit = subject_and_unit(field, location)
+    if kind == "extra_forbidden":
+        return unknown(location, schema)
+    if kind in _BOUNDS:
+        name, sign = _BOUNDS[kind]
+        limit = f"{subject} must be {sign} {context[name]:.12g} {unit}".rstrip()
+        return limit + _suggested(given, unit, field, name, float(context[name]))
+    if kind in _SAID:
+        return _SAID[kind].format(subject=subject, **context).replace("'", '"')
+    if expected := _TYPES.get(kind.removesuffix("_type").removesuffix("_parsing")):
+        return f"expected {expected}"
+    return details["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
 
 
-def _is_wrong(place: tuple[dict[str, Any], str], marks: dict[int, _Mark]) -> bool:
-    table, key = place
-    return id(table) in marks and key in marks[id(table)].wrong
+def _suggested(given: object, unit: str, field: FieldInfo | None, bound: str, limit: float) -> str:
+    """The number with the unit in which it would be allowed."""
+    if isinstance(given, bool) or not isinstance(given, int | float) or field is None:
+        return ""
+    allowed = bounds(field)
+    if bound in ("gt", "ge"):
+        allowed = replace(allowed, low=max(limit, allowed.low))
+    else:
+        allowed = replace(allowed, high=min(limit, allowed.high))
+    other = meant(given, unit, allowed, typical(field))
+    return f'; {given:.12g} is {given:.12g} {unit}: "{other}"?' if other else ""
 
 
-def _leave_out(
-    data: dict[str, Any], marks: dict[int, _Mark], details: ErrorDetails, way: _Way
-) -> bool:
-    """Mark what is wrong, and take a wrong value out; false where it cannot be found."""
-    if isinstance(details.get("ctx", {}).get("error"), Disagreement):
-        table: Any = data
-        for outer, item in walked(data, details["loc"]):
-            table = _inner(outer, item)
-        mark = marks.setdefault(id(table), _Mark())
-        if not mark.checked:
-            mark.checked = True
-            return True
-    if details["type"] == "missing":
-        way = way[:-1]  # a table without what it needs is left out as a whole
-    for table, key in reversed(way):
-        if key in table:
-            del table[key]
-            marks.setdefault(id(table), _Mark()).wrong.add(key)
-            return True
-        if _is_wrong((table, key), marks):  # by another mistake in it
-            return True
-    return False
+def dotted(location: Location) -> str:
+    """Key as a user writes it: `damping.ratio`, `response.frequencies[2]`."""
+    text = ""
+    for item in location:
+        if isinstance(item, int):
+            text += f"[{item}]"
+        else:
+            bare = item.replace("_", "").replace("-", "").isalnum() and item.isascii()
+            shown = item if len(item) <= 60 else item[:57] + "..."
+            text += ("." if text else "") + (shown if bare else f'"{printable(shown)}"')
+    return text
 
 
-def _forget(table: BaseModel, data: Any, mark: _Mark | None, marks: dict[int, _Mark]) -> None:
-    """Take wrong keys' defaults out of a table, and lists of names that had wrong entries only."""
-    for name in mark.wrong if mark else ():
-        table.__dict__.pop(name, None)
-    for name, value in list(table.__dict__.items()):
-        if value == {} and isinstance(data, dict) and id(data.get(name)) in marks:
-            del table.__dict__[name]
+def show(value: object) -> str:
+    """A value as TOML writes it, shortened to fit a line."""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, str):
+        text = '"' + value[:60].replace("\n", " ") + '"'
+    elif isinstance(value, list | tuple):
+        text = "[" + ", ".join(show(item) for item in value[:60]) + "]"
+    else:
+        text = str(value).replace("\n", " ")
+    text = printable(text)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def known_keys(schema: Schema, prefix: str = "") -> list[str]:
+    """Every dotted key of a schema, tables included, sweep entries apart."""
+    keys = []
+    for name, field in schema.model_fields.items():
+        keys.append(prefix + name)
+        below = f"{prefix}{name}.{ANY}." if _names_tables(field) else f"{prefix}{name}."
+        for inner in _tables(field):
+            keys += known_keys(inner, below)
+    return list(dict.fromkeys(keys))
+
+
+def unknown(location: Location, schema: Schema) -> str:
+    """Hint for an unknown key: a similar one beside it, else the same elsewhere, else its table."""
+    *path, key = [item[:60] for item in location if isinstance(item, str)]
+    prefix = "".join(f"{item}." for item in _general(path, schema))
+    every = known_keys(schema)
+    beside = [k for k in every if k.startswith(prefix) and "." not in k[len(prefix) :]]
+    names = {k[len(prefix) :].lower(): k for k in beside}
+    elsewhere: dict[str, str] = {}
+    for k in every:
+        elsewhere.setdefault(k.rpartition(".")[2].lower(), k)
+    if close := difflib.get_close_matches(key.lower(), names, 1):
+        nearest = names[close[0]]
+    elif close := difflib.get_close_matches(key.lower(), elsewhere, 1, cutoff=0.75):
+        nearest = elsewhere[close[0]]
+    elif not beside and (close := difflib.get_close_matches(prefix + key, every, 1)):
+        nearest = close[0]
+    else:
+        here = ", ".join(k[len(prefix) :] for k in beside)
+        return f"unknown key; known here: {here}" if here else "unknown key"
+    return f"unknown key; nearest known key: {nearest}"
+
+
+def _general(path: list[str], schema: Schema) -> list[str]:
+    """A path of keys with the names that a user gives to tables replaced."""
+    found: list[str] = []
+    for i, item in enumerate(path):
+        above = field_at(tuple(path[:i]), schema) if i else None
+        given = above is not None and _names_tables(above) and (not found or found[-1] != ANY)
+        found.append(ANY if given else item)
+    return found
+
+
+def _names_tables(field: FieldInfo) -> bool:
+    """Whether a field holds tables under names that the user gives."""
+    return get_origin(field.annotation) is dict
+
+
+def _tables(field: FieldInfo) -> list[Schema]:
+    """The tables that a field may hold."""
+    found = []
+    for option in (field.annotation, *get_args(field.annotation)):
+        kind = get_args(option)[0] if get_origin(option) is Annotated else option
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            found.append(kind)
+    return found
+
+
+def field_at(location: Location, schema: Schema) -> FieldInfo | None:
+    """The schema's field at a location; list entries and named tables belong to their field."""
+    tables: list[Schema] = [schema]
+    field, named = None, False
+    for item in location:
+        if isinstance(item, int):
+            continue
+        if field is not None and _names_tables(field) and not named:
+            named = True  # a name that the user gives
+            continue
+        fields = [table.model_fields[item] for table in tables if item in table.model_fields]
+        if not fields:
+            return None
+        field, named = fields[0], False
+        tables = [table for each in fields for table in _tables(each)]
+    return field
+
+
+def subject_and_unit(field: FieldInfo | None, location: Location = ()) -> tuple[str, str]:
+    """What a field's description calls it, and its unit, which stands there in brackets."""
+    text = (field.description if field else None) or str(location[-1] if location else "study")
+    subject, _, unit = text.partition(" [")
+    return subject, unit.rstrip("]")

@@ -7,9 +7,9 @@ from typing import Any
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
 
+from vanelock.common.checked import dotted
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import path_of
-from vanelock.input.messages import dotted
 
 Changes = Mapping[Any, float | str]
 

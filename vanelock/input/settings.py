@@ -6,9 +6,10 @@ from typing import Any
 
 from pydantic.fields import FieldInfo
 
+from vanelock.common.checked import field_at, show, subject_and_unit
+from vanelock.common.quantities import Bounds, Usual, meant, metadata, number, typical
 from vanelock.input.cases.names import scaled
 from vanelock.input.cases.values import Given, path_of
-from vanelock.input.messages import field_at, show
 from vanelock.input.schema.study import Study
 
 Flat = dict[str, Any]
@@ -84,6 +85,34 @@ def settings(given: Given) -> list[Setting]:
     ]
 
 
+def unusual(given: Given) -> tuple[str, ...]:
+    """A line for each number that is allowed but looks like one of another unit: 8.2e-9 t/mm^3.
+
+    Of the keys that a file sets, swept ones too.
+    """
+    found = []
+    for key, value in flattened(_numbered(given.model_dump(exclude_unset=True))).items():
+        field = _field(key, type(given))
+        usual = next((e for e in metadata(field) if isinstance(e, Usual)), None) if field else None
+        if field is None or usual is None or value is None:
+            continue
+        where = f'{key.partition(".")[0]}."{swept}"' if (swept := _listed_key(key)) != key else key
+        for i, each in enumerate(value if isinstance(value, list) else [value]):
+            last = each[-1] if isinstance(each, list | tuple) else each  # of [degC, Pa]
+            size = number(last, field)
+            if size == 0 or usual.low <= size <= usual.high:
+                continue
+            subject, unit = subject_and_unit(field)
+            allowed = Bounds(usual.low, usual.high, above=False)
+            other = meant(size, unit, allowed, typical(field))
+            found.append(
+                f"{where}{f'[{i}]' if isinstance(value, list) else ''} = {size:.6g} {unit}: "
+                f"{subject} is hardly ever outside {usual.low:g} to {usual.high:g} {unit}"
+                + (f'; "{other}"?' if other else "")
+            )
+    return tuple(found)
+
+
 def _numbered(table: Any) -> Any:
     """Lists of tables as tables by their places."""
     if isinstance(table, Mapping):
@@ -129,10 +158,10 @@ def _listed_key(key: str) -> str:
 
 def described(key: str, schema: type[Given] = Study) -> tuple[str, str]:
     """What a key is, and its unit in SI, "" where it has none."""
-    swept, field = _listed_key(key), _field(key, schema)
-    text = (field.description if field else None) or swept.rpartition(".")[2].replace("_", " ")
-    meaning, _, unit = text.partition(" [")
-    return (f"swept: {meaning}" if swept != key else meaning), unit.rstrip("]")
+    swept = _listed_key(key)
+    words = swept.rpartition(".")[2].replace("_", " ")
+    meaning, unit = subject_and_unit(_field(key, schema), (words,))
+    return (f"swept: {meaning}" if swept != key else meaning), unit
 
 
 def unit_of(key: str, schema: type[Given] = Study) -> str:

@@ -104,7 +104,7 @@ def test_what_systems_are_made_of_names_what_is_of_another_kind() -> None:
     for make, line in (
         (lambda: Options(tolerance="a"), "Options.tolerance: given 'a': needs a number"),
         (lambda: rom.Joint("hook", 1e6, None, 0.3, 0.0), "Joint.kt: given None: needs a number"),
-        (lambda: mesh.VaneDimensions(chord="a"), "chord: given 'a': .*number in m"),
+        (lambda: mesh.VaneDimensions(chord="a"), 'chord = "a": expected .*number in m'),
         (lambda: nonlinear.Unlike.scatter(5, {}), "system: given 5: needs a System"),
         (lambda: System.from_matrices(M, K, CONTACT), "contacts: given a Contact: needs a list"),
         (lambda: System.from_matrices(M, K, outputs=["a"]), "outputs: given .*: needs a dict or N"),

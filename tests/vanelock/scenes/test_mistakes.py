@@ -82,28 +82,32 @@ def test_it_is_refused(tmp_path: Path, scene_file: Write, extra: str, message: s
         run_scene(load_scene(scene_file(two(tmp_path) + LOAD + extra)), tmp_path / "run")
 
 
-def test_no_mistake_hides_another(tmp_path: Path, scene_file: Write) -> None:
-    """Wrong keys, contradictions within tables and between them, paths, and swept values."""
-    path = scene_file(
-        two(tmp_path)
-        + "modes = -1\nlow = [3]\n"
-        + LOAD
-        + "harmonic = 4\n"
-        + LAP.format(pairs='"../elsewhere.csv"')
-        + "[contacts.open]\nmu = 0.1\n[excitation]\nengine_order = 3\n"
-        + '[sweep]\n"contacts.lap.mu" = [-0.1, 0.2, 0.2]\n"contacts.lag.mu" = [0.1]\n'
-    )
+def test_wrong_keys_and_paths_come_at_once(tmp_path: Path, scene_file: Write) -> None:
+    pairs = LAP.format(pairs='"../elsewhere.csv"')
+    assert heads(scene_file, two(tmp_path) + "modes = -1\n" + pairs) == [
+        'contacts.lap.pairs = "../elsewhere.csv"',
+        "components.two.modes = -1",
+    ]
+
+
+def heads(scene_file: Write, text: str) -> list[str]:
+    """What each line about a scene begins with."""
+    path = scene_file(text)
     with pytest.raises(InputError) as caught:
         load_scene(path)
     lines = [line.removeprefix(f"{path}: ") for line in str(caught.value).splitlines()]
-    assert [line.partition(": ")[0] for line in lines] == [
-        "components.two.modes = -1",
-        "components.two.low",
+    return [line.partition(": ")[0] for line in lines]
+
+
+def test_what_contradicts_comes_before_what_is_swept(tmp_path: Path, scene_file: Write) -> None:
+    lap = LAP.format(pairs="[[3, 11]]")
+    order = "[excitation]\nengine_order = 3\n"
+    assert heads(scene_file, two(tmp_path) + LOAD + "harmonic = 4\n" + lap + order) == [
         "loads[0].harmonic",
-        'contacts.lap.pairs = "../elsewhere.csv"',
-        "contacts.open.between",
-        "contacts.open.pairs",
         "excitation.engine_order",
+    ]
+    swept = '[sweep]\n"contacts.lap.mu" = [-0.1, 0.2, 0.2]\n"contacts.lag.mu" = [0.1]\n'
+    assert heads(scene_file, two(tmp_path) + LOAD + lap + swept) == [
         'sweep."contacts.lap.mu"[0] = -0.1',
         'sweep."contacts.lap.mu"[2] = 0.2',
         'sweep."contacts.lag.mu"[0] = 0.1',

@@ -8,7 +8,7 @@ import pytest
 
 from vanelock import Scene, check_scene, template_text
 from vanelock.__main__ import main
-from vanelock.input.messages import ANY, known_keys
+from vanelock.common.checked import ANY, known_keys
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "scene_file.md").read_text("utf-8")
 

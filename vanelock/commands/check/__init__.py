@@ -1,1 +1,1 @@
-"""`vanelock check`: every mistake of a file, and what a run of it would take."""
+"""`vanelock check`: what is wrong in a file, or what a run of it would take."""

@@ -11,8 +11,8 @@ from vanelock.common.tables import counted
 from vanelock.fem.matrix_files import Matrices
 from vanelock.input.cases.sweep import cases
 from vanelock.input.measured.curve import curve_mistakes, load_measured
-from vanelock.input.plausible import unusual
 from vanelock.input.schema.scene import ND, ComponentKeys, Scene
+from vanelock.input.settings import unusual
 from vanelock.stages.matrices.gather import gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
 from vanelock.stages.matrices.nodal_forces import on_rows

@@ -1,20 +1,18 @@
 """Check a study without computing: its cases, parts, outputs, and what they will take."""
 
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
 from pathlib import Path
 
 from vanelock.analyses import ANALYSES
 from vanelock.commands.fit.parameters import varied_parameters
-from vanelock.common.checked import NotKnown
 from vanelock.common.errors import raised
 from vanelock.common.tables import counted
 from vanelock.files import load_study
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.measured.curve import Measured, curve_mistakes, load_measured
-from vanelock.input.plausible import unusual
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
+from vanelock.input.settings import unusual
 from vanelock.mesh.geometry.element_size import element_size, words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated
@@ -58,15 +56,13 @@ def of_curves(curves: Iterable[Measured]) -> Iterator[Row]:
         yield "measured", f"{curve.label}: {points} of {curve.quantity}"
 
 
-def _of_curves(study: Study, lacks: bool) -> list[str]:
+def _of_curves(study: Study) -> list[str]:
     """What is wrong with the files of measured curves, and with the fit to them."""
-    found: list[str] = []
-    with suppress(NotKnown):
-        found += curve_mistakes(study)
-        if study.fit is not None and not lacks and not found:
-            found += raised(lambda: varied_parameters(study, "fit"))
-        if study.optimise is not None and not lacks:
-            found += raised(lambda: varied_parameters(study, "optimise"))
+    found = curve_mistakes(study)
+    if study.fit is not None and not found:
+        found += raised(lambda: varied_parameters(study, "fit"))
+    if study.optimise is not None:
+        found += raised(lambda: varied_parameters(study, "optimise"))
     return found
 
 

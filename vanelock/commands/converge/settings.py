@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
+from vanelock.common.checked import show
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import value_at, with_values
-from vanelock.input.messages import show
 from vanelock.input.schema.structure.structure import ACCURACY, MODES
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions

@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from pydantic import ValidationError
 
+from vanelock.common.checked import explain
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import value_at, with_values
-from vanelock.input.messages import explain
 from vanelock.input.schema.comparison import Varied
 from vanelock.input.schema.study import Study
 
@@ -69,7 +69,9 @@ def varied_parameters(study: Study, table: Literal["fit", "optimise"]) -> list[F
             try:
                 with_values(study, {key: bound})
             except ValidationError as error:
-                raise InputError(f'{table}.bounds."{key}": {explain(error, {})[0]}') from None
+                raise InputError(
+                    f'{table}.bounds."{key}": {explain(error, {}, Study)[0]}'
+                ) from None
         if not low <= start <= high:
             raise InputError(
                 f'{table}: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'

@@ -14,9 +14,9 @@ from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import Given
 from vanelock.input.measured.curve import load_measured
-from vanelock.input.plausible import unusual
 from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
+from vanelock.input.settings import unusual
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor.background import in_background

@@ -12,11 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.fields import FieldInfo
 
-from vanelock.common.checked import disagreements
+from vanelock.common.checked import field_at, show, unknown
 from vanelock.common.errors import InputError, raised
 from vanelock.common.quantities import bounds, number
 from vanelock.input.cases.values import Given, path_of
-from vanelock.input.messages import field_at, show, unknown
 from vanelock.input.schema.distributions import Distribution
 
 DIGITS = 9
@@ -55,8 +54,6 @@ def sample_mistakes(given: Given) -> list[str]:
             "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
         )
     for key, each in given.scatter.keys.items():
-        if disagreements(each, each.checks):  # is said already
-            continue
         field = field_at(path_of(key), type(given))
         found += _mistakes(key, field, type(given)) or raised(
             partial(_mapped, key, each, MIDDLE, field)

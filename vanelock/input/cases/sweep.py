@@ -5,7 +5,6 @@ keys that vary together are slower still. Keys that scatter have their samples i
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -13,11 +12,19 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
 
-from vanelock.common.checked import NotKnown, disagreements
+from vanelock.common.checked import (
+    disagreements,
+    dotted,
+    explain,
+    field_at,
+    mistakes,
+    reason,
+    show,
+    unknown,
+)
 from vanelock.common.errors import InputError
 from vanelock.input.cases.names import valued
 from vanelock.input.cases.values import Given, path_of, value_at, with_values
-from vanelock.input.messages import dotted, explain, field_at, mistakes, reason, show, unknown
 from vanelock.input.schema.structure.loads import files_named
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
@@ -110,19 +117,12 @@ def _orders(given: Given) -> tuple[int, ...]:
     return (given.excitation.engine_orders or ()) if isinstance(given, Study) else ()
 
 
-def list_mistakes(given: Given, context: str | None = None) -> list[str]:
+def list_mistakes(given: Given) -> list[str]:
     """What is wrong with the lists of its sweep, rows and scatter."""
     from vanelock.input.cases.samples import sample_mistakes
 
-    found: list[str] = []
-    with suppress(NotKnown):
-        for key, values in given.sweep.items():
-            found += _mistakes(given, key, values, context)
-    with suppress(NotKnown):
-        found += _of_rows(given, context)
-    with suppress(NotKnown):
-        found += sample_mistakes(given)
-    return found
+    swept = [line for key, values in given.sweep.items() for line in _mistakes(given, key, values)]
+    return [*swept, *_of_rows(given), *sample_mistakes(given)]
 
 
 def _samples(given: Given) -> tuple[Case, ...]:
@@ -147,7 +147,7 @@ def _samples(given: Given) -> tuple[Case, ...]:
     return tuple(found)
 
 
-def _of_rows(given: Given, context: str | None) -> list[str]:
+def _of_rows(given: Given) -> list[str]:
     """What is wrong with the lists of keys that vary together."""
     found: list[str] = []
     lengths = {len(values) for values in given.rows.values()}
@@ -161,7 +161,7 @@ def _of_rows(given: Given, context: str | None) -> list[str]:
             found += [
                 line.replace("sweep.", "rows.", 1)
                 for value in dict.fromkeys(map(_hashable, values))
-                for line in _mistakes(given, key, (value,), context)
+                for line in _mistakes(given, key, (value,))
                 if "must" not in line  # may hold for the other values of its row
             ][:1]
     if not found and len(lengths) > 1:
@@ -252,7 +252,7 @@ def _check_fit(
     known.add(geometry)
 
 
-def _mistakes(given: Given, key: str, values: tuple[Any, ...], context: str | None) -> list[str]:
+def _mistakes(given: Given, key: str, values: tuple[Any, ...]) -> list[str]:
     """What is wrong with a swept key, value by value."""
     where, schema = f'sweep."{key}"', type(given)
     if field_at(path_of(key), schema) is None:
@@ -264,7 +264,7 @@ def _mistakes(given: Given, key: str, values: tuple[Any, ...], context: str | No
 
     def held(value: Any) -> Any:
         try:
-            return value_at(with_values(given, {key: value}, context), key)
+            return value_at(with_values(given, {key: value}), key)
         except ValidationError as error:
             raise InputError(reason(mistakes(error)[0], schema, value)) from None
 

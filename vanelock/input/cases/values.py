@@ -4,10 +4,9 @@ import re
 from collections.abc import Hashable
 from typing import Any, TypeAlias, TypeVar, cast, get_origin
 
-from vanelock.common.checked import UNCHECKED
+from vanelock.common.checked import Location, dotted
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
-from vanelock.input.messages import Location, dotted
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.structure.structure import KeyTable
 from vanelock.input.schema.study import Study
@@ -59,38 +58,28 @@ def ring_of(given: Given) -> tuple[int, int]:
             raise InputError(f"{given.system.file}: not a vanelock System") from None
 
 
-def with_values(
-    given: G,
-    changes: dict[str, Any],
-    context: str | None = None,
-    known: dict[Hashable, Any] | None = None,
-) -> G:
+def with_values(given: G, changes: dict[str, Any], known: dict[Hashable, Any] | None = None) -> G:
     """The study or scene with some keys changed and no sweep; raises pydantic's ValidationError.
 
     Tables without a change are those of the given one itself, which are not checked again, nor are
-    tables `known` from the same changes of the same study; new ones are added to these. In the
-    context "unchecked" it is not looked at whether keys contradict one another.
+    tables `known` from the same changes of the same study; new ones are added to these.
     """
     changed: dict[str, Any] = {"excitation": ("excitation",)}  # what it is known by
     for key, value in changes.items():
         table = str(path_of(key)[0])
         changed[table] = (*changed.get(table, (table,)), key, repr(value))
-    tables: dict[str, Any] = {}
-    if context != UNCHECKED:  # else keys may be missing
-        same = {name: getattr(given, name) for name in given.model_fields_set - VARIED - {*changed}}
-        if known is not None:
-            same |= {name: known[by] for name, by in changed.items() if by in known}
-        tables = {name: value for name, value in same.items() if isinstance(value, KeyTable)}
-    data = tables | given.model_dump(
-        exclude_unset=True, exclude={*VARIED, *tables}, warnings=context != UNCHECKED
-    )
+    same = {name: getattr(given, name) for name in given.model_fields_set - VARIED - {*changed}}
+    if known is not None:
+        same |= {name: known[by] for name, by in changed.items() if by in known}
+    tables = {name: value for name, value in same.items() if isinstance(value, KeyTable)}
+    data = tables | given.model_dump(exclude_unset=True, exclude={*VARIED, *tables})
     if "excitation" not in tables:
         data.get("excitation", {}).pop("engine_orders", None)
     for key, value in changes.items():
         path = path_of(key)
         if len(path) == 1 or path[0] not in tables:
             _put(data, path, value, type(given))
-    found = cast("G", type(given).model_validate(data, strict=True, context=context))
+    found = cast("G", type(given).model_validate(data, strict=True))
     if known is not None:
         known.update({by: getattr(found, name) for name, by in changed.items() if name in data})
     return found

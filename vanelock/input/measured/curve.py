@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vanelock.common.checked import show
 from vanelock.common.errors import InputError, raised
 from vanelock.common.tables import counted
 from vanelock.input.cases.values import Given, ring_of
@@ -13,7 +14,6 @@ from vanelock.input.measured.csv_file import read_csv
 from vanelock.input.measured.points import Floats, Points
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.measured.universal import ENDINGS, read_universal
-from vanelock.input.messages import show
 from vanelock.input.schema.comparison import MeasuredCurve
 from vanelock.input.schema.study import Study
 

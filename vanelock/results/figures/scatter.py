@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import render
-from vanelock.input.messages import unit_of
+from vanelock.input.settings import unit_of
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.scatter import Scattered, percentile_table, sample_columns
 from vanelock.report import Picture

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from vanelock.common.checked import Check
+from vanelock.common.checked import DIMENSIONS, OWN, Check
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import Length
 from vanelock.input.schema.structure.structure import KeyTable
@@ -14,9 +14,6 @@ from vanelock.mesh.files.read import metres
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.matching.own_part import HOOKS, INTERLOCKS
 from vanelock.mesh.matching.pairing import TOLERANCE
-
-DIMENSIONS, OWN = "<dimensions>", "<own mesh>"
-"""How pydantic marks in an error's place which of the two a table was taken for."""
 
 
 def _set(value: object) -> object:

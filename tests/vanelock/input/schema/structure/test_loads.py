@@ -80,8 +80,8 @@ def test_files_are_beside_the_study_and_there(tmp_path):
     lines = str(caught.value).splitlines()
     assert [line.partition(" = ")[0].rpartition(": ")[2] for line in lines] == [
         "vane.mesh",
-        'loads.pressure."A.1"',
         "temperature.field",
+        'loads.pressure."A.1"',
     ]
     assert all(line.endswith("no such file") for line in lines)
     (tmp_path / "flow").mkdir()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vanelock import Study, check_file, load_study, template_text
-from vanelock.input.plausible import unusual
+from vanelock.input.settings import unusual
 
 
 @pytest.mark.parametrize(
