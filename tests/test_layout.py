@@ -15,7 +15,7 @@ PHYSICS = ["mesh", "fem", "rom", "nonlinear"]
 MOST = 20
 GENERAL = [
     "fem", "nonlinear", "rom/fixed_interface", "rom/full_fields", "rom/routes",
-    "vanelock/common", "vanelock/input/templates", "vanelock/pipeline",
+    "vanelock/common", "vanelock/pipeline",
     "vanelock/render/scenes", "vanelock/report",
     "vanelock/stages/matrices", "vanelock/stages/response", "vanelock/stages/sweep",
 ]  # fmt: skip

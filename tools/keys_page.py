@@ -21,9 +21,9 @@ from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "keys.md"
 HEAD = """# Every key of the study file
 
-Every key has a default, so a study names only what it changes; `vanelock init` writes all of them
-with their comments. Numbers are in SI units (m, kg, N, Pa, Hz; angles in degrees), and text may
-carry another unit: `"0.05 mm"`, `"170 GPa"`. What does not fit is refused before anything is
+Every key has a default, so a study names only what it changes; `vanelock init --all` writes all of
+them with their comments. Numbers are in SI units (m, kg, N, Pa, Hz; angles in degrees), and text
+may carry another unit: `"0.05 mm"`, `"170 GPa"`. What does not fit is refused before anything is
 computed, in one line that names the key, the value and what is allowed.
 
 A dash as default means that the key is not set; the text says what happens then. This page is made
@@ -86,7 +86,7 @@ def template() -> tuple[dict[str, TemplateKey], dict[str, str]]:
     above: dict[str, str] = {}
     table, last = "", ""
     pending: list[str] = []
-    for line in template_text().splitlines():
+    for line in template_text(all_keys=True).splitlines():
         head = re.match(r"(# )?\[\[?([\w.]+)\]\]?\s*(?:#\s*(.*))?$", line)
         pair = re.match(r'(# )?("[\w.]+"|\w+) = (.*)$', line)
         if not line.strip():

@@ -263,6 +263,9 @@ def init(
     scene: Annotated[
         bool, typer.Option("--scene", help="A scene of your own matrices instead of a study.")
     ] = False,
+    all_keys: Annotated[
+        bool, typer.Option("--all", help="Every key with its default, not only the first to set.")
+    ] = False,
     example: Annotated[
         str | None,
         typer.Option(
@@ -274,15 +277,15 @@ def init(
 ) -> None:
     """Write a commented study file, or an example."""
     if example is not None:
-        if scene:
-            raise InputError("--scene and --example: expected one of them")
+        if scene or all_keys:
+            raise InputError("--example: expected without --scene and --all")
         written = write_example(example, path)
         print(f"{written} written; {how_to_use(written)}")
         return
     from vanelock.input.templates.template import write_template
 
     path = path or Path("study.toml")
-    write_template(path, "scene" if scene else "study")
+    write_template(path, "scene" if scene else "study", all_keys)
     print(f"{path} written; run it with: vanelock run {path}")
 
 

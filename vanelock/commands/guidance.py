@@ -16,7 +16,7 @@ SWEEPS = ("run",)
 
 FIRST_STUDY = """\b
 A first study:
-  vanelock init my.toml           every key; cut down to what you change
+  vanelock init my.toml           the keys to set first; --all: every key
   vanelock check my.toml          mistakes, or what it would compute
   vanelock mesh my.toml           look at the meshes: runs/my/mesh
   vanelock run my.toml            everything, into runs/my: report.html
@@ -89,11 +89,11 @@ computed. Of a results file or the folder of a run: whether it is whole, and wha
     ),
     "init": (
         "Write a commented study file, or an example.",
-        """Every key is in it with its default, so delete what you do not change. A file that is
-there already is left alone. An example comes with its data: vane, coupling,
-engine_orders, loads_at_rest, mistuning, paper (whose paper.py makes the figures of
-a published study), the scenes brake_reuss (whose matrices its make.py writes),
-ground_damper, lap_joint and shrouded_ring, and notebooks.""",
+        """The keys that are set first are in it, each with its unit; with --all every key with its
+default, to delete from. A file that is there already is left alone. An example comes with
+its data: vane, coupling, engine_orders, loads_at_rest, mistuning, paper (whose paper.py
+makes the figures of a published study), the scenes brake_reuss (whose matrices its make.py
+writes), ground_damper, lap_joint and shrouded_ring, and notebooks.""",
         [
             "vanelock init my.toml",
             "vanelock init my_scene.toml --scene",

@@ -31,6 +31,8 @@ def test_init_writes_a_study_that_can_be_read_once(tmp_path, called, refused):
     text = (tmp_path / "mine.toml").read_text("utf-8")
     assert text == template_text()
     assert parse_study(text).name == "vane segment"
+    assert called("init", "every.toml", "--all")[0] == 0
+    assert (tmp_path / "every.toml").read_text("utf-8") == template_text(all_keys=True)
     line = refused("init", "mine.toml")
     assert line == "vanelock: mine.toml: exists already; name another file"
 

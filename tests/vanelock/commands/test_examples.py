@@ -76,7 +76,7 @@ def test_other_names_are_refused_with_those_that_there_are(
     line = refused("init", "--example", "lap")
     assert line == f'vanelock: --example "lap": expected one of {", ".join(NAMES)}'
     line = refused("init", "--scene", "--example", "vane")
-    assert line == "vanelock: --scene and --example: expected one of them"
+    assert line == "vanelock: --example: expected without --scene and --all"
     assert [*tmp_path.iterdir()] == []
 
 

@@ -1,5 +1,8 @@
 """Study files: what is accepted, and one clear line for everything that is not."""
 
+import re
+import tomllib
+
 import pytest
 from pydantic import BaseModel
 
@@ -43,7 +46,7 @@ def leaves(table, prefix=""):
 
 
 def test_template_states_every_default():
-    written = dict(leaves(parse_study(template_text()).model_dump()))
+    written = dict(leaves(parse_study(template_text(all_keys=True)).model_dump()))
     defaults = dict(leaves(Study().model_dump())) | {"excitation.force": 30.0}
     assert written.keys() == defaults.keys()
     for key, value in defaults.items():
@@ -51,8 +54,23 @@ def test_template_states_every_default():
         assert written[key] == close, key
 
 
+@pytest.mark.parametrize("kind", ["study", "scene"])
+def test_the_first_keys_to_set_are_lines_of_the_whole_template(kind):
+    """Which mean the same there: tables, values and what is only shown."""
+    short, every = template_text(kind), template_text(kind, all_keys=True)
+    assert len(short.splitlines()) <= 40
+    keys = dict(leaves(tomllib.loads(short)))
+    assert len(keys) > 14
+    keys.pop("loads", None)  # a list of tables
+    assert keys.items() <= dict(leaves(tomllib.loads(every))).items()
+    # What holds a number says its unit: in the value, or after it.
+    for line in short.splitlines()[3:]:
+        if re.match(r"(kn|kt|rho|force|range|E|interference|amplitude) = ", line):
+            assert re.search(r"Pa|N/m|kg/m|\bN\b|Hz|um", line), line
+
+
 def test_template_mentions_every_key():
-    text = template_text()
+    text = template_text(all_keys=True)
     tables: dict[str, type[BaseModel]] = {
         "loads": RestLoadKeys,
         "bounds": BoundsKeys,
@@ -85,7 +103,7 @@ def test_template_mentions_every_key():
 
 def test_what_the_template_shows_of_measurements_is_valid():
     """The commented tables, with the gauge that they name."""
-    _, _, after = template_text().partition("# A Campbell diagram")
+    _, _, after = template_text(all_keys=True).partition("# A Campbell diagram")
     gauge = "[outputs]\ngauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]\n"
     lines = [line.removeprefix("# ") for line in after.splitlines() if line.startswith("# ")]
     tables = [line for line in lines if line.startswith("[") or " = " in line.partition("#")[0]]

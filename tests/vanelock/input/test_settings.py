@@ -46,5 +46,5 @@ def test_a_number_of_another_unit_is_reported(tmp_path: Path, text: str, expecte
 
 
 def test_usual_numbers_are_not_reported(tmp_path: Path) -> None:
-    (tmp_path / "my.toml").write_text(template_text())
+    (tmp_path / "my.toml").write_text(template_text(all_keys=True))
     assert unusual(load_study(tmp_path / "my.toml")) == unusual(Study()) == ()

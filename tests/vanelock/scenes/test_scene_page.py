@@ -31,7 +31,7 @@ def test_the_example_is_a_scene() -> None:
 
 
 def test_the_commented_file_is_a_scene_with_every_key() -> None:
-    text = template_text("scene")
+    text = template_text("scene", all_keys=True)
     scene = check_scene(tomllib.loads(text))
     for key in known_keys(Scene):
         last = key.rpartition(".")[2]
@@ -44,7 +44,7 @@ def test_the_commented_file_is_a_scene_with_every_key() -> None:
 
 def test_init_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as status:
-        main(["init", str(tmp_path / "my.toml"), "--scene"])
+        main(["init", str(tmp_path / "my.toml"), "--scene", "--all"])
     assert not status.value.code
-    assert (tmp_path / "my.toml").read_text() == template_text("scene")
+    assert (tmp_path / "my.toml").read_text() == template_text("scene", all_keys=True)
     assert "vanelock run" in capsys.readouterr().out

@@ -109,7 +109,7 @@ def checked(server: Here | Server, tally: Tally, what: str, folder: Path, file: 
 
 def studies() -> list[bytes]:
     """Studies with every table of the schema."""
-    texts = [template_text(), (ROOT / "examples" / "paper" / "study.toml").read_text()]
+    texts = [template_text(all_keys=True), (ROOT / "examples" / "paper" / "study.toml").read_text()]
     texts.append(
         'name = "all"\naccuracy = 0.01\n[mesh]\nsize = "coarse"\n[[measured]]\nfile = "rig.csv"\n'
         '[fit]\nparameters = ["joints.interlock.mu"]\nbounds = { joints.interlock.mu = [0.1, 1] }\n'

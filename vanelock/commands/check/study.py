@@ -40,12 +40,10 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
         yield from ((what, f"about {value}") for what, value in needed.words().items())
         yield from [("warning", needed.warning)] if needed.warning else []
     yield from of_curves(load_measured(study))
-    if study.fit is not None:
-        names = ", ".join(each.key for each in varied_parameters(study, "fit"))
-        yield "fit", f"{names} from {counted(study.fit.starts, 'start')}"
-    if study.optimise is not None:
-        names = ", ".join(each.key for each in varied_parameters(study, "optimise"))
-        yield "optimise", f"{names} from {counted(study.optimise.starts, 'start')}"
+    for table, varied in (("fit", study.fit), ("optimise", study.optimise)):
+        if varied is not None:
+            names = ", ".join(each.key for each in varied_parameters(study, table))
+            yield table, f"{names} from {counted(varied.starts, 'start')}"
     yield "outputs", ", ".join(_outputs(study))
 
 

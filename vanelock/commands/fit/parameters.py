@@ -4,7 +4,6 @@ Apart from the fit itself, so that checking a study need not load it.
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from pydantic import ValidationError
@@ -52,8 +51,8 @@ class FitParameter:
         return max(abs(self.low), abs(self.high))
 
 
-def varied_parameters(study: Study, table: Literal["fit", "optimise"]) -> list[FitParameter]:
-    """Start and bounds of each key that a table varies, possible values of the study."""
+def varied_parameters(study: Study, table: str) -> list[FitParameter]:
+    """Start and bounds of each key that `fit` or `optimise` varies, values the study could have."""
     varied: Varied | None = getattr(study, table)
     assert varied is not None
     found = []
@@ -69,9 +68,8 @@ def varied_parameters(study: Study, table: Literal["fit", "optimise"]) -> list[F
             try:
                 with_values(study, {key: bound})
             except ValidationError as error:
-                raise InputError(
-                    f'{table}.bounds."{key}": {explain(error, {}, Study)[0]}'
-                ) from None
+                why = explain(error, {}, Study)[0]
+                raise InputError(f'{table}.bounds."{key}": {why}') from None
         if not low <= start <= high:
             raise InputError(
                 f'{table}: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'
