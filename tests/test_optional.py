@@ -66,7 +66,7 @@ NEEDING = {
         "a.uff: needs pyuff: pip install 'vanelock[uff]'"
     ),
     "read_mesh('a.cdb')": "a.cdb: needs ansys-mapdl-reader: pip install 'vanelock[ansys]'",
-    "chosen_executor(1, 'tcp://127.0.0.1:1', print)": (
+    "chosen_workers(1, 'tcp://127.0.0.1:1', print, Path('a'))": (
         "--scheduler tcp://127.0.0.1:1: needs Dask: pip install '"
     ),
     "load_matrices(Path('a.full'), None)": "pip install 'vanelock[ansys]'",
@@ -81,7 +81,7 @@ from vanelock.common.tables import Table
 from vanelock.fem.matrix_files import load_matrices
 from vanelock.input.measured.universal import read_universal
 from vanelock.mesh import read_mesh
-from vanelock.pipeline.executor.choose import chosen_executor
+from vanelock.pipeline.executor import chosen_workers
 from vanelock.results.reading.frames import dataset, frame
 print(*fem.backends())
 solve = fem.factorise(sp.csc_array([[2.0, -1.0], [-1.0, 2.0]]))

@@ -17,7 +17,7 @@ import pytest
 import vanelock
 from vanelock.common.process.version import installed, release
 from vanelock.pipeline import cache
-from vanelock.pipeline.executor import tasks
+from vanelock.pipeline.executor import identity
 
 ROOT = Path(__file__).resolve().parent.parent
 SET_BY = ("pyproject.toml", ".gitattributes", ".git_archival.txt")
@@ -116,11 +116,9 @@ def test_the_release_is_cited_described_and_fallen_back_on() -> None:
 
 def test_a_commit_leaves_what_the_cache_holds_valid(monkeypatch: pytest.MonkeyPatch) -> None:
     def keys(said: str) -> tuple[str, str, str]:
-        for module in (cache, tasks):
-            monkeypatch.setattr(module, "__version__", said)
+        monkeypatch.setattr(cache, "__version__", said)
         cache.code_of.cache_clear()
-        tasks.identity.cache_clear()
-        return cache.code_of("fem"), cache.key_of("mesh", "mesh", {"size": 1}), tasks.identity()
+        return cache.code_of("fem"), cache.key_of("mesh", "mesh", {"size": 1}), identity()
 
     try:
         first = keys("0.1.0.dev12")
@@ -129,4 +127,3 @@ def test_a_commit_leaves_what_the_cache_holds_valid(monkeypatch: pytest.MonkeyPa
         assert not set(keys("0.2.0")) & set(first)
     finally:
         cache.code_of.cache_clear()
-        tasks.identity.cache_clear()

@@ -56,7 +56,6 @@ NOT_YET = (
     "benchmarks/accuracy/",
     "benchmarks/mesh/",
     "mesh/contact/",
-    "vanelock/pipeline/executor/",
 )
 """Folders whose names are not looked at yet."""
 

@@ -82,7 +82,7 @@ def run(
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
     from vanelock.files import load_given, read_text
-    from vanelock.pipeline.executor.processes import cores
+    from vanelock.pipeline.executor import cores
     from vanelock.pipeline.progress import Counter, choose_listener
 
     folder, text = output or default_folder(study), read_text(study)

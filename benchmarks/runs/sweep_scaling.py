@@ -1,4 +1,4 @@
-"""A sweep by one and by two processes in turn, in one run: times, ratios, bytes moved.
+"""A sweep by one and by two processes in turn, in one run: times, ratios, sizes.
 
 python -m benchmarks.runs.sweep_scaling [cases] [study.toml]
 """
@@ -7,21 +7,20 @@ import shutil
 import sys
 import tempfile
 import time
-from os import sched_getaffinity, times
+from os import sched_getaffinity
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 from vanelock import load_study, parse_study
-from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.processes import Processes
-from vanelock.pipeline.executor.task_queue import TaskQueue
-from vanelock.pipeline.executor.tasks import Task
+from vanelock.pipeline.executor import Processes
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
+from vanelock.pipeline.tasks import Task, TaskQueue
 from vanelock.stages.plan import plan
 from vanelock.commands.run.graph import bundle, jobs
 
@@ -41,7 +40,7 @@ report = false
 
 
 def main() -> None:
-    """Print seconds and processor seconds of each number of processes, and what moved."""
+    """Print seconds and processor seconds of each number of processes, and sizes."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 16
     values = [round(0.1 + 0.4 * i / max(count - 1, 1), 6) for i in range(count)]
     study = (
@@ -57,66 +56,42 @@ def main() -> None:
         print(f"{len(planned)} cases, {len(sched_getaffinity(0))} cores")
         took: dict[int, list[float]] = {}
         work: dict[int, list[float]] = {}
-        moved, taken = 0, 0.0
-        for turn, workers in enumerate((1, 2, 2, 1)):
-            own = Path(place) / str(turn)
-            shutil.copytree(shared, own)
-            cache = Cache(own, print)
-            tasks = bundle(jobs(planned), cache)[1]
+        for turn, count in enumerate((1, 2, 2, 1)):
+            folder = Path(place) / str(turn)
+            shutil.copytree(shared, folder)
+            tasks = bundle(jobs(planned), Cache(folder, print))[1]
             if not tasks:
                 raise InputError("nothing differs between the cases")
-            executor = Processes(workers)
-            queue = TaskQueue(tasks, cache, executor, silent)
+            workers = Processes(count)
+            queue = TaskQueue(tasks, workers, folder, silent)
             try:
-                queue.bring(tasks[0].makes[-1])  # processes have started and know what all share
-                before, began = times(), time.perf_counter()
+                queue.bring(tasks[0].keys[-1])  # processes have started and read what all share
+                began = time.perf_counter()
                 for task in tasks[1:]:
-                    queue.bring(task.makes[-1])
+                    queue.bring(task.keys[-1])
             finally:
-                seconds = time.perf_counter() - began
-                after = times()
-                executor.close()
-            took.setdefault(workers, []).append(seconds / (len(tasks) - 1))
-            moved = queue.moved
-            own_cpu = sum(after[:2]) - sum(before[:2])
-            taken = own_cpu / (len(tasks) - 1)
-            spent = sum(processor(cache, task) for task in tasks[1:]) / (len(tasks) - 1)
-            work.setdefault(workers, []).append(spent)
-            print(
-                f"{workers} processes: {seconds:.2f} s after the first case, {spent:.3f} s CPU a "
-                f"case; {queue.moved / 1e6:.1f} MB moved"
-            )
-        one, two = (min(took[workers]) for workers in (1, 2))
-        sent = sum(len(cache.image(s, k) or b"") for s, k in tasks[0].given)
-        back = (moved - 2 * sent if workers == 2 else moved - sent) / len(tasks)
+                seconds = (time.perf_counter() - began) / (len(tasks) - 1)
+                workers.shutdown()
+            spent = sum(processor(folder, task) for task in tasks[1:]) / (len(tasks) - 1)
+            took.setdefault(count, []).append(seconds)
+            work.setdefault(count, []).append(spent)
+            print(f"{count} processes: {seconds:.3f} s and {spent:.3f} s CPU a case")
+        one, two = (min(took[count]) for count in (1, 2))
         print(f"a case takes {one:.3f} s by one process, {two:.3f} s by two: {one / two:.2f} times")
         print(
             f"in CPU s {min(work[1]):.3f} and {min(work[2]):.3f}: {min(work[2]) / min(work[1]):.2f}"
         )
-        print(f"to each process, once {sent / 1e6:.1f} MB; back, a case {back / 1e3:.0f} kB")
-        folder = Path(place) / "run"
-        shutil.copytree(own, folder / "cache")
-        stages = Stages(Cache(folder / "cache", print), silent)
-        began = time.process_time()
-        run = OngoingRun(study, folder, silent, stages)
-        run.record.provenance(study, "")
-        run.all_cases()
-        run.record.complete(stages.done)
-        cpu = time.process_time() - began
-        files = [folder / "results.h5", *(folder / "results").iterdir()]
-        size = sum(each.stat().st_size for each in files)
+        sizes = [sum(path.stat().st_size for path in f.rglob("*.h5")) for f in (shared, folder)]
         print(
-            f"the one that writes spends {1e3 * taken:.0f} ms CPU a case on taking in and "
-            f"{1e3 * cpu / len(planned):.0f} ms on planning, reading, summing up and writing; "
-            f"results {size / 1e6:.0f} MB"
+            f"shared {sizes[0] / 1e6:.1f} MB; a case {np.diff(sizes)[0] / len(tasks) / 1e3:.0f} kB"
         )
 
 
-def processor(cache: Cache, task: Task) -> float:
+def processor(folder: Path, task: Task) -> float:
     """Processor seconds of a task's products."""
     spent = 0.0
-    for key in task.makes:
-        (path,) = cache.folder.rglob(f"*-{key}-*.h5")
+    for key in task.keys:
+        (path,) = folder.rglob(f"*-{key}-*.h5")
         with h5py.File(path) as file:
             spent += float(file.attrs["cpu"])
     return spent

@@ -84,8 +84,8 @@ Workers = Annotated[
 Scheduler = Annotated[
     str | None,
     typer.Option(
-        help="Address of a Dask scheduler whose workers compute the cases instead, such as "
-        "tcp://host:8786 (`vanelock manual sweeps`).",
+        help="Address of a Dask scheduler whose workers, which see the run's folder, compute the "
+        "cases instead, such as tcp://host:8786 (`vanelock manual sweeps`).",
         metavar="ADDRESS",
     ),
 ]

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any, BinaryIO, Generic, TypeVar
+from secrets import token_hex
+from typing import Any, Generic, TypeVar
 
 import h5py
 
@@ -86,7 +87,7 @@ class Cache:
         """Keep a product; a kill leaves a whole entry or none."""
         with writing(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
-            temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
+            temporary = self.folder / f".{_flat(stage)}.{token_hex(4)}.tmp"
             try:
                 with held(), written(temporary) as file:
                     write_entry(file, stage, key, product, (seconds, cpu))
@@ -103,34 +104,10 @@ class Cache:
         """Where a stage that takes long writes down its points until its product is stored."""
         return journal(journal_of(self.folder, stage, key), self.notice)
 
-    def holds(self, stage: str, key: str) -> bool:
-        """Whether there is an entry, intact or not."""
-        return bool(self._entries(stage, key))
-
     def held(self) -> Callable[[str, str], bool]:
-        """What says the same as `holds` of any number of entries, as they are now."""
+        """What says whether there is an entry, intact or not, of any number as they are now."""
         names = {path.name.rpartition("-")[0] for path in self.folder.glob("*/*.h5")}
         return lambda stage, key: f"{_flat(stage)}-{key}" in names
-
-    def image(self, stage: str, key: str) -> bytes | None:
-        """An entry's bytes, for a process that has no access to the folder."""
-        for path in self._entries(stage, key):
-            image = path.read_bytes()
-            if _digest(image) == path.stem.rpartition("-")[2]:
-                return image
-        return None
-
-    def adopt(self, stage: str, key: str, image: bytes) -> None:
-        """Keep an entry that another process made, by its bytes."""
-        with writing(self.folder):
-            self.folder.mkdir(parents=True, exist_ok=True)
-            temporary = self.folder / f".{_flat(stage)}.{os.getpid()}.tmp"
-            try:
-                temporary.write_bytes(image)
-                os.replace(temporary, self._place(stage, key, _digest(image)))
-                journal_of(self.folder, stage, key).unlink(missing_ok=True)
-            finally:
-                temporary.unlink(missing_ok=True)
 
     def _entries(self, stage: str, key: str) -> list[Path]:
         return sorted((self.folder / key[:SHARD]).glob(f"{_flat(stage)}-{key}-*.h5"))
@@ -155,7 +132,7 @@ def write_entry(
     product.save(file.create_group("product"))
 
 
-def read_entry(file: Path | BinaryIO, kind: type[P], key: str) -> Entry[P]:
+def read_entry(file: Path, kind: type[P], key: str) -> Entry[P]:
     """The product in an entry's file, as loading it gives."""
     with h5py.File(file, "r") as opened:
         if opened.attrs["key"] != key:
@@ -205,10 +182,6 @@ def code_of(*rooms: str) -> str:
     if "mesh" in rooms:
         digest.update(f"{installed('gmsh')} {installed('meshio')}".encode())
     return f"{release(__version__)}+{digest.hexdigest()[:12]}"
-
-
-def _digest(image: bytes) -> str:
-    return hashlib.sha256(image).hexdigest()[:20]
 
 
 def content_digest(path: str | os.PathLike[str]) -> str:

@@ -6,41 +6,21 @@ everything upstream of it.
 
 import time
 from collections.abc import Callable, Container, Iterable, Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any, Generic, Protocol, TypeVar, cast
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.process.signals import raise_dropped
-from vanelock.common.product import Product
-from vanelock.nonlinear import Journal
-from vanelock.pipeline.cache import Entry, key_of
+from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import Begun, Done, Listener
 
 P = TypeVar("P")
-Q = TypeVar("Q", bound=Product)
 
 SHARED = 4096
 """Steps of a kind that are remembered, so that the cases of a sweep share them: those that depend
 on nothing but what `lru_cache` is given."""
-
-
-class Store(Protocol):
-    """Where products are kept, see `vanelock.pipeline.cache.Cache`."""
-
-    def load(self, stage: str, key: str, kind: type[Q]) -> Entry[Q] | None:
-        """The stored product, None where there is none."""
-        ...
-
-    def store(self, stage: str, key: str, product: Q, seconds: float, cpu: float = 0.0) -> Entry[Q]:
-        """Keep a product; what loading it will give."""
-        ...
-
-    def journal(self, stage: str, key: str) -> AbstractContextManager[Journal]:
-        """Where a stage writes down what it has done so far."""
-        ...
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,7 +91,7 @@ class Stages:
 
     Attributes
     ----------
-    cache : Store
+    cache : Cache
         Where products are kept between runs.
     listener : callable
         Called with each stage.
@@ -123,7 +103,7 @@ class Stages:
         Waits until others have put the product of a key into the cache; False where nobody will.
     """
 
-    cache: Store
+    cache: Cache
     listener: Listener
     done: dict[str, Done] = field(default_factory=dict)
     cpu: dict[str, float] = field(default_factory=dict)
@@ -160,14 +140,7 @@ class Stages:
 
     def retain(self, steps: Iterable[Step[Any]]) -> None:
         """Drop from memory what none of the steps, nor any that they need, produces."""
-        wanted: set[str] = set()
-        waiting = list(steps)
-        while waiting:
-            step = waiting.pop()
-            if step.key not in wanted:
-                wanted.add(step.key)
-                waiting += step.needs
-        self.keep(wanted)
+        self.keep({step.key for step in reachable(steps)})
 
     def keep(self, keys: Container[str]) -> None:
         """Drop from memory all products but those of some keys."""
@@ -208,6 +181,18 @@ class Stages:
         if not step.quick and self._shown != step.name:
             self.listener(Begun(step.name))
             self._shown = step.name
+
+
+def reachable(steps: Iterable[Step[Any]]) -> list[Step[Any]]:
+    """The steps and all that they need, each once."""
+    found: dict[str, Step[Any]] = {}
+    waiting = list(steps)
+    while waiting:
+        step = waiting.pop()
+        if step.key not in found:
+            found[step.key] = step
+            waiting += step.needs
+    return list(found.values())
 
 
 def _now() -> NDArray[np.float64]:

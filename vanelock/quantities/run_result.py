@@ -18,8 +18,8 @@ from vanelock.input.measured.curve import Measured
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
-from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.step import Stages
+from vanelock.pipeline.tasks import Failure
 from vanelock.quantities.scatter import Scattered
 from vanelock.report import OfCase, Picture
 from vanelock.report.blocks import Single

@@ -7,8 +7,8 @@ import numpy as np
 from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.nonlinear import ELEMENT, OPEN, Response
-from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done, kind_of
+from vanelock.pipeline.tasks import Failure
 from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
 from vanelock.render import wave_name

@@ -16,9 +16,9 @@ from vanelock.common.process.version import installed
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Response
-from vanelock.pipeline.executor.tasks import Failure
 from vanelock.pipeline.progress import Done
 from vanelock.pipeline.step import Stages, Step
+from vanelock.pipeline.tasks import Failure
 from vanelock.quantities import warnings
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.case_result import CaseResult

@@ -15,9 +15,8 @@ from vanelock.analyses.bounds import BoundedPeak
 from vanelock.commands.compare.comparison import compared
 from vanelock.common.errors import InputError
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import Done, PointDone
-from vanelock.pipeline.step import Stages, Step
+from vanelock.pipeline.step import Stages, Step, reachable
 from vanelock.results.reading.contents import load_run
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.matrices.gather import gathered

@@ -9,7 +9,7 @@ from typing import TypeVar
 from vanelock.analyses import ANALYSES
 from vanelock.analyses.solved_case import with_analyses
 from vanelock.commands.run.doubts import doubts, load_lines_of, opening
-from vanelock.commands.run.graph import bundle, jobs, parts_of, steps_of
+from vanelock.commands.run.graph import done_by, parts_of, steps_of
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import Given
@@ -18,12 +18,9 @@ from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_are
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unusual
 from vanelock.nonlinear import Response
-from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.background import in_background
-from vanelock.pipeline.executor.task_queue import Executor
-from vanelock.pipeline.executor.tasks import Failure, TaskFailed
 from vanelock.pipeline.progress import Failed, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
+from vanelock.pipeline.tasks import Failure, TaskFailed, Workers
 from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.case_result import analysed as analysed_case
@@ -85,15 +82,14 @@ class OngoingRun:
         stages: Stages,
         found: Sequence[Case],
         output_files: OutputFiles,
-        executor: Callable[[], Executor] | None = None,
+        workers: Workers | None = None,
         memory: float | None = None,
         text: str = "",
     ) -> None:
         self.given, self.listener, self.stages = given, listener, stages
         self._output_files, self._text = output_files, text
-        self._cache = Cache(folder / "cache", lambda message: listener(Notice(message)))
         self.failed: dict[str, Failure] = {}
-        self._executor = executor
+        self._workers = workers
         self.measured = load_measured(given)  # refused before the long stages
         found = with_temperature_speeds(found, stages)
         self._every = found
@@ -125,15 +121,8 @@ class OngoingRun:
             study = each.case.given
             if isinstance(study, Study) and isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(each.meshes["vane"]))
-        return in_background(
-            self._executor,
-            lambda: bundle(jobs(self.planned), self._cache),
-            self.stages,
-            self._cache,
-            self.listener,
-            lambda: self._top,  # the largest peak so far, m
-            self.record.flush_if_due,
-        )
+        seen = self.listener, lambda: self._top, self.record.flush_if_due
+        return done_by(self._workers, self.planned, self.stages, *seen)
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures and the `answer`."""
@@ -330,7 +319,8 @@ class OngoingRun:
 
     def unshown(self) -> None:
         """Write cases whose responses the cache holds when a run ends early: results, too."""
-        held, self.stages = self._cache.held(), Stages(self._cache, silent)
+        cache = self.stages.cache
+        held, self.stages = cache.held(), Stages(cache, silent)
         for each in self.planned:
             steps = (*each.responses, each.preload)
             if each.case.name in self.run.cases or not all(held(s.stage, s.key) for s in steps):

@@ -5,7 +5,8 @@ follows from it that some cases share into one of theirs, which these then wait 
 need is not a task but computed before them.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,8 +15,9 @@ from vanelock.analyses.solved_case import with_analyses
 from vanelock.input.cases.sweep import Case
 from vanelock.input.schema.scene import Scene
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.tasks import Task, Work
-from vanelock.pipeline.step import Step
+from vanelock.pipeline.progress import Listener
+from vanelock.pipeline.step import Stages, Step
+from vanelock.pipeline.tasks import Task, TaskQueue, Work, Workers
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.plan import (
     Planned,
@@ -26,6 +28,30 @@ from vanelock.stages.plan import (
     shared_diameters,
 )
 from vanelock.stages.response.responses import LIMITS, silent_progress
+
+
+@contextmanager
+def done_by(
+    workers: Workers | None,
+    planned: Sequence[Planned],
+    stages: Stages,
+    listener: Listener,
+    peak: Callable[[], float],
+    idle: Callable[[], object],
+) -> Generator[None, None, None]:
+    """Have other processes compute cases, if there are any and there is something to divide."""
+    shared, tasks = bundle(jobs(planned), stages.cache) if workers else ([], [])
+    try:
+        if workers and len(tasks) > 1:
+            for step in shared:
+                stages.get(step)
+            queue = TaskQueue(tasks, workers, stages.cache.folder, listener, peak, idle)
+            stages.elsewhere = queue.bring
+        yield
+    finally:
+        stages.elsewhere = None
+        if workers:
+            workers.shutdown()
 
 
 @dataclass(frozen=True)
@@ -119,31 +145,29 @@ def works(planned: Sequence[Planned]) -> list[CaseWork]:
 
 
 def jobs(planned: Sequence[Planned]) -> list[Job]:
-    """Of each case what a run shows; its rings of unlike segments by themselves."""
+    """Of each case what a run shows, and what its analyses need; their pieces by themselves."""
     found: list[Job] = []
     for each, work in zip(planned, works(planned), strict=True):
-        name, steps = each.case.name, steps_of(each)
-        found.append(Job(name, tuple(step for step in steps if step.kept), work))
+        name, pieces = each.case.name, {*each.pieces}
+        needs = (need for step in (*each.analysed, *each.pieces) for need in step.needs)
+        steps = [need for need in needs if need not in pieces]
+        steps += [step for step in steps_of(each) if step.kept]
+        found.append(Job(name, tuple(steps), work))
         found += [Job(piece.name, (piece,), work, counts=False) for piece in each.pieces]
     return found
 
 
 def bundle(jobs: Sequence[Job], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
     """What all jobs need and is not in the cache, in order, and the tasks after it."""
-    held, known = cache.held(), dict[str, bool]()
+    held = cache.held()
     nodes: dict[str, Step[Any]] = {}
     users: dict[str, list[int]] = {}
-
-    def missing(step: Step[Any]) -> bool:
-        if step.key not in known:
-            known[step.key] = not held(step.stage, step.key)
-        return known[step.key]
 
     def visit(step: Step[Any], i: int, seen: set[str]) -> None:
         if step.key in seen:
             return
         seen.add(step.key)
-        if step.kept and not missing(step):
+        if step.kept and held(step.stage, step.key):
             return
         if not step.pulls:  # else it is not known what it needs
             for need in step.needs:
@@ -160,37 +184,17 @@ def bundle(jobs: Sequence[Job], cache: Cache) -> tuple[list[Step[Any]], list[Tas
     for key, step in nodes.items():
         groups.setdefault(tuple(users[key]), []).append(step)
     shared = groups.pop(tuple(range(len(jobs))), [])
-    apart = nodes.keys() - {step.key for step in shared}
     tasks = []
     for members, steps in groups.items():
-        own = {step.key for step in steps}
-        given = _frontier(steps, own)
-        first, others = jobs[members[0]], len(members) - 1
+        leader, others = jobs[members[0]], len(members) - 1
+        keys = tuple(step.key for step in steps)
         tasks.append(
             Task(
-                name=f"{first.name} and {others} more" if others else first.name,
-                work=first.work,
-                makes=tuple(step.key for step in steps),
-                after=tuple(key for _, key in given if key in apart),
-                given=tuple(given),
-                counts=first.counts and first.steps[-1].key in own,
+                name=f"{leader.name} and {others} more" if others else leader.name,
+                work=leader.work,
+                keys=keys,
+                users=frozenset(members),
+                counts=leader.counts and leader.steps[-1].key in keys,
             )
         )
     return shared, tasks
-
-
-def _frontier(steps: Iterable[Step[Any]], own: set[str]) -> list[tuple[str, str]]:
-    """Stage and key of the nearest products upstream of some steps that are kept."""
-    found: dict[str, str] = {}
-    seen: set[str] = set()
-    waiting = [need for step in steps for need in step.needs]
-    while waiting:
-        step = waiting.pop()
-        if step.key in seen or step.key in own:
-            continue
-        seen.add(step.key)
-        if step.kept:
-            found[step.key] = step.stage
-        else:
-            waiting += step.needs
-    return [(stage, key) for key, stage in found.items()]

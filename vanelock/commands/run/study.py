@@ -13,8 +13,7 @@ from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.choose import chosen_executor
-from vanelock.pipeline.executor.forked import of_this_process
+from vanelock.pipeline.executor import chosen_workers
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results import listing
@@ -55,10 +54,10 @@ def run_study(
     text : str
         The file's text, kept in the results.
     workers : int
-        Processes that compute the cases of a sweep, and draw; 1: this one does.
+        Processes that compute the cases of a sweep; 1: this one does.
     scheduler : str, optional
-        Address of a Dask scheduler whose workers do, such as "tcp://host:8786"; they read the
-        files that a scene names at the same places.
+        Address of a Dask scheduler whose workers do, such as "tcp://host:8786"; they see the
+        folder, and files that a scene names, at the same places.
     insecure : bool
         Whether the scheduler may be on another machine without encryption.
     memory : float, optional
@@ -75,8 +74,7 @@ def run_study(
     InputError
         If it cannot be computed, or the folder not be used.
     """
-    path, listener = Path(folder), of_this_process(listener)
-    began = time.perf_counter()
+    path, began = Path(folder), time.perf_counter()
     with claimed(path) as damage:
         if damage:
             listener(Notice(damage))
@@ -88,10 +86,10 @@ def run_study(
             needed = estimated(found, memory, analyses=ANALYSES)
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
-        executor = chosen_executor(workers, scheduler, listener, path / "cache", insecure)
-        output_files = OutputFiles(path, listener, workers - 1)
+        others = chosen_workers(workers, scheduler, listener, cache.folder, insecure)
+        output_files = OutputFiles(path, listener)
         running = OngoingRun(
-            given, path, listener, stages, found, output_files, executor, memory, text
+            given, path, listener, stages, found, output_files, others, memory, text
         )
         running.record.provenance(given, text)
         if needed is not None:

@@ -1,10 +1,8 @@
 """The pictures of a run, in the order in which they are drawn and shown."""
 
 from collections.abc import Iterable, Iterator
-from concurrent.futures import wait
 from dataclasses import replace
 
-from vanelock import render
 from vanelock.input.schema.outputs import Outputs
 from vanelock.pipeline.progress import Notice
 from vanelock.quantities.run_result import RunResult
@@ -27,16 +25,11 @@ def draw(run: RunResult) -> None:
     """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
     outputs = run.given.outputs
     shapes = isinstance(outputs, Outputs) and outputs.shapes
-    with run.output_files.put_off():
-        run.pictures = _drawn(run, shapes)
-    if shapes:
-        wait([render.trial()])  # one for all copies, which could not wait for its thread
-    with run.output_files.shared():
-        if outputs.report:
-            for found in run.answers.values():
-                made = [haigh(run, found)] if found.margins else []
-                run.pictures += _own(found.planned, made)
+    run.pictures = _drawn(run, shapes)
     if outputs.report:
+        for found in run.answers.values():
+            made = [haigh(run, found)] if found.margins else []
+            run.pictures += _own(found.planned, made)
         run.cases = {k: replace(each, answers=run.answers.get(k)) for k, each in run.cases.items()}
         run.wear = {name: wear_table(run, found) for name, found in run.answers.items()}
     run.output_files.tidy(keep=[REPORT] if outputs.report else [])

@@ -2,17 +2,16 @@
 
 import json
 import time
-from collections.abc import Callable, Collection, Generator, Sequence
+from collections.abc import Callable, Collection, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from vanelock.common.errors import InputError
 from vanelock.common.files.digests import file_digest
 from vanelock.pipeline.cache import code_of, key_of
-from vanelock.pipeline.executor.forked import shared
 from vanelock.pipeline.progress import Begun, Done, Listener
 from vanelock.results.files.run_folder import record
 
@@ -33,15 +32,6 @@ def _placing(path: Path) -> Generator[None, None, None]:
         raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-class _File(NamedTuple):
-    """A file to be drawn: its name, its key, what draws it, and whether nobody could read that."""
-
-    name: str
-    key: str
-    function: Callable[[Path], object]
-    quick: bool
-
-
 @dataclass
 class OutputFiles:
     """Draws files unless they are there and show the same already.
@@ -52,18 +42,13 @@ class OutputFiles:
         The run's folder.
     listener : callable
         Called with each file drawn.
-    copies : int
-        How many copies of this process may help to draw.
     done : list of Done
         The files so far.
     """
 
     folder: Path
     listener: Listener
-    copies: int = 0
     done: list[Done] = field(default_factory=list)
-    _shown: Any = field(default=None, repr=False)
-    _put_off: list[list[_File]] | None = field(default=None, repr=False)
     _noted: float = field(default_factory=time.perf_counter, repr=False)
     _tidied: bool = field(default=False, repr=False)
 
@@ -86,55 +71,20 @@ class OutputFiles:
         path, key = self.folder / name, _key(name, shows)
         if self._there(name, key):
             return path
-        file = _File(name, key, function, quick)
-        if self._put_off is None:
-            self._take([file], self._drawn([file]))
-        elif self._put_off and shows == self._shown:
-            self._put_off[-1].append(file)
-        else:
-            self._put_off.append([file])
-        self._shown = shows
-        return path
-
-    @contextmanager
-    def put_off(self) -> Generator[None, None, None]:
-        """Have what this block draws wait for `shared`.
-
-        Neighbours that show the same then are drawn by one process, which recovers that once.
-        """
-        self._put_off = []
-        yield
-
-    @contextmanager
-    def shared(self) -> Generator[None, None, None]:
-        """Draw what was put off, by copies of this process while the block lasts."""
-        groups, self._put_off = self._put_off or [], None
-        draw = [partial(self._drawn, files) for files in groups]
-        with shared(draw, self.copies, lambda i, found: self._take(groups[i], found)):
-            yield
-
-    def _drawn(self, files: Sequence[_File]) -> list[tuple[float, str]]:
-        """Draw some files, in any process; the seconds that each took, and its digest."""
-        found = []
-        for name, _, function, quick in files:
-            if not quick:
-                self.listener(Begun(name))
-            began, path = time.perf_counter(), self.folder / name
-            with _placing(path):
-                path.unlink(missing_ok=True)
-                function(path)
-            found.append((time.perf_counter() - began, file_digest(path)))
-        return found
-
-    def _take(self, files: Sequence[_File], found: Sequence[tuple[float, str]]) -> None:
-        """Note files that are drawn."""
-        for file, (seconds, digest) in zip(files, found, strict=True):
-            self._known[file.name] = [file.key, digest, f"{seconds:.3f}"]
-            self.done.append(Done(file.name, seconds, False))
-            if not file.quick:
-                self.listener(self.done[-1])
+        if not quick:
+            self.listener(Begun(name))
+        began = time.perf_counter()
+        with _placing(path):
+            path.unlink(missing_ok=True)
+            function(path)
+        seconds = time.perf_counter() - began
+        self._known[name] = [key, file_digest(path), f"{seconds:.3f}"]
+        self.done.append(Done(name, seconds, False))
+        if not quick:
+            self.listener(self.done[-1])
         if self._tidied or time.perf_counter() - self._noted > NOTED:
             self._note()
+        return path
 
     def _there(self, name: str, key: str) -> bool:
         """Whether the file is there and shows what it should."""

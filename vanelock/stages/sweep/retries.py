@@ -1,11 +1,12 @@
 """A case of a sweep: what is computed of it, and what if that fails."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TypeVar
 
-from vanelock.common.errors import FolderError, InputError
-from vanelock.pipeline.executor.tasks import Failure, TaskFailed, reason
+from vanelock.common.errors import FolderError
 from vanelock.pipeline.step import Stages
+from vanelock.pipeline.tasks import Failure, TaskFailed, failure_of
 
 A = TypeVar("A")
 C = TypeVar("C")
@@ -21,10 +22,9 @@ def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) ->
             return compute(planned)
         except (TaskFailed, FolderError):
             raise
-        except InputError as error:
-            refused = Failure(name, reason(error), tries, refused=True)
-            raise TaskFailed(refused) from None
         except Exception as error:
-            failure = Failure(name, reason(error), tries)
+            failure = replace(failure_of(error), task=name, attempts=tries)
+            if failure.refused:
+                break
             stages.keep(())  # what is kept is in the cache too, and memory may be short
     raise TaskFailed(failure)

@@ -11,7 +11,6 @@ BESIDE = ("placed(", "os.replace(")
 ELSEWHERE = {
     "common/files/hdf5.py:written": "the others call it",
     "pipeline/journal.py": "grows by records with checksums",
-    "pipeline/executor/tasks.py:store": "in memory",
     "results/files/run_folder.py:claimed": "an empty file that is locked",
     "render/style.py:_repr_png_": "in memory",
     "fem/matrix_files/readers/ansys_full.py:_child": "a temporary file, for the parent alone",

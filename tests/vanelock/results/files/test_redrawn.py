@@ -1,12 +1,9 @@
-"""Files that show results: drawn when they would change, and by which process."""
-
-import os
-import time
+"""Files that show results: drawn when they would change."""
 
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.pipeline.progress import Done, Event, silent
+from vanelock.pipeline.progress import silent
 from vanelock.results.files.redrawn import OutputFiles
 
 
@@ -45,29 +42,6 @@ def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
         output_files.tidy(keep=["report.html"])
         output_files.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
     assert len(drawn) == 1
-
-
-def test_files_that_show_the_same_are_drawn_by_one_process(tmp_path):
-    (tmp_path / "figures").mkdir()
-    files = [f"figures/{kind}{i}" for i in range(4) for kind in "ab"]
-    for again in (False, True):
-        events = list[Event]()
-        output_files = OutputFiles(tmp_path, events.append, 1)
-        with output_files.put_off():
-            for name in files:
-                output_files.draw(name, name[-1], lambda path: path.write_text(str(os.getpid())))
-            assert len([*tmp_path.glob("figures/*")]) == (len(files) if again else 0)
-        with output_files.shared():
-            limit = time.monotonic() + 60
-            while not (tmp_path / files[-1]).exists() and time.monotonic() < limit:
-                time.sleep(0.01)
-        output_files.tidy()
-        drawn = [each for each in output_files.done if not each.cached]
-        assert [each.stage for each in drawn] == ([] if again else files)
-        assert [each for each in events if isinstance(each, Done)] == drawn
-        texts = [(tmp_path / name).read_text() for name in files]
-        assert texts[::2] == texts[1::2]
-        assert str(os.getpid()) not in texts
 
 
 def test_pictures_of_other_results_are_removed(tmp_path):

@@ -9,8 +9,8 @@ from vanelock import cases, fem, load_component, mesh, parse_study, rom
 from vanelock.commands.run.graph import steps_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Response
-from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import Done
+from vanelock.pipeline.step import reachable
 from vanelock.stages.parts.gauges import gauges_step
 
 ONE = "aerofoil = 2, span = 0.1, chord = 0.5"

@@ -11,9 +11,8 @@ from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.pipeline import step
 from vanelock.pipeline.cache import Cache, key_of
-from vanelock.pipeline.executor.tasks import reachable
 from vanelock.pipeline.progress import silent
-from vanelock.pipeline.step import Stages
+from vanelock.pipeline.step import Stages, reachable
 from vanelock.stages.parts import components, meshes, systems
 from vanelock.stages.plan import fixed, plan, shared_diameters
 from vanelock.stages.response import responses

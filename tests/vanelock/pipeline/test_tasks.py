@@ -13,11 +13,11 @@ import numpy as np
 import psutil
 import pytest
 
+from vanelock.common.errors import FolderError
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.processes import Processes
-from vanelock.pipeline.executor.task_queue import TaskQueue
-from vanelock.pipeline.executor.tasks import Answer, Failure, Task, TaskFailed
+from vanelock.pipeline.executor import Processes
 from vanelock.pipeline.progress import Event, Failed, Notice, Tasks
+from vanelock.pipeline.tasks import Failure, Task, TaskFailed, TaskQueue
 
 TOY = '''
 """Products of one number, made well or badly."""
@@ -30,7 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vanelock.common.errors import InputError
+from vanelock.common.errors import FolderError, InputError
 from vanelock.common.product import Product
 from vanelock.pipeline.step import step
 
@@ -65,6 +65,11 @@ class Toy:
                 raise InputError("toy.number = 3: must not be 3")
             if self.how == "dies" or (self.how == "dies once" and first):
                 os.kill(os.getpid(), signal.SIGKILL)
+            if self.how == "full disk":
+                raise FolderError("there: cannot be written: No space left on device")
+            if self.how == "counts":
+                with Path(self.folder, f"{self.number}.times").open("a") as file:
+                    file.write("x")
             if self.how == "sleeps":
                 time.sleep(600)
             return Number(base.value + self.number)
@@ -100,22 +105,26 @@ def queue_of(toy, tmp_path):
             cache.store(first.name, first.key, first.compute(), 1.0)
         tasks = []
         for each in toys:
-            tasks.append(Task(str(each.number), each, (each.own.key,), (), (("base", first.key),)))
+            tasks.append(Task(str(each.number), each, (each.own.key,), frozenset({each.number})))
         said: list[Event] = []
-        queue = TaskQueue(tasks, cache, Processes(2), said.append)
+        queue = TaskQueue(tasks, Processes(2), cache.folder, said.append)
         started.append(queue)
         return queue, said
 
     yield start
     for queue in started:
-        queue.executor.close()
+        queue.workers.shutdown()
     assert not active_children()
 
 
 def value(queue, toy):
     assert queue.bring(toy.own.key)
-    entry = queue.cache.load(toy.own.name, toy.own.key, toy.own.kind)
-    return entry.product.value[0]
+    return stored(queue, toy.own)[0]
+
+
+def stored(queue, step):
+    """What the cache has of a step."""
+    return Cache(queue._folder, print).load(step.stage, step.key, step.kind).product.value
 
 
 @pytest.mark.system
@@ -129,12 +138,7 @@ def test_all_are_made_and_counted_and_come_back_bit_by_bit(toy, queue_of):
     assert np.isnan(counts[-1].left)  # pictures follow
     assert not queue.bring("of no task")
     odd = toys[1].own
-    found = queue.cache.load(odd.name, odd.key, odd.kind).product
-    np.testing.assert_array_equal(found.value, odd.compute(toy.base().compute()).value)
-    # What is sent once to each process is not sent again.
-    size = len(queue.cache.image("base", toy.base().key))
-    made = sum(len(queue.cache.image(each.own.name, each.own.key)) for each in toys)
-    assert queue.moved == made + 2 * size
+    np.testing.assert_array_equal(stored(queue, odd), odd.compute(toy.base().compute()).value)
 
 
 def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
@@ -184,55 +188,65 @@ def test_what_fails_always_is_reported_and_the_others_are_made(toy, queue_of):
 
 
 @pytest.mark.system
-def test_a_task_waits_for_what_another_makes_or_fails_with_it(toy, queue_of):
-    first, second = toy.Toy(1), toy.Toy(2)
-    queue, _ = queue_of(first, second, base=False)
-    base = toy.base()
+def test_a_task_waits_for_what_it_shares_with_others_or_fails_with_that(toy, queue_of, tmp_path):
+    slow, after, bad = toy.Toy(1), toy.Toy(2), toy.Toy(5, "raises", str(tmp_path))
+    queue, said = queue_of(slow, base=False)
+    assert value(queue, slow) == 41  # what it starts from is made on the way, and kept, too
+    assert stored(queue, toy.base()) == 40
 
-    assert value(queue, first) == 41  # made on the way, and taken home too
-    assert queue.cache.load("base", base.key, base.kind).product.value == 40
-
-    bad = toy.Toy(5, "raises")
     tasks = [
-        Task("bad", bad, (bad.own.key,)),
-        Task("after", second, (second.own.key,), (bad.own.key,)),
+        Task("after", after, (after.own.key,), frozenset({0})),
+        Task("bad", bad, (bad.own.key,), frozenset({0, 1}), counts=False),
     ]
-    both = TaskQueue(tasks, queue.cache, queue.executor, lambda event: None)
-    with pytest.raises(TaskFailed, match="as it should"):
-        both.bring(second.own.key)
+    both = TaskQueue(tasks, queue.workers, queue._folder, said.append)
+    with pytest.raises(TaskFailed, match="as it should") as caught:
+        both.bring(after.own.key)
+    assert caught.value.failure.task == "bad"
+    assert not any((tmp_path / "cache").rglob(f"*{after.own.key}*"))
+    assert [event for event in said if isinstance(event, Tasks)][-1].done == 1
 
 
-def test_what_comes_of_another_queue_s_task_is_left_alone(toy, tmp_path):
-    """The same executor brings the end of a task that another queue sent."""
-    wanted = toy.Toy(1).own.key
-    other, own = Task("other", toy.Toy(1), (wanted,)), Task("own", toy.Toy(1), (wanted,))
+@pytest.mark.system
+def test_a_killed_process_disturbs_no_other_s_task(toy, queue_of, tmp_path):
+    """The one of two that is killed at each of its tasks takes none of the other with it."""
+    folder = tmp_path / "counts"
+    folder.mkdir()
+    toys = [toy.Toy(i, "dies" if i == 1 else "counts", str(folder)) for i in range(6)]
+    queue, said = queue_of(*toys)
+    assert [value(queue, each) for each in toys if each.number != 1] == [40, 42, 43, 44, 45]
+    assert sorted(len(path.read_text()) for path in folder.glob("*.times")) == [1] * 5
+    notices = [event.text for event in said if isinstance(event, Notice)]
+    assert notices == ["1: its process was killed by signal 9 (SIGKILL); trying again"]
 
-    class Shared:
+
+def test_a_disk_that_is_full_ends_the_run(toy, queue_of, tmp_path):
+    queue, _ = queue_of(toy.Toy(1, "full disk"))
+    with pytest.raises(FolderError, match="cannot be written: No space left"):
+        queue.bring(toy.Toy(1).own.key)
+
+
+def test_a_worker_that_is_not_fit_costs_a_task_no_attempt(toy, tmp_path):
+    key, answers = toy.Toy(1).own.key, [Failure("", "a worker does not see", unfit=True)] * 3
+
+    class Unfit:
         slots = 1
 
-        def submit(self, task, image):
-            assert task in (other, own)
-            future: Future[Answer] = Future()
-            bad = Failure("own", "as it should", again=False)
-            future.set_result(bad if task is own else [])
+        def submit(self, function, /, *arguments):
+            future: Future[Failure | None] = Future()
+            future.set_result(answers.pop() if answers else Failure("", "refused", refused=True))
             return future
 
-        def failure(self, task, error):
-            raise error
-
-        def forget(self, keys):
+        def shutdown(self):
             pass
 
-        def close(self):
-            pass
-
-    first, queue = (
-        TaskQueue([task], Cache(tmp_path, print), Shared(), lambda event: None)
-        for task in (other, own)
-    )
-    assert first.bring(wanted)
-    with pytest.raises(TaskFailed, match="as it should"):
-        queue.bring(wanted)
+    said: list[Event] = []
+    tasks = [Task("1", toy.Toy(1), (key,), frozenset({0}))]
+    queue = TaskQueue(tasks, Unfit(), tmp_path, said.append)
+    with pytest.raises(TaskFailed) as caught:
+        queue.bring(key)
+    assert caught.value.failure == Failure("1", "refused", 1, refused=True)
+    again = [event.text for event in said if isinstance(event, Notice)]
+    assert again == ["1: a worker does not see; trying again"] * 3
 
 
 SCRIPT = """
@@ -240,19 +254,17 @@ import sys
 sys.path.insert(0, {folder!r})
 import toys
 from pathlib import Path
-from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.executor.task_queue import TaskQueue
-from vanelock.pipeline.executor.processes import Processes
-from vanelock.pipeline.executor.tasks import Task
+from vanelock.pipeline.executor import Processes
+from vanelock.pipeline.tasks import Task, TaskQueue
 
 if __name__ == "__main__":
     made = [toys.Toy(i, "sleeps", {folder!r}) for i in range(2)]
-    tasks = [Task(str(t.number), t, (t.own.key,)) for t in made]
-    queue = TaskQueue(tasks, Cache(Path({folder!r}) / "c", print), Processes(2), lambda event: None)
+    tasks = [Task(str(t.number), t, (t.own.key,), frozenset({{t.number}})) for t in made]
+    queue = TaskQueue(tasks, Processes(2), Path({folder!r}) / "c", lambda event: None)
     try:
         queue.bring(made[0].own.key)
     finally:
-        queue.executor.close()
+        queue.workers.shutdown()
 """
 
 

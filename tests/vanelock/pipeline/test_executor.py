@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -13,13 +14,14 @@ from pathlib import Path
 
 import psutil
 import pytest
+from distributed import Client
 
 import vanelock
 from tests.vanelock.results.one_file import contents
 from vanelock import parse_study, run_study
 from vanelock.common.errors import InputError
-from vanelock.pipeline.executor import dask as clusters
-from vanelock.pipeline.executor.dask import Cluster, protected
+from vanelock.pipeline import executor
+from vanelock.pipeline.executor import Cluster, protected
 from vanelock.pipeline.progress import Failed, Finished, Notice, Tasks
 
 STUDY = """
@@ -71,7 +73,7 @@ def begun(alone, tmp_path):
 
 @contextmanager
 def dask_of(folder, count, protocol="tcp", **more):
-    """Address of a scheduler on the loopback interface, and the processes of its workers."""
+    """Address of a scheduler on the loopback interface, its workers, and what starts one more."""
     where = folder / "scheduler.json"
     path = os.pathsep.join([str(Path(vanelock.__path__[0]).parent), *sys.path])
     environment = {**os.environ, **more, "PYTHONPATH": path}
@@ -88,12 +90,16 @@ def dask_of(folder, count, protocol="tcp", **more):
     try:
         of = ["--scheduler-file", str(where), "--nthreads", "1", "--host", "127.0.0.1"]
         of += ["--protocol", protocol, "--no-dashboard"]
-        workers = [start("dask_worker", *of) for _ in range(count)]
-        processes += workers
+
+        def worker(*options):
+            processes.append(start("dask_worker", *of, *options))
+            return processes[-1]
+
+        workers = [worker() for _ in range(count)]
         while not where.exists() or not where.read_text().strip():
             assert scheduler.poll() is None
             time.sleep(0.1)
-        yield json.loads(where.read_text())["address"], workers
+        yield json.loads(where.read_text())["address"], workers, worker
     finally:
         for each in processes:
             for child in psutil.Process(each.pid).children(recursive=True):
@@ -129,7 +135,7 @@ def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
 
 @pytest.mark.system
 def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster):
-    address, workers = cluster
+    address, workers, _ = cluster
     killed: list[int] = []
 
     def kill(event):
@@ -148,6 +154,52 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster
     assert finished.summary["failed"] == {}
 
 
+ELSEWHERE = """
+import vanelock.pipeline.executor as executor
+if not hasattr(executor, "there"):  # Dask loads it more than once
+    executor.there = executor.unfit
+executor.unfit = lambda path, *more: executor.there(path + ".elsewhere", *more)
+"""
+"""What a worker loads first that is to see another folder."""
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("late", [False, True])
+def test_a_worker_that_does_not_see_the_folder_is_named_and_not_used(alone, begun, tmp_path, late):
+    preload = tmp_path / "elsewhere.py"
+    preload.write_text(ELSEWHERE)
+    with dask_of(tmp_path, 1) as (address, workers, start):
+        if not late:
+            workers.append(start("--preload", str(preload)))
+            cluster = Client(address)
+            cluster.wait_for_workers(2)
+            cluster.close()
+
+        def add(event):
+            if isinstance(event, Tasks) and late and len(workers) == 1:
+                workers.append(start("--preload", str(preload)))
+
+        found, heard = run(begun, scheduler=address, hook=add)
+    assert len(found) == 4
+    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
+    said = [event.text for event in heard if isinstance(event, Notice) and "not used" in event.text]
+    where = f"does not see {begun / 'cache'}, which all have to share: is not used"
+    assert [text.partition(": ")[2] for text in said] in ([where], [] * late)
+    assert not list((begun / "cache").glob(".token"))
+
+
+@pytest.mark.system
+def test_without_a_worker_that_sees_the_folder_nothing_begins(tmp_path):
+    preload = tmp_path / "elsewhere.py"
+    preload.write_text(ELSEWHERE)
+    with dask_of(tmp_path, 0) as (address, _, start):
+        start("--preload", str(preload))
+        with pytest.raises(InputError) as caught:
+            run(tmp_path / "run", scheduler=address)
+    said = rf"--scheduler {address}: worker tcp://127.0.0.1:\d+: does not see {tmp_path}/run/cache,"
+    assert re.fullmatch(f"{said} which all have to share", str(caught.value))
+
+
 @pytest.mark.system
 def test_meshes_that_differ_are_made_by_the_processes_too(alone, begun):
     text = STUDY[: STUDY.index("[sweep]")] + (
@@ -164,17 +216,17 @@ def test_meshes_that_differ_are_made_by_the_processes_too(alone, begun):
 
 
 @pytest.mark.parametrize(("address", "insecure"), [("127.0.0.1", False), ("192.0.2.1", True)])
-def test_where_no_scheduler_answers_an_error_says_so(monkeypatch, address, insecure):
+def test_where_no_scheduler_answers_an_error_says_so(monkeypatch, tmp_path, address, insecure):
     """An unencrypted one elsewhere is asked if the option is given."""
-    monkeypatch.setattr(clusters, "PATIENCE", 0.3)
+    monkeypatch.setattr(executor, "PATIENCE", 0.3)
     with pytest.raises(InputError, match="no answer"):
-        Cluster(f"tcp://{address}:9", print, insecure=insecure)
+        Cluster(f"tcp://{address}:9", print, tmp_path, insecure)
 
 
 @pytest.mark.parametrize("address", ["", "tcp://", "tcp://[bad", "file.json", "localhost"])
-def test_what_is_no_address_of_a_scheduler_is_refused(address):
+def test_what_is_no_address_of_a_scheduler_is_refused(tmp_path, address):
     with pytest.raises(InputError, match="no address of a scheduler, such as tcp://host:8786"):
-        Cluster(address, print)
+        Cluster(address, print, tmp_path)
 
 
 @pytest.fixture
@@ -198,18 +250,18 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
     of = "distributed.comm.tls"
     names = {"CA_FILE": "ca-file", "CLIENT__CERT": "client.cert", "CLIENT__KEY": "client.key"}
     own = {f"{of}.{k}": certificates[f"{BEFORE}{name}"] for name, k in names.items()}
-    with dask_of(tmp_path, 1, "tls", **certificates) as (address, _):
+    with dask_of(tmp_path, 1, "tls", **certificates) as (address, *_):
         assert address.startswith("tls://127.0.0.1:")
         with pytest.raises(InputError, match="no answer") as caught:
-            Cluster(address, print)
+            Cluster(address, print, tmp_path)
         assert len(str(caught.value).splitlines()) == 1
         with dask.config.set(own):
-            found = Cluster(address, print)
+            found = Cluster(address, print, tmp_path)
             assert found.slots == 2
             assert found._client.scheduler.address == address
-            found.close()
+            found.shutdown()
         with pytest.raises(InputError, match="no answer"):
-            Cluster(address.replace("tls", "tcp"), print)
+            Cluster(address.replace("tls", "tcp"), print, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -227,8 +279,8 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
         ("ws://[fe80::1]:8786", False),
     ],
 )
-def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(address, safe):
+def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(tmp_path, address, safe):
     assert protected(address) == safe
     if not safe:
         with pytest.raises(InputError, match="without encryption.*--insecure-scheduler"):
-            Cluster(address, print)
+            Cluster(address, print, tmp_path)
