@@ -34,8 +34,8 @@ _modules = {
     "run": "commands.run.file",
     "run_scene": "commands.run.study",
     "run_study": "commands.run.study",
-    "template_text": "input.templates.template",
-    "write_template": "input.templates.template",
+    "template_text": "commands.template",
+    "write_template": "commands.template",
 }
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(

@@ -117,6 +117,8 @@ class Analysis(Generic[K, P]):
         A case to cards of the page.
     text : str
         What its section of the page begins with.
+    template : str
+        Its table in the commented file, JOINT for the name of a joint.
     absent : callable
         What the page says is not known where it is not asked for.
     """
@@ -148,6 +150,7 @@ class Analysis(Generic[K, P]):
     pictures: "Callable[[RunResult, CaseResult], Iterable[Picture]]" = _nothing
     answers: "Callable[[CaseResult], Iterable[Answer]]" = _nothing
     text: str = ""
+    template: str = ""
     absent: "Callable[[Given], str]" = lambda given: ""
 
     def keys_of(self, given: "Given") -> K | None:

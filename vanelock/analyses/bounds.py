@@ -257,6 +257,16 @@ def _load(loads: NDArray[np.float64] | None, place: int) -> float | None:
     return float(loads[place]) if loads[place] > ROUND_OFF * loads.max() else 0.0
 
 
+TEMPLATE = """\
+# Between which values static friction in contacts that stick, which no model determines, may move
+# the peak; the table's name alone is enough. See `vanelock manual bounds_and_stability`.
+# [bounds]
+# joints = ["JOINT"]            # default: all
+# share = 1.0                   # 0: friction as assembled without stress
+# starts = 4                    # random places to search from, beside the extreme loads
+# seed = 1                      # of the random places
+"""
+
 BOUNDS = Analysis(
     key="bounds",
     title="bounds over static friction",
@@ -275,5 +285,6 @@ BOUNDS = Analysis(
     warnings=warnings,
     tables=tables,
     text=TEXT,
+    template=TEMPLATE,
     absent=lambda given: ABSENT,
 )

@@ -413,6 +413,17 @@ def _columns(case: "CaseResult", modes: Sequence[FollowedMode]) -> dict[str, Arr
     return columns
 
 
+TEMPLATE = """\
+# Natural frequency and damping ratio against amplitude, from stuck to gross slip, without
+# excitation; the table's name alone is enough. See `vanelock manual damped_modes`.
+# [damped_modes]
+# modes = [2]                   # default: response.mode
+# nodal_diameters = [1]         # negative: backward waves; default: that of the excitation
+# influence = [[0, 0, -2e3], [1, -4e4, 0], [-1, 4e4, 0]]
+                                # the air's modal force on a segment by the motion of those beside
+                                # it, [segment, real, imaginary], 1/s^2: flutter and limit cycles
+"""
+
 DAMPED_MODES = Analysis(
     key="damped_modes",
     title="damped modes",
@@ -430,4 +441,5 @@ DAMPED_MODES = Analysis(
     pictures=pictures,
     answers=answers,
     text=TEXT,
+    template=TEMPLATE,
 )

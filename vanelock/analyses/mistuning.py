@@ -392,6 +392,19 @@ def _columns(found: MistunedRings) -> dict[str, ArrayLike]:
     }
 
 
+TEMPLATE = """\
+# Rings whose segments are not alike, and how much more the worst segment vibrates: standard
+# deviations, relative, or lists with one number a segment. See `vanelock manual mistuning`.
+# [mistuning]
+# rings = 20                    # drawn
+# seed = 1
+# range = [250, 290]            # Hz; that of the response if left out
+# frequency = 0.005             # of a study alone
+# modes = 5                     # each deviates by itself
+# joints.JOINT.mu = 0.05        # and interference, kn, kt
+# joints.JOINT.slider = 0.1     # static friction, of its limit
+"""
+
 MISTUNING = Analysis(
     key="mistuning",
     title="mistuning",
@@ -411,5 +424,6 @@ MISTUNING = Analysis(
     pictures=pictures,
     answers=answers,
     text=TEXT,
+    template=TEMPLATE,
     absent=absent,
 )

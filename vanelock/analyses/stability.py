@@ -224,6 +224,14 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
         yield Answer("Periodic wave", "unstable", note, "warn")
 
 
+TEMPLATE = """\
+# Whether the ring stays with the periodic wave; the casing is then reduced at all nodal diameters.
+# The table's name alone is enough. See `vanelock manual bounds_and_stability`.
+# [stability]
+# points = "peaks"              # or "all" solved points of the curve, each some seconds
+# follow = false                # true: integrate the ring in time where its wave does not last
+"""
+
 STABILITY = Analysis(
     key="stability",
     title="stability",
@@ -242,5 +250,6 @@ STABILITY = Analysis(
     tables=tables,
     answers=answers,
     text=TEXT,
+    template=TEMPLATE,
     absent=lambda given: ABSENT,
 )

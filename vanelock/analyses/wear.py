@@ -361,6 +361,15 @@ def _columns(history: "WearHistory") -> dict[str, ArrayLike]:
     }
 
 
+TEMPLATE = """\
+# What the joints with a wear coefficient lose while the engine dwells, and how the vibration
+# changes with it. See `vanelock manual fatigue_and_wear`.
+# [wear]
+# dwells = [{ cycles = 1e8 }]   # one after another: at the peak of response.range, or of a range of
+                                # their own, or at a frequency; at a load over that of the study
+# step = 0.05                   # largest relative change of an interference in a step
+"""
+
 WEAR = Analysis(
     key="wear",
     title="wear over cycles",
@@ -379,4 +388,5 @@ WEAR = Analysis(
     pictures=pictures,
     answers=answers,
     text=TEXT,
+    template=TEMPLATE,
 )

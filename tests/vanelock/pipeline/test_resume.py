@@ -294,7 +294,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "record": lambda path: record(path, "x" * 5000),
     "table": lambda path: write_columns(path, {"a": np.arange(2000.0)}),
     "product": lambda path: Numbers(np.arange(2000.0)).save(path),
-    "template": write_template,
+    "template": lambda path: write_template(path, all_keys=True),
 }
 
 

@@ -124,7 +124,9 @@ def value(queue, toy):
 
 def stored(queue, step):
     """What the cache has of a step."""
-    return Cache(queue._folder, print).load(step.stage, step.key, step.kind).product.value
+    entry = Cache(queue._folder, print).load(step.stage, step.key, step.kind)
+    assert entry is not None
+    return entry.product.value
 
 
 @pytest.mark.system

@@ -6,6 +6,7 @@ from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
 
+from vanelock.analyses import ANALYSES
 from vanelock.common.checked import field_at, subject_and_unit
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import placed
@@ -36,7 +37,11 @@ _KEY = re.compile(r'(?:# )?("[\w.]+"|\w+) = ')
 def template_text(kind: str = "study", all_keys: bool = False) -> str:
     """The text of a commented file, "study" or "scene": the first keys to set, or every key."""
     text = files("vanelock.input.templates").joinpath(f"{kind}.toml").read_text("utf-8")
-    return text if all_keys else _first_keys(text, kind)
+    if not all_keys:
+        return _first_keys(text, kind)
+    joint = "lap" if kind == "scene" else "interlock"
+    tables = [a.template for a in ANALYSES if kind == "study" or a.scene_keys is not None]
+    return "\n".join([text, *(each.replace("JOINT", joint) for each in tables if each)])
 
 
 def _first_keys(text: str, kind: str) -> str:
