@@ -17,7 +17,7 @@ _modules = {
     "Diameter": ".rom.system.system",
     "Force": ".rom.system.system",
     "Hysteresis": "following.hysteresis",
-    "Journal": "forced_response.replay",
+    "PointStore": "forced_response.solved_points",
     "OPEN": "contact.law",
     "Options": "forced_response.options",
     "ParameterResponse": "following.parameter_response",

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimate, Estimator
-from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels, LevelsState
+from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimator
+from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, with_measured_maxima
 from vanelock.nonlinear.adaptive.points import Point, Pointwise, Shares
 from vanelock.nonlinear.adaptive.sampling import UNBOUND, Exploring
@@ -25,8 +25,8 @@ from vanelock.nonlinear.forced_response.frequencies import (
     checked_range,
 )
 from vanelock.nonlinear.forced_response.options import Options, check_forces, excited
-from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
+from vanelock.nonlinear.forced_response.solved_points import PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.forced_response.undamped import check_bound, check_top
 from vanelock.nonlinear.fourier.threads import one_thread
@@ -51,7 +51,7 @@ def adaptive_response(
     neglected: Callable[[int], Neglected] | None = None,
     mesh_error: Callable[[int, Floats], Floats] | None = None,
     progress: Progress | None = None,
-    journal: Journal | None = None,
+    store: PointStore | None = None,
 ) -> Response:
     """Steady vibration with friction, as exact as asked for at one output.
 
@@ -76,7 +76,7 @@ def adaptive_response(
     neglected, mesh_error : callable, optional
         What else is estimated, see `nonlinear.estimates`: `rom.neglected_forms` by nodal diameter;
         relative errors (n,) of natural frequencies (n,) in Hz by a nodal diameter and these.
-    progress, journal : optional
+    progress, store : optional
         As of `frequency_response`.
 
     Returns
@@ -106,7 +106,7 @@ def adaptive_response(
     omegas = TURN * hertz
     limits = float(omegas.min()), float(omegas.max())
     reporter = _Reporter(progress)
-    levels = HarmonicLevels(systems, limits, options, reporter.searching)
+    levels = HarmonicLevels(systems, limits, options, reporter.searching, SolvedPoints(store))
     first = levels.structure(harmonics or 1)
     if harmonics is None:
         first = levels.structure(max([1, *excited(first.system)]))
@@ -123,7 +123,6 @@ def adaptive_response(
         shares,
         first.harmonics,
         chooses_harmonics=harmonics is None,
-        replay=replaying(journal, Point, Estimate, LevelsState),
     )
     if is_range:
         check_bound(first, limits, monitored, UNBOUND)

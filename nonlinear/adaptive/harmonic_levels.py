@@ -20,23 +20,12 @@ from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, unheard
 from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.solved_points import SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import at_rest
 from vanelock.nonlinear.newton.linearised import KeptBasis, to_be_made
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Basis, Kept
 from vanelock.rom.system.system import System
-
-
-@dataclass(frozen=True)
-class LevelsState:
-    """What the levels have come to by the points that were solved on it, by number of harmonics.
-
-    The largest H that a system was asked for, balances that solvers asked for, preconditioners.
-    """
-
-    reached: int
-    asked: dict[int, int]
-    bases: dict[int, Basis]
 
 
 @dataclass
@@ -50,6 +39,7 @@ class HarmonicLevels:
     limits: tuple[float, float]
     options: Options
     searching: Callable[[float], None] = unheard
+    points: SolvedPoints = field(default_factory=SolvedPoints)
     _reached: int = -1
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
@@ -59,23 +49,7 @@ class HarmonicLevels:
     _extended: dict[int, Structure] = field(default_factory=dict)
     _laws: dict[tuple[int, bool, bool], Law] = field(default_factory=dict)
     _rest: Solution | None = None
-    _sources: dict[int, Deferred] = field(default_factory=dict)
-    _asked: dict[int, int] = field(default_factory=dict)
     _bases: dict[int, Basis] = field(default_factory=dict)
-
-    @property
-    def state(self) -> LevelsState:
-        """What it has come to."""
-        asked = {key: source.asked for key, source in self._sources.items()}
-        return LevelsState(self._reached, self._asked | asked, dict(self._bases))
-
-    def resume(self, to: LevelsState) -> None:
-        """Go on from what it had come to."""
-        if to.reached > self._reached:
-            self.structure(to.reached)
-        self._bases, self._asked = dict(to.bases), dict(to.asked)
-        for key, source in self._sources.items():
-            source.asked = to.asked.get(key, 0)
 
     def structure(self, harmonics: int) -> Structure:
         """The structure with H harmonics, all at their own nodal diameters."""
@@ -147,11 +121,10 @@ class HarmonicLevels:
         """What solves with H harmonics."""
         if harmonics not in self._solvers:
             source = Deferred(self.structure(harmonics), self.limits)
-            source.asked, self._sources[harmonics] = self._asked.get(harmonics, 0), source
             family = Frequencies(source, self.law(harmonics), self.mean())
             tolerance, effort = self.options.tolerance, self.options.effort
             self._solvers[harmonics] = PointSolver(
-                family, self.law, tolerance, effort=effort, searching=self.searching
+                family, self.law, tolerance, self.points, effort, self.searching
             )
         return self._solvers[harmonics]
 

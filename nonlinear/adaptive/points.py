@@ -1,21 +1,19 @@
 """Points of a response, each with as many harmonics as its own error asks for."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
-from typing import Any, TypeVar
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.arguments import OfKind
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND, SOURCES, Estimate, Estimator, half
-from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels, LevelsState
+from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.jumps import joined
-from vanelock.nonlinear.forced_response.replay import Replay
 from vanelock.nonlinear.fourier.trigonometric import resized
 from vanelock.nonlinear.newton.newton import Solution, solve
 
@@ -81,12 +79,6 @@ class Point:
         return np.nan if self.estimate is None else self.estimate.slope
 
 
-def _distinguishing(points: Sequence[Point]) -> Iterator[Any]:
-    """What distinguishes points from others."""
-    for point in points:
-        yield from (point.omega, point.harmonics, point.wanted, point.solution.w)
-
-
 @dataclass
 class Pointwise:
     """Solves one point after another, with `least` harmonics or more where it chooses them."""
@@ -95,7 +87,6 @@ class Pointwise:
     shares: Shares
     least: int
     chooses_harmonics: bool
-    replay: Replay = field(default_factory=Replay)
     _largest: float = 0.0
 
     @property
@@ -108,28 +99,12 @@ class Pointwise:
         most = max(harmonics, self.least)
         return replace(self, least=most, chooses_harmonics=False)
 
-    def _written(self, question: str, asked: tuple[Any, ...], solve: Callable[[], T]) -> T:
-        """A solution, and all that solving it changed, from the journal or to be put there."""
-        if not self.replay.writes:
-            return solve()
-
-        def solved() -> tuple[T, float, LevelsState]:
-            return solve(), self._largest, self.levels.state
-
-        found, self._largest, state = self.replay(question, (*asked, self._largest), solved)
-        self.levels.resume(state)
-        return found
-
     def easily(self, omega: float, neighbours: Sequence[Point]) -> Solution | None:
         """The solution at a frequency if Newton's iteration finds it at once."""
         if not neighbours:
             return None
-
-        def solved() -> Solution | None:
-            H = neighbours[-1].wanted
-            return self.levels.solver(H).easily(omega, self._lifted(neighbours, H))
-
-        return self._written("easily", (omega, *_distinguishing(neighbours)), solved)
+        H = neighbours[-1].wanted
+        return self.levels.solver(H).easily(omega, self._lifted(neighbours, H))
 
     def point(
         self,
@@ -143,12 +118,6 @@ class Pointwise:
         From up to two neighbours that converged, the nearest last, perhaps at the frequency itself;
         `found` is the solution with the harmonics that the nearest one wants.
         """
-        asked = (omega, least, found is None, *_distinguishing(neighbours))
-        return self._written("point", asked, lambda: self._point(omega, neighbours, found, least))
-
-    def _point(
-        self, omega: float, neighbours: Sequence[Point], found: Solution | None, least: int
-    ) -> Point:
         begin = time.process_time()
         H = max(neighbours[-1].wanted if neighbours else self.least, least)
         fewer = next((point for point in neighbours if point.omega == omega), None)
@@ -179,9 +148,7 @@ class Pointwise:
         reached from it, that is no good sign: it gets more, too.
         """
         while point.estimate is not None and not point.measured:
-            measured = self._written(
-                "measured", tuple(_distinguishing([point])), partial(self._measured, point)
-            )
+            measured = self._measured(point)
             if measured is not None:
                 change = point.estimate.change.copy()
                 change[SOURCES.index("harmonics")] = measured
@@ -269,9 +236,17 @@ class Pointwise:
         if H > point.harmonics and point.estimate and point.estimate.better is not None:
             starts.insert(0, point.estimate.better)
         held, kept = fixed(family.at(found.omega), family.friction), self.levels.kept(H)
-        for start in starts:
-            again = solve(held, resized(start, H), 0.0, tolerance=tolerance, kept=kept)
-            if again.converged:
-                break
+
+        def attempt(*starts: Floats) -> Solution:
+            for start in starts:
+                w = resized(start, H)
+                again = solve(held, w, 0.0, tolerance=tolerance, kept=kept)
+                if again.converged:
+                    break
+            return again
+
+        again = self.levels.points(
+            f"again {tolerance:g}", H, found.omega, [found], attempt, lambda: attempt(*starts)
+        )
         self.levels.keep(H, again.kept)
         return replace(again, parameter=found.omega)

@@ -11,7 +11,6 @@ is, all being real, (N - n, λ*): those with 0 <= n <= N/2 and |Im λ| <= ω/2 a
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -25,7 +24,6 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import check_friction, contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.motions import motions
-from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
@@ -99,7 +97,6 @@ def stability(
     count: int = 4,
     modes: Mapping[int, StuckModes] | None = None,
     progress: Progress | None = None,
-    journal: Journal | None = None,
 ) -> Stability:
     """Whether the ring stays with the waves of a response, all nodal diameters considered.
 
@@ -121,8 +118,6 @@ def stability(
         As of `frequency_response`.
     progress : callable, optional
         Called after each point with (points done, points in all).
-    journal : Journal, optional
-        As of `frequency_response`.
 
     Returns
     -------
@@ -141,11 +136,9 @@ def stability(
     chosen = chosen_points(response, points)
     system = replace(system, contacts=replace(system.contacts, mu=response.mu))
     every = _modes(system, modes or {})
-    replay, rows = replaying(journal), []
+    rows = []
     for done, point in enumerate(chosen, 1):
-        of = float(response.frequency[point]), response.contact[point], finer, count
-        compute = partial(_point_stability, system, every, response, point, finer, count)
-        rows.append(replay("stability", of, compute))
+        rows.append(_point_stability(system, every, response, point, finer, count))
         if progress is not None:
             progress(done, len(chosen))
     exponent, diameter, growing, verdict, growth, seen = map(np.array, zip(*rows, strict=True))

@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.following.parameter_response import joined
 from vanelock.nonlinear.following.parameters import Joint, checked_parameter, checked_values
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
+from vanelock.nonlinear.following.peak import CONDITION
 from vanelock.nonlinear.following.peak_tracking import (
     FINEST,
     LONGEST,
@@ -22,7 +22,6 @@ from vanelock.nonlinear.following.peak_tracking import (
 )
 from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.undamped import check_bound
 from vanelock.nonlinear.fourier.threads import one_thread
@@ -112,7 +111,6 @@ def peak_response(
     output: tuple[str, int] | None = None,
     joint: Joint = None,
     progress: Progress | None = None,
-    journal: Journal | None = None,
 ) -> PeakResponse:
     """Frequency and amplitude of a resonance's peak against a parameter.
 
@@ -147,8 +145,6 @@ def peak_response(
     progress : callable, optional
         Called after each peak with (peaks done, peaks in all, estimated for a range; value;
         amplitude, m).
-    journal : Journal, optional
-        As of `frequency_response`.
 
     Returns
     -------
@@ -172,7 +168,7 @@ def peak_response(
         raise InputError("harmonics: given 0: a peak needs at least 1")
     varied = checked_parameter(parameter, system, given, joint)
     component = named_component(system.output_names, output)
-    ready = options.prepare(system, hertz, 1000, replay=replaying(journal, PeakPoint))
+    ready = options.prepare(system, hertz, 1000)
     low, high = TURN * hertz
     ends = (high, low) if options.direction == "down" else (low, high)
     places = [varied.coordinate(value) for value in given]

@@ -56,9 +56,8 @@ class PeakTrack:
         assert self.component is not None
         ready = self.at(value)
         family, tolerance = ready.solver.family, ready.options.tolerance
-        find = Resonance(family, self.component, tolerance, self.condition).peak
-        asked = value, omega, near.bend, w
-        return ready.replay("peak", asked, lambda: find(omega, w, near.bend, near.solution.kept))
+        resonance = Resonance(family, self.component, tolerance, self.condition)
+        return resonance.peak(omega, w, near.bend, near.solution.kept)
 
     def sweep(self, value: float, loose: float = 1.0) -> list[Solution]:
         """Solutions over the range of frequencies; unless all are, without the unconverged ones."""

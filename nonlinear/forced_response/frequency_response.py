@@ -15,8 +15,8 @@ from vanelock.nonlinear.forced_response.frequencies import checked_frequencies, 
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.jumps import jumps
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, assemble_response
+from vanelock.nonlinear.forced_response.solved_points import PointStore
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution
@@ -64,7 +64,7 @@ def frequency_response(
     options: Options = Options(),
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
-    journal: Journal | None = None,
+    store: PointStore | None = None,
     find_jumps: bool = True,
 ) -> Response:
     """Steady vibration with friction: the balance of all harmonics at every frequency.
@@ -84,9 +84,9 @@ def frequency_response(
     modes : dict of int to StuckModes, optional
         Stuck modes of the system's nodal diameters that were computed before (`stuck_modes`): they
         do not depend on friction, interference or load, and take half the time of a response.
-    journal : Journal, optional
-        Where solved points are written down; those that it holds already are not solved again. It
-        must be of this very computation.
+    store : PointStore, optional
+        Where solved points are written down; from those that it holds already the iteration begins.
+        It must be of this very computation.
     find_jumps : bool
         Whether jumps between neighbours are looked for, which may take as long as the points; the
         response's `jump` is None otherwise.
@@ -105,7 +105,7 @@ def frequency_response(
     is_range = isinstance(frequencies, tuple)
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     points = 100 if is_range else len(hertz)
-    ready = options.prepare(system, hertz, points, modes, replaying(journal))
+    ready = options.prepare(system, hertz, points, modes, store)
     found, order = swept(ready.solver, frequencies, options.direction, progress)
     jump = order[jumps(ready.solver, [found[i] for i in order])] if find_jumps else None
     return ready.response(found, direction=options.direction or "up", jump=jump)

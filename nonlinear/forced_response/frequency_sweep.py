@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +12,8 @@ from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.globalisation import EFFORT, Effort, at_once, from_nothing
-from vanelock.nonlinear.forced_response.replay import Replay
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
+from vanelock.nonlinear.forced_response.solved_points import SolvedPoints
 from vanelock.nonlinear.fourier.trigonometric import to_complex
 from vanelock.nonlinear.newton.newton import Solution, sensitivity, solve
 
@@ -31,6 +32,9 @@ ELSEWHERE = (0.8, 1.25, 0.5, 2.0, 3.0)  # frequencies to come from where nothing
 WAY, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
 
 
+S = TypeVar("S", bound=Solution | None)
+
+
 def unheard(omega: float) -> None:
     """Nobody listens."""
 
@@ -46,7 +50,7 @@ class PointSolver:
         The contact law for a number of harmonics.
     tolerance : float
         Relative residual that counts as converged.
-    replay : Replay, optional
+    points : SolvedPoints, optional
         What writes solved points down.
     effort : int
         Newton steps that a point may take before it counts as not found.
@@ -58,7 +62,7 @@ class PointSolver:
     family: Frequencies
     law: Callable[[int], Law]
     tolerance: float
-    replay: Replay = field(default_factory=Replay)
+    points: SolvedPoints = field(default_factory=SolvedPoints)
     effort: int = EFFORT
     searching: Callable[[float], None] = unheard
     _amplitudes: dict[float, tuple[Floats, Floats]] = field(default_factory=dict, repr=False)
@@ -139,7 +143,7 @@ class PointSolver:
             found = self._point(omega, history)
             return replace(found, seconds=time.process_time() - begin)
 
-        return self.replay("point", (omega, *(each.w for each in history)), solved)
+        return self._asked("point", omega, history, solved)
 
     def easily(self, omega: float, history: list[Solution]) -> Solution | None:
         """The same if Newton's iteration finds it at once; None if not."""
@@ -151,7 +155,7 @@ class PointSolver:
                 return None
             return replace(counted(tried, omega), seconds=time.process_time() - begin)
 
-        return self.replay("easily", (omega, *(each.w for each in history)), solved)
+        return self._asked("easily", omega, history, solved)
 
     def with_truncation(self, found: Solution) -> Solution:
         """A solution with the relative error by modes that count by their static part alone."""
@@ -173,7 +177,20 @@ class PointSolver:
             found = counted(self._along(omega, history, effort), omega)
             return replace(found, seconds=time.process_time() - begin) if found.converged else None
 
-        return self.replay("along", (omega, *(each.w for each in history)), solved)
+        return self._asked("along", omega, history, solved)
+
+    def _asked(
+        self, question: str, omega: float, history: list[Solution], compute: Callable[[], S]
+    ) -> S:
+        """A solution that was written down, put into the equations, or one computed now."""
+        kept = history[-1].kept if history else None
+
+        def check(w: Floats) -> Solution:
+            problem = fixed(self.family.at(omega), self.family.friction)
+            return solve(problem, w, 0.0, tolerance=self.tolerance, kept=kept)
+
+        harmonics = self.family.structure.harmonics
+        return self.points(question, harmonics, omega, history, check, compute)
 
     def _along(self, omega: float, history: list[Solution], effort: Effort) -> list[Solution]:
         """What Newton's iteration from the neighbours finds, or the path from there."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,8 +20,8 @@ from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.continuation.globalisation import EFFORT
 from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.forced_response.replay import Replay
 from vanelock.nonlinear.forced_response.response import Amplitudes, Response, assemble_response
+from vanelock.nonlinear.forced_response.solved_points import PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
@@ -111,7 +111,7 @@ class Options(OfKind):
         hertz: ArrayLike,
         points: int,
         modes: Mapping[int, StuckModes] | None = None,
-        replay: Replay | None = None,
+        store: PointStore | None = None,
     ) -> "PreparedSystem":
         """A system ready to be solved.
 
@@ -124,8 +124,8 @@ class Options(OfKind):
             About how many are solved between these.
         modes : dict of int to StuckModes, optional
             Stuck modes that were computed before.
-        replay : Replay, optional
-            What writes solved points down.
+        store : PointStore, optional
+            Where solved points are written down.
 
         Raises
         ------
@@ -143,7 +143,7 @@ class Options(OfKind):
         low, high = float(omegas.min()), float(omegas.max())
         if self.static_beyond is not None:
             made = replace(made, cutoff=self.static_beyond * high)
-        return PreparedSystem(options, balances(made, low, high, points), replay or Replay())
+        return PreparedSystem(options, balances(made, low, high, points), SolvedPoints(store))
 
 
 @dataclass(frozen=True)
@@ -156,13 +156,13 @@ class PreparedSystem:
         Harmonics and samples as they are by default, where they were not given.
     source : Structure or Tabulated
         Gives the balances by frequency.
-    replay : Replay
+    points : SolvedPoints
         What writes solved points down.
     """
 
     options: Options
     source: Structure | Tabulated
-    replay: Replay = field(default_factory=Replay)
+    points: SolvedPoints = field(default_factory=SolvedPoints)
 
     @property
     def structure(self) -> Structure:
@@ -184,8 +184,7 @@ class PreparedSystem:
         """The static state that vibration is referred to; None where both are coupled."""
         if self.options.coupling == "coupled":
             return None
-        solve = partial(at_rest, self.structure, self.law_at_rest, self.options.tolerance)
-        return self.replay("rest", (), solve)
+        return at_rest(self.structure, self.law_at_rest, self.options.tolerance)
 
     @cached_property
     def solver(self) -> PointSolver:
@@ -193,7 +192,7 @@ class PreparedSystem:
         mean = None if self.rest is None else self.rest.u[:, :, 0]
         family = Frequencies(self.source, self.law(self.structure.harmonics), mean)
         options = self.options
-        return PointSolver(family, self.law, options.tolerance, self.replay, options.effort)
+        return PointSolver(family, self.law, options.tolerance, self.points, options.effort)
 
     def response(
         self,

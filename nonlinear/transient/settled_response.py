@@ -15,7 +15,6 @@ wave: a motion that has grown from d may seem settled while another is on its wa
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -27,7 +26,6 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import check_friction
 from vanelock.nonlinear.floquet.stability import stability
 from vanelock.nonlinear.forced_response.frequencies import check_band
-from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
@@ -151,7 +149,6 @@ def settled_response(
     modes: int | None = None,
     growth: float | None = None,
     progress: Progress | None = None,
-    journal: Journal | None = None,
 ) -> SettledResponse:
     """Follow a ring from a wave of harmonic balance until what it does has settled.
 
@@ -186,8 +183,6 @@ def settled_response(
         two truncations.
     progress : callable, optional
         Called after each period with (periods done, periods at most, defect).
-    journal : Journal, optional
-        As of `frequency_response`.
 
     Returns
     -------
@@ -212,7 +207,7 @@ def settled_response(
     whole = ring(system, every=True)
     check_start(whole, frequency, response.friction, response, point)
     if growth is None:
-        growths = stability(system, response, [point], journal=journal).growth
+        growths = stability(system, response, [point]).growth
         growth = min((float(each) for each in growths[0] if each > 0), default=0.0)
     if growth > 0:
         decades = np.log(1 / max(disturbance, REPEATED))
@@ -220,12 +215,10 @@ def settled_response(
     stepped = integrator(whole, TURN * frequency, steps, modes, response.friction == "isotropic")
     motion = stepped.balanced(response, point)
     _disturb(stepped, motion, response, point, disturbance, seed)
-    replay, asked = replaying(journal, _Chapter), (frequency, response.contact[point], steps, seed)
     chapters: list[_Chapter] = []
     done, ahead, verdict = 0, min(FIRST, periods), UNSETTLED
     while done < periods and verdict == UNSETTLED:
-        compute = partial(_followed, stepped, motion, (response, point), done, ahead, periods)
-        found = replay("periods", (*asked, done, ahead), partial(compute, progress))
+        found = _followed(stepped, motion, (response, point), done, ahead, periods, progress)
         motion = RingMotion(*(each.copy() for each in found.motion))
         chapters.append(found)
         done, ahead = ahead, min(int(MORE * ahead), periods)

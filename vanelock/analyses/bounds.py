@@ -128,7 +128,6 @@ def compute(case: "SolvedCase", keys: BoundsKeys, part: Share) -> BoundedPeak:
             seed=keys.seed,
             progress=lambda done, amplitude: case.count(done, None, amplitude),
             modes=case.modes,
-            journal=case.journal,
         )
     except InputError as error:
         return BoundedPeak(reason=str(error))
@@ -137,9 +136,7 @@ def compute(case: "SolvedCase", keys: BoundsKeys, part: Share) -> BoundedPeak:
         nonlinear.audit_response(each, found.response.at([place])) for place, each in enumerate(at)
     ]
     low, high = (
-        nonlinear.frequency_response(
-            at[place], case.frequencies, case.options, None, case.modes, case.journal
-        )
+        nonlinear.frequency_response(at[place], case.frequencies, case.options, None, case.modes)
         for place in (LOW, HIGH)
     )
     return BoundedPeak(found, low, high, np.array([each.residual[0] for each in audits]))

@@ -93,7 +93,6 @@ def compute(case: "SolvedCase", keys: StabilityKeys, part: Share) -> FollowedPea
         modes=MODES,
         growth=float(stability.growth[at[0]].min()),
         progress=lambda done, total, defect: case.count(done, total, float("nan")),
-        journal=case.journal,
     )
     return FollowedPeak(found, case.monitored.node, case.monitored.component)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vanelock.analyses.analysis import Analysis, Share, analysable, asked_for
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
-from vanelock.nonlinear import Journal, Options, Response
+from vanelock.nonlinear import Options, Response
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
@@ -48,15 +48,12 @@ class SolvedCase:
         The product of a step.
     count : Count
         Called with the progress.
-    journal : Journal
-        Where what is done so far is written down.
     """
 
     planned: Planned
     monitoring: Planned
     get: Callable[[Step[Any]], Any]
     count: Count
-    journal: Journal
 
     @property
     def given(self) -> Given:
@@ -191,8 +188,8 @@ def _step(
         "code": content_digest(inspect.getfile(analysis.compute)),
     }
 
-    def compute(get: Callable[[Step[Any]], Any], journal: Journal) -> P:
-        return analysis.compute(SolvedCase(planned, monitoring, get, count, journal), keys, part)
+    def compute(get: Callable[[Step[Any]], Any]) -> P:
+        return analysis.compute(SolvedCase(planned, monitoring, get, count), keys, part)
 
     needs: list[Step[Any]] = [planned.system, *planned.responses, planned.linear.limits]
     needs += [linear.system, linear.responses["free"], planned.modes, *planned.meshes.values()]
@@ -208,7 +205,6 @@ def _step(
         tuple(needs),
         compute,
         pulls=True,
-        resumes=True,
         of=of,
         quick=analysis.combine is not None,
     )

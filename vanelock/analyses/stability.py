@@ -74,7 +74,6 @@ def compute(case: "SolvedCase", keys: StabilityKeys, part: Share) -> "nonlinear.
         chosen,
         progress=lambda done, total: case.count(done, total, float("nan")),
         modes=case.modes,
-        journal=case.journal,
     )
 
 

@@ -1,1 +1,1 @@
-"""Steps with keys, and the cache and journal that keep what they computed."""
+"""Steps with keys, the cache that keeps what they computed, and who computes them."""

@@ -26,7 +26,7 @@ from vanelock.common.files.hdf5 import written
 from vanelock.common.process.signals import held
 from vanelock.common.process.version import __version__, installed, release
 from vanelock.common.product import Product
-from vanelock.pipeline.journal import JournalFile, NoJournal, journal
+from vanelock.pipeline.points import PointsFile, points_file
 
 P = TypeVar("P", bound=Product)
 SHARD = 2
@@ -75,7 +75,7 @@ class Cache:
                     raise InputError("its contents have changed since it was written")
                 entry = read_entry(path, kind, key)
                 entry.product.stored_in(path)
-                journal_of(self.folder, stage, key).unlink(missing_ok=True)
+                self._points(stage, key).unlink(missing_ok=True)
                 return entry
             except (InputError, KeyError, OSError) as error:
                 reason = str(error).splitlines()[0]
@@ -95,14 +95,14 @@ class Cache:
                 place = self._place(stage, key, digest)
                 os.replace(temporary, place)
                 entry.product.stored_in(place)
-                journal_of(self.folder, stage, key).unlink(missing_ok=True)
+                self._points(stage, key).unlink(missing_ok=True)
             finally:
                 temporary.unlink(missing_ok=True)
         return entry
 
-    def journal(self, stage: str, key: str) -> AbstractContextManager[JournalFile | NoJournal]:
+    def points(self, stage: str, key: str) -> AbstractContextManager[PointsFile]:
         """Where a stage that takes long writes down its points until its product is stored."""
-        return journal(journal_of(self.folder, stage, key), self.notice)
+        return points_file(self._points(stage, key), self.notice)
 
     def held(self) -> Callable[[str, str], bool]:
         """What says whether there is an entry, intact or not, of any number as they are now."""
@@ -112,15 +112,13 @@ class Cache:
     def _entries(self, stage: str, key: str) -> list[Path]:
         return sorted((self.folder / key[:SHARD]).glob(f"{_flat(stage)}-{key}-*.h5"))
 
+    def _points(self, stage: str, key: str) -> Path:
+        return self.folder / f"{_flat(stage)}-{key}.points"
+
     def _place(self, stage: str, key: str, digest: str) -> Path:
         shard = self.folder / key[:SHARD]
         shard.mkdir(exist_ok=True)
         return shard / f"{_flat(stage)}-{key}-{digest}.h5"
-
-
-def journal_of(folder: Path, stage: str, key: str) -> Path:
-    """The journal of a stage, in the folder of a cache."""
-    return folder / f"{_flat(stage)}-{key}.journal"
 
 
 def write_entry(

@@ -50,8 +50,8 @@ class Step(Generic[P]):
         Whether `compute` takes, instead of the products of all that it may need, the function that
         gets the product of one of these steps, and calls it for those that turn out to be needed.
     resumes : bool
-        Whether `compute` takes a journal as its last argument, where it writes down what it has
-        done so far for a run that goes on after a kill.
+        Whether `compute` takes a store as its last argument, where it writes down the points that
+        it has solved, for a run that goes on after a kill.
     """
 
     stage: str
@@ -153,8 +153,8 @@ class Stages:
         outside, self._pulled = self._pulled, np.zeros(2)
         began = _now()
         if step.resumes:
-            with self.cache.journal(step.stage, step.key) as journal:
-                product = step.compute(*given, journal)
+            with self.cache.points(step.stage, step.key) as store:
+                product = step.compute(*given, store)
         else:
             product = step.compute(*given)
         seconds, cpu = (max(float(each), 0.0) for each in _now() - began - self._pulled)

@@ -21,11 +21,10 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.bounds.rest_states import Joints, rest_states
 from vanelock.nonlinear.following.bounds.slider_search import Ends, Progress, Search, Tally
 from vanelock.nonlinear.following.parameter_response import joined
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
+from vanelock.nonlinear.following.peak import CONDITION
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.forced_response.replay import Journal, replaying
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
@@ -104,7 +103,6 @@ def peak_bounds(
     seed: int = 1,
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
-    journal: Journal | None = None,
 ) -> PeakBounds:
     """Between which values undetermined static friction may move the highest peak of a range.
 
@@ -134,8 +132,6 @@ def peak_bounds(
         Called after each peak with (peaks solved, amplitude in m).
     modes : dict of int to StuckModes, optional
         As of `frequency_response`.
-    journal : Journal, optional
-        As of `frequency_response`.
 
     Raises
     ------
@@ -154,7 +150,7 @@ def peak_bounds(
     states = rest_states(system, joints, share, options, modes)
     at_zero = states.system
     component = named_component(at_zero.output_names, output)
-    ready = options.prepare(at_zero, hertz, 1000, states.modes, replaying(journal, PeakPoint))
+    ready = options.prepare(at_zero, hertz, 1000, states.modes)
     low, high = TURN * hertz
     passed = (high, low) if options.direction == "down" else (low, high)
     search = Search(ready, states, passed, component, Tally(progress))

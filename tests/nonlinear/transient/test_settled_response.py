@@ -157,40 +157,6 @@ def test_sectors_that_are_excited_alike_are_followed_one_by_one() -> None:
     assert found.returned
 
 
-def test_a_journal_takes_up_what_was_followed() -> None:
-    class Kept:
-        """Records in memory."""
-
-        def __init__(self, records: list[bytes]) -> None:
-            self.records, self.at = records, 0
-
-        def next(self) -> bytes | None:
-            self.at += 1
-            return self.records[self.at - 1] if self.at <= len(self.records) else None
-
-        def drop(self) -> None:
-            del self.records[self.at - 1 :]
-
-        def add(self, record: bytes) -> None:
-            self.records.append(record)
-
-    system, response = wave(LEAVES)
-    records = list[bytes]()
-    plain = settled_response(system, response, 0, journal=Kept(records))
-    assert len(records) > 2
-    done = list[int]()
-    again = settled_response(
-        system,
-        response,
-        0,
-        progress=lambda period, most, defect: done.append(period),
-        journal=Kept(records[:-1]),
-    )
-    assert done[0] > 48  # what the journal has is not computed again
-    np.testing.assert_array_equal(again.amplitude, plain.amplitude)
-    assert again.verdict == plain.verdict
-
-
 def test_half_the_range_of_a_sampled_wave() -> None:
     """A cosine's samples miss its top by up to (π/s)²/2, parabolas by the square of that."""
     angles = 2 * np.pi * np.arange(1, 65) / 64

@@ -127,7 +127,7 @@ def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
         whole_step(planned).key: system,
     }
     monkeypatch.setattr(type(planned), "solved", lambda self, response: self)
-    assert step.compute(lambda step: known[step.key], None).reason == "enough"
+    assert step.compute(lambda step: known[step.key]).reason == "enough"
     assert response.estimates is not None
     peak = np.argmin(np.abs(response.frequency - run.summaries[0].peak.frequency))
     assert taken == [response.estimates.harmonics[peak]]

@@ -1,4 +1,4 @@
-"""Nothing finished is lost: journals, full disks, files that something else spoils or removes."""
+"""Nothing finished is lost: points, full disks, files that something else spoils or removes."""
 
 import ctypes
 import os
@@ -21,9 +21,9 @@ from vanelock import write_template
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.product import Product
-from vanelock.nonlinear import Journal
+from vanelock.nonlinear import PointStore
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.journal import journal
+from vanelock.pipeline.points import HEAD, points_file
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.results.files.run_folder import claimed, record
@@ -54,109 +54,112 @@ def reason(caught: pytest.ExceptionInfo[InputError], path: Path) -> str:
     return line.removeprefix(f"{path}: cannot be written: ")
 
 
-RECORDS = [b"one", b"", bytes(range(256)) * 20, b"last"]
+POINTS = {
+    "easily 3 1.5": ([4, 1, 0.25], np.array([[1e-300, -0.0], [np.pi, np.nan]])),
+    "point 3 2": ([0, 0, 0], np.empty(0)),
+    "point 3 2.5": ([12, 0, 1e3], np.arange(600.0).reshape(20, 3, 10)),
+    "along 0 3": ([1, 1, 0], np.ones((1, 1, 1))),
+}
 
 
 @pytest.fixture
 def written(tmp_path: Path) -> Path:
-    """A journal of four records."""
-    path = tmp_path / "a.journal"
-    with journal(path) as opened:
-        for each in RECORDS:
-            opened.add(each)
+    """A file of four points."""
+    path = tmp_path / "a.points"
+    with points_file(path, print) as opened:
+        for label, (numbers, unknowns) in POINTS.items():
+            opened.add(label, numbers, unknowns)
     return path
 
 
-def read(path: Path) -> tuple[list[bytes], list[str]]:
-    """Records of a journal and what was said about it."""
+def read(path: Path) -> tuple[list[str], list[str]]:
+    """Which points a file has, to the bit, and what was said about it."""
     said: list[str] = []
     found = []
-    with journal(path, said.append) as opened:
-        while (each := opened.next()) is not None:
-            found.append(each)
+    with points_file(path, said.append) as opened:
+        for label, (numbers, unknowns) in POINTS.items():
+            if (known := opened.get(label)) is not None:
+                assert known[0] == numbers
+                assert known[1].shape == unknowns.shape
+                assert known[1].tobytes() == unknowns.tobytes()
+                found.append(label)
     return found, said
 
 
-def test_a_journal_comes_back_and_goes_on(written: Path) -> None:
-    assert read(written) == (RECORDS, [])
-    with journal(written) as opened:
-        assert [opened.next() for _ in range(5)] == [*RECORDS, None]
-        opened.add(b"more")
-    assert read(written) == ([*RECORDS, b"more"], [])
+def test_points_come_back_and_more_follow(written: Path) -> None:
+    assert read(written) == ([*POINTS], [])
+    with points_file(written, print) as opened:
+        assert opened.get("more") is None
+        opened.add("more", (1, True, 0.5), np.zeros(3))
+    assert read(written) == ([*POINTS], [])
+    with points_file(written, print) as opened:
+        known = opened.get("more")
+        assert known is not None
+        assert known[0] == [1, True, 0.5]
 
 
 def test_a_torn_tail_is_left_out_wherever_it_tears(written: Path) -> None:
     content = written.read_bytes()
-    ends = [19]  # behind the head
-    for each in RECORDS:
-        ends.append(ends[-1] + 12 + len(each))
-    assert ends[-1] == len(content)
-    for size in [*range(40), *range(5100, 5190, 7), *range(len(content) - 20, len(content))]:
+    ends = [len(HEAD)]
+    while ends[-1] < len(content):
+        length = int.from_bytes(content[ends[-1] : ends[-1] + 8], "little")
+        ends.append(ends[-1] + 12 + length)
+    assert len(ends) == 5
+    around = [end + more for end in ends for more in range(-20, 20)]
+    for size in [*range(40), *(each for each in around if 0 <= each <= len(content))]:
         written.write_bytes(content[:size])
-        whole = sum(size >= end for end in ends[1:])
+        whole = [*POINTS][: sum(size >= end for end in ends[1:])]
         found, said = read(written)
-        assert found == RECORDS[:whole]
+        assert found == whole
         assert bool(said) == (0 < size not in ends), (size, said)
-        with journal(written) as opened:  # the tail is gone: what follows is in its place
-            for each in found:
-                assert opened.next() == each
-            opened.add(b"next")
-        assert read(written) == ([*found, b"next"], [])
+        with points_file(written, print) as opened:  # what follows is in its place
+            opened.add("along 0 3", *POINTS["along 0 3"])
+        assert read(written) == (list(dict.fromkeys([*whole, "along 0 3"])), [])
 
 
-def test_a_flipped_bit_ends_a_journal_there(written: Path) -> None:
+def test_a_flipped_bit_ends_a_file_there(written: Path) -> None:
     content = bytearray(written.read_bytes())
-    content[19 + 15 + 12 + 12 + 100] ^= 4
+    content[content.index(b"point 3 2.5") + 100] ^= 4
     written.write_bytes(content)
     found, said = read(written)
-    assert found == RECORDS[:2]
-    assert len(said) == 1
-    assert str(written) in said[0]
+    assert found == [*POINTS][:2]
+    assert said == [f"{written}: ends in the middle of a point: what follows is left out"]
 
 
-def test_points_of_another_computation_are_dropped_with_those_behind_them(written: Path) -> None:
-    with journal(written) as opened:
-        opened.next()
-        opened.next()
-        opened.drop()
-        opened.add(b"other")
-    assert read(written)[0] == [b"one", b"other"]
+def test_two_processes_do_not_write_into_one_file(written: Path) -> None:
+    with points_file(written, print) as first, points_file(written, print) as second:
+        assert second.get("along 0 3") is None
+        second.add("of the second", (0, 0, 0), np.zeros(1))
+        assert first.get("along 0 3") is not None
+    assert read(written) == ([*POINTS], [])
 
 
-def test_two_processes_do_not_write_into_one_journal(written: Path) -> None:
-    with journal(written) as first, journal(written) as second:
-        assert second.next() is None
-        second.add(b"of the second")
-        assert first.next() == b"one"
-    assert read(written) == (RECORDS, [])
-
-
-def test_a_journal_on_a_full_disk_ends_with_a_whole_record(written: Path) -> None:
-    with disk_of(written.stat().st_size + 500), journal(written) as opened:
-        while opened.next() is not None:
-            pass
-        opened.add(b"x" * 400)
+def test_points_on_a_full_disk_end_with_a_whole_one(written: Path) -> None:
+    with disk_of(written.stat().st_size + 500), points_file(written, print) as opened:
+        opened.add("fits", (0, 0, 0), np.zeros(40))
         with pytest.raises(InputError) as caught:
-            opened.add(b"y" * 400)
+            opened.add("does not", (0, 0, 0), np.zeros(40))
     assert reason(caught, written) == "File too large"
-    assert read(written) == ([*RECORDS, b"x" * 400], [])
+    with points_file(written, print) as opened:
+        assert opened.get("fits") is not None
+    assert read(written) == ([*POINTS], [])
 
 
 def counting(kills: list[int]) -> Step[Numbers]:
     """A stage of ten points that is killed before each of some points in turn."""
 
-    def compute(journal: Journal) -> Numbers:
+    def compute(store: PointStore) -> Numbers:
         found = []
         for i in range(10):
-            known = journal.next()
+            known = store.get(str(i))
             if known is None:
                 if kills and kills[0] == i:
                     del kills[0]
                     raise KeyboardInterrupt
                 solved.append(i)
-                known = str(i * i).encode()
-                journal.add(known)
-            found.append(float(known))
+                known = (), np.array([i * i])
+                store.add(str(i), *known)
+            found.append(known[1][0])
         return Numbers(np.array(found))
 
     return step("long stage", "rom", {}, Numbers, (), compute, resumes=True)
@@ -172,7 +175,7 @@ def test_a_stage_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     for _ in range(4):
         with pytest.raises(KeyboardInterrupt):
             Stages(Cache(tmp_path, said.append), silent).get(long)
-    assert [path.suffix for path in tmp_path.iterdir()] == [".journal"]
+    assert [path.suffix for path in tmp_path.iterdir()] == [".points"]
     found = Stages(Cache(tmp_path, said.append), silent).get(long)
     assert found.values.tolist() == [i * i for i in range(10)]
     assert solved == list(range(10))

@@ -70,7 +70,7 @@ def test_killed_with_two_workers(
     for _ in range(EACH):
         victim.kill(Moment("any moment", after=float(rng.uniform(3, 0.6 * took))))
     for _ in range(EACH):  # as soon as a worker has solved a point
-        if not victim.kill(Moment("within a case", file="cache/response*.journal")).hit:
+        if not victim.kill(Moment("within a case", file="cache/response*.points")).hit:
             victim.forget("response ")
     finish(victim, tmp_path / "whole")
     assert victim.hits["any moment"] >= EACH

@@ -19,9 +19,9 @@ import numpy as np
 from vanelock import open_results
 
 ROOT = Path(__file__).resolve().parents[3]
-TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest", "whole"}
-"""What varies from run to run: times, the date, stages that it computed or looked up, digests, and
-the name of a cache entry, which has one."""
+TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest", "whole", "residual"}
+"""What varies from run to run: times, the date, stages that it computed or looked up, digests, what
+is left of solved equations, and the name of a cache entry, which has one."""
 PATIENCE = 600.0
 """Seconds after which a run that neither ends nor comes to the moment of its kill is given up."""
 
@@ -217,23 +217,18 @@ def numbers(path: Path) -> dict[str, Any]:
         for name, value in node.attrs.items():
             if name not in TIMES:
                 array = np.asarray(value)
-                found[f"{place}@{name}"] = array.tolist() if array.dtype == object else bits(array)
+                found[f"{place}@{name}"] = array.tolist() if array.dtype == object else array
         if isinstance(node, h5py.Group):
             for name, each in node.items():
                 if name not in TIMES:
                     take(f"{place}/{name}", each)
         else:
             array = np.asarray(node[()])
-            found[place] = array.tolist() if array.dtype == object else bits(array)
+            found[place] = array.tolist() if array.dtype == object else array
 
     with h5py.File(path) as file:
         take("", file)
     return found
-
-
-def bits(array: Any) -> tuple[Any, ...]:
-    """What tells two arrays apart to the last bit."""
-    return array.dtype.str, array.shape, hashlib.sha256(array.tobytes()).hexdigest()
 
 
 def entries(folder: Path) -> set[str]:
@@ -247,10 +242,10 @@ def entries(folder: Path) -> set[str]:
 
 
 def records(folder: Path) -> dict[str, int]:
-    """Whole records in each journal of a run."""
+    """Whole records in each file of points of a run."""
     found = {}
-    for path in (folder / "cache").glob("*.journal"):
-        content, place, count = path.read_bytes(), len(b"vanelock-journal 1\n"), 0
+    for path in (folder / "cache").glob("*.points"):
+        content, place, count = path.read_bytes(), len(b"vanelock-points 1\n"), 0
         while place + 12 <= len(content):
             length = int.from_bytes(content[place : place + 8], "little")
             place += 12 + length

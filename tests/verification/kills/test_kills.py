@@ -62,7 +62,7 @@ SAMPLE = ("meshes", "rom casing", "responses", "curves")
 WRITES = {
     "mesh entry": ("mesh ", "cache/.mesh*.tmp"),
     "rom entry": ("rom ", "cache/.rom*.tmp"),
-    "journal": ("response ", "cache/response*.journal"),
+    "points": ("response ", "cache/response*.points"),
     "response entry": ("response ", "cache/.response*.tmp"),
     "results.h5": ("", ".results.h5.*.tmp"),
     "results": ("", "results/.*.tmp"),
@@ -118,16 +118,14 @@ def test_killed_while_a_file_is_written(
     if not FULL:  # the sample begins with the reduced parts
         kept = shutil.ignore_patterns("response*", "Campbell*", "pictures.json", "rom-vane*")
         shutil.copytree(whole / "cache", victim.folder / "cache", ignore=kept)
-    wanted = (
-        WRITES if FULL else {name: WRITES[name] for name in ("rom entry", "journal", "results")}
-    )
+    wanted = WRITES if FULL else {name: WRITES[name] for name in ("rom entry", "points", "results")}
     for name, (stage, file) in wanted.items():
         tries = 0
         while victim.hits[name] < EACH and tries < 4 * EACH:
             if not victim.kill(Moment(name, stage, 0.0, file)).hit and stage:
                 victim.forget(stage)
             tries += 1
-            if name == "journal" and tries % 2:
+            if name == "points" and tries % 2:
                 victim.tear(rng)
         record_property(name, victim.hits[name])
         assert victim.hits[name] >= EACH

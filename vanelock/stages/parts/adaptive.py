@@ -10,7 +10,7 @@ from typing import Any
 from vanelock import nonlinear, rom
 from vanelock.common.cyclic import folded
 from vanelock.input.schema.study import Study
-from vanelock.nonlinear import Journal, Response
+from vanelock.nonlinear import PointStore, Response
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
@@ -51,7 +51,7 @@ def adaptive_step(
         "monitor": study.outputs.monitor,
     }
 
-    def compute(get: Callable[[Step[Any]], Any], journal: Journal) -> Response:
+    def compute(get: Callable[[Step[Any]], Any], store: PointStore) -> Response:
         limits, errors, system = get(linear.limits), get(mesh), get(base)
         watched = monitor(study.outputs.monitor, system, get(free))
 
@@ -76,7 +76,7 @@ def adaptive_step(
             neglected=neglected if estimable else None,
             mesh_error=errors.at,
             progress=progress,
-            journal=journal,
+            store=store,
         )
 
     needs: tuple[Step[Any], ...] = (linear.limits, mesh, free, base, *casings.values())

@@ -10,7 +10,7 @@ import numpy as np
 from vanelock import nonlinear
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.scene import DAMPING
-from vanelock.nonlinear import HarmonicModes, Journal, Response, StaticBounds
+from vanelock.nonlinear import HarmonicModes, PointStore, Response, StaticBounds
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import System, joined_coordinates
 from vanelock.stages.response.limits import Limits, Placed, dense, frequencies, limits
@@ -177,10 +177,10 @@ def response_step(
     }
     inputs = {**frequency_keys(given), **options}
 
-    def compute(system: System, found: Limits, stuck: HarmonicModes, journal: Journal) -> Response:
+    def compute(system: System, found: Limits, stuck: HarmonicModes, store: PointStore) -> Response:
         wanted = frequencies(given, found)
         return nonlinear.frequency_response(
-            system, wanted, nonlinear.Options(**options), progress, stuck.diameters, journal
+            system, wanted, nonlinear.Options(**options), progress, stuck.diameters, store
         )
 
     needs = (system, limits, modes)
