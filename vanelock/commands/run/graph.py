@@ -7,8 +7,8 @@ need is not a task but computed before them.
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from vanelock.analyses import ANALYSES
 from vanelock.analyses.solved_case import with_analyses
@@ -25,7 +25,6 @@ from vanelock.stages.plan import (
     fixed,
     free_step,
     from_matrices,
-    shared_diameters,
 )
 from vanelock.stages.response.responses import LIMITS, silent_progress
 
@@ -75,11 +74,12 @@ class CaseWork:
     chosen_mesh: MeshChoice | None = None
     first: "CaseWork | None" = None
 
-    def planned(self) -> Planned:
-        """All steps to what a run shows of it."""
-        own = self._planned()
-        first = own if self.first is None else self.first._planned()
-        return with_analyses(own, first, ANALYSES)
+    def steps(self) -> list[Step[Any]]:
+        """All whose products a run shows."""
+        planned = self._planned()
+        first = planned if self.first is None else self.first._planned()
+        planned = with_analyses(planned, first, ANALYSES)
+        return [*steps_of(planned), *planned.pieces]
 
     def _planned(self) -> Planned:
         """All steps to its response."""
@@ -91,30 +91,12 @@ class CaseWork:
         free = free_step(first.chosen_mesh)
         return adaptive(self.case, self.chosen_mesh, free, silent_progress)
 
-    def steps(self) -> list[Step[Any]]:
-        """All whose products a run shows."""
-        planned = self.planned()
-        return [*steps_of(planned), *planned.pieces]
 
-
-@dataclass(frozen=True)
-class Job:
-    """Products that are wanted together.
-
-    Attributes
-    ----------
-    name : str
-        What lists call it, such as a case's name.
-    steps : tuple of Step
-        Their steps.
-    work : Work
-        Says the same steps in every process.
-    counts : bool
-        Whether its last step's product counts in the progress.
-    """
+class Job(NamedTuple):
+    """Steps whose products are wanted together, how lists call that, and whether it counts."""
 
     name: str
-    steps: tuple[Step[Any], ...]
+    steps: Sequence[Step[Any]]
     work: Work
     counts: bool = True
 
@@ -133,26 +115,16 @@ def parts_of(planned: Planned) -> list[Step[Any]]:
     return found
 
 
-def works(planned: Sequence[Planned]) -> list[CaseWork]:
-    """What to send of each case."""
-    shared: Sequence[tuple[int, ...]] = [()] * len(planned)
-    if not isinstance(planned[0].case.given, Scene) and planned[0].chosen_mesh is None:
-        shared = shared_diameters([each.case for each in planned])
-    first, *others = (
-        CaseWork(each.case, ks, each.chosen_mesh) for each, ks in zip(planned, shared, strict=True)
-    )
-    return [first, *(replace(each, first=first) for each in others)]
-
-
 def jobs(planned: Sequence[Planned]) -> list[Job]:
     """Of each case what a run shows, and what its analyses need; their pieces by themselves."""
-    found: list[Job] = []
-    for each, work in zip(planned, works(planned), strict=True):
-        name, pieces = each.case.name, {*each.pieces}
+    found, first = list[Job](), None
+    for each in planned:
+        work = CaseWork(each.case, each.held, each.chosen_mesh, first)
+        first, pieces = first or work, {*each.pieces}
         needs = (need for step in (*each.analysed, *each.pieces) for need in step.needs)
         steps = [need for need in needs if need not in pieces]
         steps += [step for step in steps_of(each) if step.kept]
-        found.append(Job(name, tuple(steps), work))
+        found.append(Job(each.case.name, steps, work))
         found += [Job(piece.name, (piece,), work, counts=False) for piece in each.pieces]
     return found
 
