@@ -54,7 +54,7 @@ def reason(caught: pytest.ExceptionInfo[InputError], path: Path) -> str:
     return line.removeprefix(f"{path}: cannot be written: ")
 
 
-POINTS = {
+POINTS: dict[str, tuple[list[float], Any]] = {
     "easily 3 1.5": ([4, 1, 0.25], np.array([[1e-300, -0.0], [np.pi, np.nan]])),
     "point 3 2": ([0, 0, 0], np.empty(0)),
     "point 3 2.5": ([12, 0, 1e3], np.arange(600.0).reshape(20, 3, 10)),
