@@ -16,6 +16,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from vanelock import Study, template_text
+from vanelock.input.schema.structure.own_mesh import CasingSets, VaneSets
+from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "keys.md"
@@ -24,7 +26,8 @@ HEAD = """# Every key of the study file
 Every key has a default, so a study names only what it changes; `vanelock init --all` writes all of
 them with their comments. Numbers are in SI units (m, kg, N, Pa, Hz; angles in degrees), and text
 may carry another unit: `"0.05 mm"`, `"170 GPa"`. What does not fit is refused before anything is
-computed, in one line that names the key, the value and what is allowed.
+computed, in one line that names the key, the value and what is allowed. Dimensions have
+[a page of their own](geometry.md), as have [names of node sets](own_mesh.md).
 
 A dash as default means that the key is not set; the text says what happens then. This page is made
 by `python tools/keys_page.py` from the program itself.
@@ -67,7 +70,10 @@ BY_KEY = {
     "mistuning.joints": "A table by joint, `interlock` and `hook`.",
 }
 """What is said above a table whose own keys are names of keys."""
-OWN_MESH = "Instead of dimensions, a mesh of yours ([its page](own_mesh.md)):"
+OWN_MESH = """Its dimensions are on [their page](geometry.md). Instead of them, a mesh of yours,
+whose node sets are on [another](own_mesh.md):"""
+ELSEWHERE = (VaneDimensions, HookDimensions, CasingDimensions, VaneSets, CasingSets)
+"""Tables of dimensions and of node sets, which have pages of their own."""
 UNITS = re.compile(r"^(?:deg|N/m\^3|N/m|N|Hz|rpm|degC)[,;] (?=\w)")
 
 
@@ -126,8 +132,9 @@ def page() -> str:
     parts = [HEAD]
     for name, models in _tables(Study, ""):
         intro = above.get(name.replace("[]", ""), "") if not name.endswith("gauges[]") else ""
-        bodies = [_table(list(_rows(name, model, keys))) for model in models]
-        if not any(bodies) and not intro:
+        shown = [model for model in models if model not in ELSEWHERE]
+        bodies = [_table(list(_rows(name, model, keys))) for model in shown]
+        if not any(bodies) and (not intro or not shown):
             continue
         title = "Top of the file" if not name else f"`[{name.replace('[]', '')}]`"
         if name.endswith("[]"):
@@ -136,7 +143,8 @@ def page() -> str:
             title, intro = f"Each of `{name}`", BY_KEY[name]
         parts += [f"## {title}", ""]
         parts += [f"{_prose(_sentence(intro))}\n"] if intro else []
-        parts.append(f"\n{OWN_MESH}\n\n".join(body for body in bodies if body))
+        parts += [] if shown == models else [OWN_MESH, ""]
+        parts += bodies
         if not name:
             parts += ["## `[sweep]` and `[rows]`", "", SWEEP, ""]
     return "\n".join(parts)

@@ -162,7 +162,7 @@ class Scene:
 
 
 KEYS = ("joints.interlock.mu", "joints.interlock.interference", "response.harmonics")
-DEFAULTS = ("coupling", "harmonic_diameters", "friction", "direction", "samples", "frequencies")
+DEFAULTS = ("coupling", "friction", "direction", "samples", "frequencies")
 
 
 def check(study: vanelock.Study) -> None:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vanelock.report import Answer, Picture
     from vanelock.stages.response.summary import Summary
 
-ALLOWED = {"coupling": "coupled", "samples": None, "harmonic_diameters": "wave"}
+ALLOWED = {"coupling": "coupled", "samples": None}
 """What all analyses take of `response`."""
 K = TypeVar("K", bound="BaseModel")
 P = TypeVar("P", bound=Product)

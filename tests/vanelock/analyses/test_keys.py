@@ -23,7 +23,6 @@ def test_the_name_of_a_table_alone_is_enough() -> None:
     [
         ('coupling = "uncoupled"', 'response.coupling = "uncoupled": must be "coupled"'),
         ("samples = 256", "response.samples = 256: leave it out"),
-        ('harmonic_diameters = "sector"', 'response.harmonic_diameters = "sector": must be "wave"'),
     ],
 )
 def test_other_responses_have_neither(table: str, key: str, message: str) -> None:

@@ -144,7 +144,7 @@ def _reductions(study: Study) -> Iterator[NumericalSetting]:
         yield _setting(study, "rom.accuracy", given)
     names = [name for name in ("vane_modes", "casing_modes") if getattr(own, name) is not None]
     if own.route != "cyclic":
-        names = ["interface_modes", "vane_modes", "casing_modes"]
+        names = ["vane_modes", "casing_modes"]
     for name in names:
         value = getattr(own, name) or MODES
         counts = sorted({max(value // 2, 1), value, 2 * value, 4 * value})

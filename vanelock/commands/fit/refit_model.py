@@ -158,7 +158,6 @@ class Rejoined:
             samples=given.samples,
             friction=given.friction,
             direction=direction,
-            harmonic_diameters=given.harmonic_diameters,
         )
 
     def amplitudes(

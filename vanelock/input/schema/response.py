@@ -108,9 +108,6 @@ class ResponseKeys(KeyTable):
     coupling: Literal["coupled", "uncoupled", "constant-load"] = Field(
         default="coupled", description="coupling of the static and the dynamic balance"
     )
-    harmonic_diameters: Literal["wave", "sector"] = Field(
-        default="wave", description="nodal diameter of each harmonic"
-    )
     samples: int | None = Field(
         default=None,
         ge=8,

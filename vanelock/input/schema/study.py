@@ -154,11 +154,6 @@ class Study(KeyTable):
                 f'{text}: rom.route = "{self.rom.route}" gives no estimate of what it leaves out; '
                 'choose "cyclic"'
             )
-        if text and self.response.harmonic_diameters != "wave":
-            yield (
-                f'{text}: response.harmonic_diameters = "{self.response.harmonic_diameters}" is '
-                'not what a wave does; choose "wave"'
-            )
         if text and self.response.direction != "up":
             yield (
                 f'{text}: response.direction = "{self.response.direction}": leave it out, since '

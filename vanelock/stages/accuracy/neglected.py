@@ -21,10 +21,7 @@ class NeglectedHarmonics(Product):
 
 def neglected_harmonics_step(planned: Planned) -> Step[NeglectedHarmonics]:
     """The estimate, of the peak of a case's response."""
-    wanted, diameters = (
-        planned.case.given.outputs.monitor,
-        planned.case.given.response.harmonic_diameters,
-    )
+    wanted = planned.case.given.outputs.monitor
 
     def compute(
         system: System, response: Response, linear: System, free: Response
@@ -35,12 +32,12 @@ def neglected_harmonics_step(planned: Planned) -> Step[NeglectedHarmonics]:
             return NeglectedHarmonics(float("nan"))
         output = watched.node, watched.component
         return NeglectedHarmonics(
-            nonlinear.neglected_harmonics(system, response, peak.point, output, diameters)
+            nonlinear.neglected_harmonics(system, response, peak.point, output)
         )
 
     linear = planned.linear
     needs = (planned.system, planned.response, linear.system, linear.responses["free"])
-    inputs = {"monitor": wanted, "diameters": diameters}
+    inputs = {"monitor": wanted}
     return step(
         "neglected harmonics, peak", "nonlinear", inputs, NeglectedHarmonics, needs, compute
     )

@@ -182,7 +182,6 @@ def _reduced_casing(
     if least is not None:
         inputs["least"] = least
     inputs |= {"nodal_diameters": list(chosen), "route": options.route}
-    inputs |= {"interface_modes": options.interface_modes}
 
     def compute(model: Model, *others: Any) -> Component:
         band = {} if vane is None else {"band": others[0].band}
@@ -216,11 +215,6 @@ def diameters(cases: Iterable[Given]) -> tuple[int, ...]:
     found = {
         folded(h * each.excitation.engine_order, each.ring.sectors)
         for each in cases
-        for h in range(_waves(each) + 1)
+        for h in range(each.response.harmonics + 1)
     }
     return tuple(sorted(found))
-
-
-def _waves(given: Given) -> int:
-    """Harmonics with a nodal diameter of their own."""
-    return given.response.harmonics if given.response.harmonic_diameters == "wave" else 1

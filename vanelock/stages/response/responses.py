@@ -172,7 +172,6 @@ def response_step(
         "coupling": response.coupling,
         "samples": response.samples,
         "friction": response.friction,
-        "harmonic_diameters": response.harmonic_diameters,
         "direction": direction or FIRST[response.direction],
     }
     inputs = {**frequency_keys(given), **options}

@@ -54,7 +54,7 @@ def test_every_setting_has_the_studys_own_value_once():
 def test_values_around_what_the_study_has():
     assert values("[rom]\naccuracy = 5e-4", "rom.accuracy")[1] == ["0.0005"]
     assert values("[rom]\nvane_modes = 8", "rom.vane_modes") == (["4", "8", "16", "32"], ["8"])
-    assert values('[rom]\nroute = "paper"', "rom.interface_modes")[1] == ["10"]
+    assert values('[rom]\nroute = "paper"', "rom.casing_modes")[1] == ["10"]
     assert values("[response]\nharmonics = 12", "response.harmonics")[0][-1] == "23"
     assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
     isotropic = values('[response]\nfriction = "isotropic"', "response.samples")

@@ -113,16 +113,3 @@ def test_samples_of_the_study_reach_the_law(folder):
     system = load_system(folder / "results.h5", "nominal")
     again = frequency_response(system, [254.0], Options(1, samples=64))
     np.testing.assert_array_equal(again.contact, kept.contact)
-
-
-def test_nodal_diameters_of_the_study_reach_the_balance(folder):
-    text = 'frequencies = [254]\nharmonic_diameters = "sector"'
-    run(text, folder)
-    kept = response(folder, "nominal")
-    assert kept.harmonic_diameters.tolist() == [0, 1]
-    two = text.replace("254]", "254]\nharmonics = 3").replace("[response]", "")
-    found = run_study(parse_study(HEAD.replace("harmonics = 1", "") + two), folder)
-    assert found[0].converged == 1
-    kept = response(folder, "nominal")
-    assert kept.harmonic_diameters.tolist() == [0, 1, 1, 1]
-    assert set(load_system(folder / "results.h5", "nominal").diameters) == {0, 1}

@@ -236,21 +236,11 @@ class Rom(KeyTable):
     )
     vane_modes: Modes = Field(default=None, description="number of fixed-interface modes")
     casing_modes: Modes = Field(default=None, description="number of fixed-interface modes")
-    interface_modes: int | None = Field(
-        default=None, ge=1, le=10000, description="number of interface modes"
-    )
 
     def _belongs_to_the_route(self) -> Iterator[str]:
         """What the route would not heed is refused."""
-        if self.route == "cyclic":
-            if (value := self.interface_modes) is not None:
-                yield (
-                    f'interface_modes = {value}: rom.route = "cyclic" has no interface to reduce; '
-                    'choose "paper"'
-                )
-            by_number = self.vane_modes is not None and self.casing_modes is not None
-        else:
-            by_number = True
+        by_number = self.vane_modes is not None and self.casing_modes is not None
+        by_number = by_number or self.route != "cyclic"
         for name in ("accuracy", "band"):
             if by_number and (value := getattr(self, name)) is not None:
                 why = (
