@@ -69,7 +69,7 @@ class Processes(ThreadPoolExecutor):
         self.slots = count
         self._own = threading.local()
         self._started: list[_OneProcess] = []
-        self._lock = threading.Lock()
+        self._lock, self._ended = threading.Lock(), False
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:  # type: ignore[override]
         """Have a function called by one of the processes."""
@@ -79,6 +79,8 @@ class Processes(ThreadPoolExecutor):
         process: _OneProcess | None = getattr(self._own, "process", None)
         try:
             with self._lock:  # none is started behind the back of `shutdown`
+                if self._ended:
+                    raise Killed("it was called back")
                 if process is None:
                     self._own.process = process = _OneProcess()
                     self._started.append(process)
@@ -93,6 +95,7 @@ class Processes(ThreadPoolExecutor):
         """Kill all processes."""
         super().shutdown(wait=False, cancel_futures=True)
         with self._lock:
+            self._ended = True
             for each in self._started:
                 each.kill()
         super().shutdown(wait)
@@ -183,7 +186,7 @@ class Cluster:
         """How many tasks may be out at a time, by the workers there are now."""
         if self._client.status != "running":
             raise InputError(f"{self._address}: the scheduler is gone")
-        return AHEAD * sum(self._fit().values())
+        return max(AHEAD * sum(self._fit().values()), 1)
 
     def _fit(self) -> dict[str, int]:
         """Threads of the workers that can work for this run; the others are named once."""

@@ -6,18 +6,16 @@ from typing import TypeVar
 
 from vanelock.common.errors import FolderError
 from vanelock.pipeline.step import Stages
-from vanelock.pipeline.tasks import Failure, TaskFailed, failure_of
+from vanelock.pipeline.tasks import ATTEMPTS, Failure, TaskFailed, failure_of
 
 A = TypeVar("A")
 C = TypeVar("C")
-TRIES = 2
-"""How often this process tries what fails."""
 
 
 def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:
     """Compute something of a case of a sweep, twice if need be."""
     failure = Failure(name, "")
-    for tries in range(1, TRIES + 1):
+    for tries in range(1, ATTEMPTS + 1):
         try:
             return compute(planned)
         except (TaskFailed, FolderError):
