@@ -7,11 +7,7 @@ import pytest
 from pydantic import BaseModel
 
 from vanelock import Study, load_study, parse_study, template_text
-from vanelock.analyses.bounds import BoundsKeys
-from vanelock.analyses.damped_modes import DampedModeKeys
-from vanelock.analyses.mistuning import MistuningKeys
-from vanelock.analyses.stability import StabilityKeys
-from vanelock.analyses.wear import WearKeys
+from vanelock.analyses import ANALYSES
 from vanelock.common.errors import InputError
 from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, Optimise
 from vanelock.input.schema.distributions import Distribution, Scatter
@@ -73,11 +69,7 @@ def test_template_mentions_every_key():
     text = template_text(all_keys=True)
     tables: dict[str, type[BaseModel]] = {
         "loads": RestLoadKeys,
-        "bounds": BoundsKeys,
-        "stability": StabilityKeys,
-        "mistuning": MistuningKeys,
-        "damped_modes": DampedModeKeys,
-        "wear": WearKeys,
+        **{each.key: each.keys for each in ANALYSES if not each.table},
         "campbell": CampbellKeys,
         "measured": MeasuredCurve,
         "fit": Fit,
