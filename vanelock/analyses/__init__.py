@@ -5,6 +5,7 @@ from typing import Any
 from vanelock.analyses.analysis import Analysis
 from vanelock.analyses.bounds import BOUNDS
 from vanelock.analyses.damped_modes import DAMPED_MODES
+from vanelock.analyses.energy_frequency import ENERGY_FREQUENCY
 from vanelock.analyses.mistuning import MISTUNING
 from vanelock.analyses.settled import SETTLED
 from vanelock.analyses.stability import STABILITY
@@ -16,5 +17,6 @@ ANALYSES: tuple[Analysis[Any, Any], ...] = (
     SETTLED,
     MISTUNING,
     DAMPED_MODES,
+    ENERGY_FREQUENCY,
     WEAR,
 )

@@ -1,0 +1,219 @@
+"""Energy-frequency diagram: natural frequency and damping ratio of damped modes against energy.
+
+The energy of the vibration of a sector is U = Σ_h ½ (hω)² x_hᴴ M x_h, which no choice of an output
+changes; of a nonlinear mode it is the usual abscissa (G. Kerschen et al., Nonlinear normal modes,
+Part I, Mech. Syst. Signal Process. 23 (2009) 170-194). Modes are those of `damped_modes`.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field
+
+from vanelock.analyses import damped_modes
+from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.common.cyclic import folded
+from vanelock.common.product import Product
+from vanelock.common.tables import Cell, Column, Table, by_case
+from vanelock.input.schema.structure.structure import KeyTable, sequence
+
+if TYPE_CHECKING:
+    from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.input.cases.values import Given
+    from vanelock.input.schema.study import Study
+    from vanelock.quantities.case_result import CaseResult
+    from vanelock.quantities.run_result import RunResult
+    from vanelock.report import Picture
+
+Floats = NDArray[np.float64]
+TEXT = (
+    "Each mode is followed from contacts that stick to gross slip, as damped modes are. Its energy "
+    "is that of the vibration of one sector: the sum of kinetic and strain energy of a travelling "
+    "wave, the largest kinetic energy of a standing one."
+)
+
+
+class EnergyFrequencyKeys(KeyTable):
+    """Natural frequency and damping ratio against the energy of the vibration."""
+
+    modes: Annotated[tuple[damped_modes.Number, ...], BeforeValidator(sequence)] | None = Field(
+        default=None, min_length=1, max_length=40, description="modes"
+    )
+    nodal_diameters: (
+        Annotated[tuple[damped_modes.Diameter, ...], BeforeValidator(sequence)] | None
+    ) = Field(default=None, min_length=1, max_length=1000, description="nodal diameters")
+
+    @property
+    def of_modes(self) -> damped_modes.DampedModeKeys:
+        """The same modes as those of the other table."""
+        return damped_modes.DampedModeKeys(modes=self.modes, nodal_diameters=self.nodal_diameters)
+
+
+@dataclass(frozen=True)
+class EnergyFrequency(Product):
+    """A mode at p energies; without any, why there are none.
+
+    Attributes
+    ----------
+    number, nodal_diameter : int
+        The mode's, from 1, and that of its wave, -N/2 to N/2.
+    energy : (p,) float
+        Of the vibration of one sector, J.
+    frequency : (p,) float
+        Hz.
+    damping_ratio : (p,) float
+        Of structure and friction.
+    reason : str
+    """
+
+    number: int
+    nodal_diameter: int
+    energy: Floats = field(default_factory=lambda: np.empty(0), metadata={"unit": "J"})
+    frequency: Floats = field(default_factory=lambda: np.empty(0), metadata={"unit": "Hz"})
+    damping_ratio: Floats = field(default_factory=lambda: np.empty(0))
+    reason: str = ""
+
+    @property
+    def name(self) -> str:
+        """What legends call it."""
+        return f"mode {self.number}, ND {self.nodal_diameter}"
+
+
+def check(given: "Given", keys: EnergyFrequencyKeys) -> Iterator[str]:
+    """What keeps the modes from being of the ring."""
+    for line in damped_modes.check(given, keys.of_modes):
+        yield line.replace("damped_modes", "energy_frequency")
+
+
+def cost(study: "Study", keys: EnergyFrequencyKeys, curve: float) -> float:
+    """Seconds."""
+    return damped_modes.cost(study, keys.of_modes, curve)
+
+
+def parts(given: "Given", keys: EnergyFrequencyKeys) -> Sequence[Share]:
+    """One for each mode of each nodal diameter."""
+    return damped_modes.parts(given, keys.of_modes)
+
+
+def compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: Share) -> EnergyFrequency:
+    """One mode of one nodal diameter."""
+    from vanelock.quantities.contacts.energy import balance
+
+    followed = damped_modes.compute(case, keys.of_modes, part)
+    number, k, mode = followed.number, followed.nodal_diameter, followed.mode
+    if mode is None:
+        return EnergyFrequency(number, k, reason=followed.reason)
+    N, at = case.system.sectors, mode.response.harmonic_diameters.tolist()
+    system = case.system_at([folded(k, N) for k in at])
+    points = range(len(mode.frequency))
+    energy = np.array([balance(system, mode.response, point).stored for point in points])
+    return EnergyFrequency(number, k, energy, mode.frequency, mode.damping_ratio, mode.ended)
+
+
+def warnings(case: "CaseResult", products: Sequence[EnergyFrequency]) -> Iterator[str]:
+    """Which modes were not followed to gross slip."""
+    for each in products:
+        if each.reason:
+            yield f"energy of {each.name}: NOT FOLLOWED to gross slip: {each.reason}"
+
+
+def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+    """Each mode at rest, where it damps most, and as far as it was followed."""
+    known, count = products_of(cases, "energy_frequency")
+    columns = (
+        Column("case"),
+        Column("ND", key="diameter", note="ND: nodal diameter, negative of a backward wave"),
+        Column("mode"),
+        *(
+            Column(head, unit, form, f"{of}_{key}")
+            for of, words in (("least", "least"), ("most", "most damping"), ("end", "last"))
+            for head, unit, form, key in (
+                (f"{words}, energy", "J", ".3g", "j"),
+                ("at", "Hz", ".6g", "hz"),
+                ("damping", "%", ".3g", "damping"),
+            )
+        ),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for name, modes in known.items():
+        for each in (mode for mode in modes if len(mode.energy)):
+            columns_of = np.column_stack((each.energy, each.frequency, each.damping_ratio))
+            shown = columns_of[[0, int(each.damping_ratio.argmax()), -1]].ravel().tolist()
+            rows.append((name, each.nodal_diameter, each.number, *shown))
+    if rows:
+        notes = ["energy: of the vibration of one sector"]
+        title = "Natural frequency and damping ratio against energy"
+        yield by_case(Table(title, columns, rows, notes, "energy_frequency"), count)
+
+
+def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+    """The diagram, with the damping ratio below."""
+    from vanelock import render
+    from vanelock.input.cases.names import of_case, slug
+
+    modes = [each for each in case.found("energy_frequency") if len(each.energy)]
+    if not modes:
+        return
+    title = f"Energy-frequency diagram{of_case(case.name)}"
+    subtitle = f"vibration of one sector; {modes[0].name if len(modes) == 1 else 'damped modes'}"
+    panels = [
+        render.CurvePanel(
+            "frequency (Hz)", [render.PanelCurve(m.name, m.energy, m.frequency) for m in modes]
+        ),
+        render.CurvePanel(
+            "damping ratio (%)",
+            [render.PanelCurve(m.name, m.energy, 100 * m.damping_ratio) for m in modes],
+            from_zero=True,
+        ),
+    ]
+    counts = [len(each.energy) for each in modes]
+    yield run.picture(
+        f"figures/energy_frequency_{slug(case.name)}",
+        "Energy-frequency diagram",
+        [*case.key_of("energy_frequency"), title],
+        lambda path: render.panels_picture(
+            path, panels, "energy (J)", title, subtitle, logarithmic=True
+        ),
+        lambda: {
+            "nodal diameter": np.repeat([each.nodal_diameter for each in modes], counts),
+            "mode": np.repeat([each.number for each in modes], counts),
+            "energy (J)": np.concatenate([each.energy for each in modes]),
+            "frequency (Hz)": np.concatenate([each.frequency for each in modes]),
+            "damping ratio (%)": np.concatenate([100 * each.damping_ratio for each in modes]),
+        },
+        [title],
+        f"Natural frequency and damping ratio{of_case(case.name)} against the energy of the "
+        "vibration of one sector, from contacts that stick to gross slip. Where the frequency "
+        "falls contacts slide; two modes that come close to each other may interact there.",
+    )
+
+
+TEMPLATE = """\
+# Natural frequency and damping ratio against the energy of the vibration; the table's name alone is
+# enough. See `vanelock manual energy_frequency`.
+# [energy_frequency]
+# modes = [2]                   # default: response.mode
+# nodal_diameters = [1]         # negative: backward waves; default: that of the excitation
+"""
+
+ENERGY_FREQUENCY = Analysis(
+    key="energy_frequency",
+    title="energy-frequency diagram",
+    keys=EnergyFrequencyKeys,
+    scene_keys=EnergyFrequencyKeys,
+    product=lambda: EnergyFrequency,
+    compute=compute,
+    parts=parts,
+    whole_ring=lambda given, keys: keys.nodal_diameters is not None,
+    check=check,
+    cost=cost,
+    places=lambda product: f"energy_frequency/mode_{product.number}_nd_{product.nodal_diameter}",
+    warnings=warnings,
+    tables=tables,
+    pictures=pictures,
+    text=TEXT,
+    template=TEMPLATE,
+)
