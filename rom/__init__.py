@@ -29,7 +29,7 @@ _modules = {
     "prepare": "reduction",
     "reduce": "reduction",
     "split": "joining.vane_and_casing",
-    "stiffened": "modulus",
+    "stiffened": "component",
     "unheld_motions": "joining.linear_modes",
     "united": "joining.uniting",
     "unreduced": "errors.unreduced_sector",

@@ -1,4 +1,11 @@
-"""From a finite-element model to a component, by one of two routes."""
+"""From a finite-element model to a component, by one of two routes, or of a part in one piece.
+
+    { x_m }   [ I  0 ] { x_m }
+    { x_s } = [ Ψ  B ] { η   },      Ψ = -K_ss⁻¹ K_sm,    B: fixed-interface modes and more,
+
+R. R. Craig and M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6
+(1968) 1313-1319; which vectors B holds is documented in `vanelock.rom.fixed_interface.selection`.
+"""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
@@ -8,15 +15,16 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.rom.component import Component
+from vanelock.rom.fixed_interface.held import HeldMatrices
+from vanelock.rom.fixed_interface.projection import projected
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.masters import Masters, choose
-from vanelock.rom.routes.at_rest import Loads
+from vanelock.rom.routes.at_rest import Loads, held_loads
 from vanelock.rom.routes.condensed import Condensed, condensed
 from vanelock.rom.routes.cyclic_first import cyclic_first
-from vanelock.rom.routes.paper import paper
+from vanelock.rom.routes.paper import check_count, paper
 from vanelock.rom.routes.problem import Problem, problem
-from vanelock.rom.routes.tran import check_count
-from vanelock.rom.routes.whole import whole
+from vanelock.rom.routes.rows import held_piece
 
 Route = Literal["cyclic", "paper"]
 MODES = 10
@@ -61,7 +69,7 @@ def reduce(
         Instead of `modes`: all fixed-interface modes up to this frequency, Hz.
     accuracy : float, optional
         Instead of `modes`: what it takes for every natural frequency in the band, whatever the part
-        is joined to, to be within this relative error; see `fixed_interface.vectors`. 1e-4 where
+        is joined to, to be within this relative error; see `fixed_interface.selection`. 1e-4 where
         nothing else is given and the route allows it.
     band : float, optional
         Frequency up to which the accuracy holds, Hz; by default that of the part's tenth elastic
@@ -181,3 +189,27 @@ def _diameters(nodal_diameters: Iterable[int] | None, sectors: int) -> list[int]
     if not (found := {int(k) % sectors for k in nodal_diameters}):
         raise InputError("nodal_diameters: given none: needs one or several whole numbers")
     return sorted(found)
+
+
+def whole(shared: Condensed, wanted: Selection, loads: Loads | None = None) -> Component:
+    """Reduce a part in one piece to its masters, fixed-interface vectors and answers to loads."""
+    problem = shared.problem
+    part = held_piece(HeldMatrices(shared.matrix, shared.interior), problem.M, problem.rows)
+    chosen, band = wanted.of(part)
+    at_rest = held_loads(shared, loads) if loads else None
+    if at_rest is not None:
+        chosen, answers = at_rest.answered(chosen, part)
+    products = projected(part, chosen)
+    count = products.candidates.count
+    return Component(
+        masters=problem.masters,
+        cyclic=False,
+        route="whole",
+        interface_modes=0,
+        fixed_modes=count,
+        diameters={0: products.reduced()},
+        boundary_nodes=problem.boundary_nodes,
+        vectors=products.vectors(),
+        band=band,
+        loads=None if at_rest is None else at_rest.reduced(part, products, answers),
+    )

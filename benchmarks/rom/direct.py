@@ -23,7 +23,7 @@ from vanelock.fem.vibration.block_lanczos import BLOCK, KrylovSpace, krylov_spac
 from vanelock.rom.fixed_interface.held import COLUMNS, hermitian
 from vanelock.rom.fixed_interface.modes import Fixed
 from vanelock.rom.routes.condensed import Condensed, definite_factor
-from vanelock.rom.routes.cyclic import cyclic_constraint
+from vanelock.rom.routes.problem import cyclic_constraint
 from vanelock.rom.system.system import Matrix
 
 Interface = Literal["published", "followed"]

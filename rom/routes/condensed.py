@@ -24,8 +24,7 @@ from vanelock.common.errors import InputError
 from vanelock.fem import Interior, SingularError, free_motion
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.fixed_interface.inertia import BoundaryAnswers
-from vanelock.rom.routes.cyclic import cyclic_constraint
-from vanelock.rom.routes.problem import Problem, Rows, condense
+from vanelock.rom.routes.problem import Problem, Rows, condense, cyclic_constraint
 from vanelock.rom.system.system import Matrix
 
 FREE = 1e-11

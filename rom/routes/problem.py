@@ -1,4 +1,9 @@
-"""What a reduction works on: the sparse matrices of one part and the rows that it keeps."""
+"""What a reduction works on: the sparse matrices of one part and the rows that it keeps.
+
+By cyclic symmetry the right face of a sector follows the left one. In cylindrical components
+x_r = x_l e^{-iφ}, φ = 2π ND/N; in Cartesian ones the vectors of the right face are also turned by
+2π/N about the engine axis.
+"""
 
 from dataclasses import dataclass
 
@@ -6,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.common.cyclic import phase_factor, turn
 from vanelock.common.errors import InputError
 from vanelock.fem import (
     Interior,
@@ -18,6 +24,14 @@ from vanelock.fem import (
 from vanelock.rom.joining.patches import with_means
 from vanelock.rom.masters import Masters
 from vanelock.rom.system.system import Matrix
+
+
+def cyclic_constraint(faces: int, others: int, nodal_diameter: int, sectors: int) -> sp.csr_array:
+    """W_cs in (x_l, x_r, others) = W_cs (x_l, others)."""
+    follow = phase_factor(nodal_diameter, sectors) * turn(sectors)
+    left = sp.vstack([sp.eye_array(3 * faces), sp.kron(sp.eye_array(faces), follow)])
+    return sp.csr_array(sp.block_diag([left, sp.eye_array(others)]))
+
 
 Rows = NDArray[np.int64]
 

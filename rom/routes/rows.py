@@ -6,7 +6,7 @@ At a nodal diameter of a sector whose faces `high` follow `low`, x_high = T x_lo
     x = W x',    K' = Wᴴ K W,    M' = Wᴴ M W,
 
 complex Hermitian, whose kept rows and vectors then are chosen as for a part in one piece
-(`vanelock.rom.routes.whole`).
+(`vanelock.rom.reduction`).
 """
 
 from collections.abc import Sequence

@@ -95,7 +95,7 @@ def test_every_public_function_names_what_is_of_another_kind(package: ModuleType
 
 
 def test_a_door_hands_out_what_the_module_holds(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vanelock.rom.modulus.stiffened", lambda component, factor: factor)
+    monkeypatch.setattr("vanelock.rom.component.stiffened", lambda component, factor: factor)
     assert rom.stiffened(5, "a") == "a"
 
 
