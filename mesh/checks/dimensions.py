@@ -2,22 +2,165 @@
 
 The models of `dimensions` check themselves; what also depends on the number of sectors, or on
 the other part, is checked here.
+
+Aerofoils must not leave their shrouds or meet one another. Along the straight lines that rule an
+aerofoil its distance from a plane changes evenly, so that the ends of the piece between two radii
+decide.
 """
 
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
-from vanelock.mesh.checks.aerofoils import check_aerofoils
 from vanelock.mesh.checks.fillets import check_casing_fillet, check_clear_fillets, check_vane_fillet
 from vanelock.mesh.checks.root_fillets import check_root_fillet
 from vanelock.mesh.generate.bosses import check_bosses
+from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import (
     CLEARANCE,
     CasingDimensions,
     HookDimensions,
     VaneDimensions,
 )
+
+_USUAL = 16  # sectors
+_PROFILE = ("chord", "thickness", "edge_thickness", "camber", "stagger", "twist", "lean")
+_ROOT = ("inner_shroud_inner_radius", "inner_shroud_outer_radius")
+_TIP = ("outer_shroud_inner_radius", "outer_shroud_outer_radius")
+
+
+def check_aerofoils(vane: VaneDimensions, sectors: int) -> None:
+    """Refuse aerofoils that leave their shrouds or meet one another."""
+    start, end = aerofoil.ends(vane)
+    root, tip = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
+    _check_length(vane)
+    _check_fronts(vane, "inner_shroud_front", (start, root))
+    _check_fronts(vane, "outer_shroud_front", (tip, end))
+    _check_interlock(vane, sectors, (start, root))
+    _check_ends(vane, sectors, (tip, end))
+    _check_neighbours(vane, sectors, (root, 0.5 * (root + tip), tip))
+
+
+def _check_length(vane: VaneDimensions) -> None:
+    least = 2 * vane.thickness
+    if vane.chord < least:
+        raise InputError(
+            f"vane.chord = {vane.chord:g} m: must be at least twice "
+            f"vane.thickness = {vane.thickness:g} m"
+        )
+
+
+def _check_fronts(vane: VaneDimensions, name: str, cuts: Sequence[float]) -> None:
+    half = max(float(np.abs(aerofoil.around(vane, cut)[:, 1]).max()) for cut in cuts)
+    clear = vane.hook.mid_plane - half
+    if getattr(vane, name) > clear - CLEARANCE:
+        raise InputError(
+            f"{_entering(vane, None, _PROFILE, name)}: the aerofoils' front, at {clear:g} m, "
+            f"must lie at least {CLEARANCE:g} m behind the shroud's"
+        )
+
+
+def _check_interlock(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> None:
+    """The outermost aerofoils must stay between the slanted interlock planes."""
+    left = contact_places.interlock_frame(vane, sectors)
+    normals = np.stack([left[0], contact_places.opposite(left, sectors)[0]])
+    outermost = aerofoil.angles(vane, sectors)[[0, -1]]
+    room = min(
+        float(-(_standing(vane, cut, angle) @ normal).max())
+        for cut in cuts
+        for angle, normal in zip(outermost, normals, strict=True)
+    )
+    if room < CLEARANCE:
+        names = (*_PROFILE, "aerofoils", *_ROOT)
+        raise InputError(
+            f"{_entering(vane, sectors, names, 'interlock_slant')}: the outermost of "
+            f"{vane.aerofoils} aerofoils {_distance(room)} the interlock face: "
+            f"at least {CLEARANCE * 1e3:g} mm is needed"
+        )
+
+
+def _check_ends(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> None:
+    """The outermost aerofoils must stay between the ends of the outer shroud."""
+    half = vane.outer_shroud_extent * np.pi / sectors
+    room = np.inf
+    for cut in cuts:
+        for angle in aerofoil.angles(vane, sectors)[[0, -1]]:
+            x, y, _ = _standing(vane, cut, angle).T
+            beyond = np.abs(np.arctan2(y, x)) - half
+            room = min(room, float(-(np.hypot(x, y) * np.sin(beyond)).max()))
+    if room < CLEARANCE:
+        names = (*_PROFILE, "aerofoils", *_TIP)
+        raise InputError(
+            f"{_entering(vane, sectors, names, 'outer_shroud_extent')}: the outermost of "
+            f"{vane.aerofoils} aerofoils {_distance(room)} the shroud's end: at least "
+            f"{CLEARANCE * 1e3:g} mm is needed"
+        )
+
+
+def _check_neighbours(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> None:
+    step = 2 * np.pi / (sectors * vane.aerofoils)
+    room = min(_gap(aerofoil.around(vane, cut, 24), cut * step) for cut in cuts)
+    if room < CLEARANCE:
+        names = (*_PROFILE, "aerofoils", *_ROOT, *_TIP)
+        raise InputError(
+            f"{_entering(vane, sectors, names, 'chord')}: an aerofoil {_distance(room)} the next: "
+            f"at least {CLEARANCE * 1e3:g} mm is needed"
+        )
+
+
+def _gap(section: NDArray[np.float64], step: float) -> float:
+    """Distance of a closed curve (k, 2) from the same one, shifted by `step` along the first axis.
+
+    Negative where they cross: how much further apart they would have to be.
+    """
+    axial = section[:, 1]
+    start, stop = section, np.roll(section, -1, axis=0)
+    # Width along the first axis at the height of every corner.
+    low, high = np.minimum(start[:, 1], stop[:, 1]), np.maximum(start[:, 1], stop[:, 1])
+    crossed = (low <= axial[:, None]) & (axial[:, None] <= high) & (high > low)
+    share = (axial[:, None] - start[:, 1]) / np.where(high > low, stop[:, 1] - start[:, 1], 1.0)
+    place = start[:, 0] + share * (stop[:, 0] - start[:, 0])
+    largest = np.where(crossed, place, -np.inf).max(axis=1)
+    smallest = np.where(crossed, place, np.inf).min(axis=1)
+    wide = float(np.max(largest - smallest, initial=0.0, where=np.isfinite(largest)))
+    if wide >= step:
+        return step - wide
+    edge = stop - start
+    to = section[:, None] + [step, 0.0] - start
+    at = np.clip((to * edge).sum(-1) / (edge * edge).sum(-1), 0.0, 1.0)
+    return float(np.linalg.norm(to - at[..., None] * edge, axis=-1).min())
+
+
+def _standing(vane: VaneDimensions, along: float, angle: float) -> NDArray[np.float64]:
+    """The section around the aerofoil at an angle: (k, 3) m, axially from mid-plane."""
+    section = aerofoil.around(vane, along, 24)
+    points = np.column_stack([np.full(len(section), along), section])
+    return np.asarray(points @ rotation(angle).T)
+
+
+def _entering(vane: VaneDimensions, sectors: int | None, names: Sequence[str], last: str) -> str:
+    """What a check depends on: of `names` those that differ from the defaults, and `last`."""
+    usual = VaneDimensions()
+    shown = []
+    for name in dict.fromkeys((*names, last)):
+        field, value = VaneDimensions.model_fields[name], getattr(vane, name)
+        if name == last or value != getattr(usual, name):
+            unit = (field.description or "").partition(" [")[2].rstrip("]")
+            shown.append(f"vane.{name} = {value:g} {unit}".rstrip())
+    if sectors not in (None, _USUAL):
+        shown.append(f"ring.sectors = {sectors}")
+    return ", ".join(shown)
+
+
+def _distance(room: float) -> str:
+    if room < 0:
+        return f"reaches {-room * 1e3:.2f} mm past"
+    return f"stays only {room * 1e3:.2f} mm from"
+
 
 FEWEST, MOST = 6, 360  # sectors of a ring
 

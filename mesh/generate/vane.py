@@ -1,4 +1,9 @@
-"""The vane segment: outer shroud and hooks, aerofoils, inner shroud with slanted interlocks."""
+"""The vane segment: outer shroud and hooks, aerofoils, inner shroud with slanted interlocks.
+
+The kernel finds nodes in the middle of sides that run around an aerofoil's rounded edge by
+iteration on the surface, and not always half-way. There they must be for a quadratic element's side
+to be the parabola that rounds the edge.
+"""
 
 from dataclasses import replace
 from typing import Any
@@ -7,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from vanelock.common.cyclic import turn
+from vanelock.common.cyclic import rotation, turn
 from vanelock.common.errors import InputError
 from vanelock.mesh.checks.dimensions import check_vane
 from vanelock.mesh.checks.fillets import check_resolved
@@ -16,10 +21,12 @@ from vanelock.mesh.checks.tetrahedra import valid
 from vanelock.mesh.contact.patch_means import hook_averages, interlock_averages
 from vanelock.mesh.contact.patches import hook_overlap
 from vanelock.mesh.generate import occ_solids
-from vanelock.mesh.generate.aerofoils.edge_nodes import half_way
-from vanelock.mesh.generate.aerofoils.faces import divide_aerofoils
-from vanelock.mesh.generate.aerofoils.root_faces import divide_filleted
-from vanelock.mesh.generate.aerofoils.solids import aerofoil_solids, remove_strays
+from vanelock.mesh.generate.aerofoils import (
+    aerofoil_solids,
+    divide_aerofoils,
+    divide_filleted,
+    remove_strays,
+)
 from vanelock.mesh.generate.extract import MeshArrays, along, generate, nearest, nodes_on, place
 from vanelock.mesh.geometry import aerofoil, contact_places, root_fillet
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
@@ -27,6 +34,39 @@ from vanelock.mesh.geometry.element_size import HOOKS, element_size, of_vane
 from vanelock.mesh.geometry.revolved import hooks_outline, inner_shroud_outline
 from vanelock.mesh.gmsh_session import session
 from vanelock.mesh.part import Part
+
+TRIANGLE6 = 9  # gmsh's number of the element type
+_SIDES = [(0, 1), (1, 2), (2, 0)]
+
+
+def half_way(gmsh: Any, mesh: MeshArrays, vane: VaneDimensions, sectors: int) -> MeshArrays:
+    """The mesh with those nodes half-way around."""
+    points = mesh.points.copy()
+    for _, tag in gmsh.model.getEntities(2):
+        _, tags = gmsh.model.mesh.getElementsByType(TRIANGLE6, tag)
+        triangles = mesh.number(tags).reshape(-1, 6)
+        for angle in aerofoil.angles(vane, sectors):
+            found = _on_edge(mesh, vane, triangles, rotation(angle))
+            if found is not None:
+                points[triangles[:, 3:].ravel()] = found
+    return replace(mesh, points=points)
+
+
+def _on_edge(
+    mesh: MeshArrays, vane: VaneDimensions, triangles: NDArray[np.int64], turn: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Middles (3t, 3) of the triangles' sides, if they cover a rounded edge of this aerofoil."""
+    axis = np.array([0.0, 0.0, vane.hook.mid_plane])
+    corners = (mesh.points[triangles[:, :3]].reshape(-1, 3) - axis) @ turn
+    for number in (0, 1):
+        aside = aerofoil.on_rounding(vane, corners, number)
+        if aside is not None:
+            along, round_ = (
+                v.reshape(-1, 3)[:, _SIDES].mean(axis=2) for v in (corners[:, 0], aside)
+            )
+            middles = aerofoil.rounding(vane, along.ravel(), round_.ravel(), number)
+            return np.asarray(middles @ turn.T + axis)
+    return None
 
 
 def vane_segment(

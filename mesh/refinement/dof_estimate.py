@@ -7,8 +7,7 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.mesh.checks.fillets import check_resolved
 from vanelock.mesh.checks.root_fillets import filleted
-from vanelock.mesh.generate.aerofoils.faces import ROUND, divisions
-from vanelock.mesh.generate.aerofoils.root_faces import arc_rows
+from vanelock.mesh.generate.aerofoils import ROUND, arc_rows, divisions
 from vanelock.mesh.generate.bosses import check_meshable
 from vanelock.mesh.generate.stretch import checked_stretch
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions

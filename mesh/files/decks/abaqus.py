@@ -4,13 +4,186 @@ meshio's own reader of this format drops the nodes' numbers, the sets of `*NODE`
 all but the last block of a set given in several.
 """
 
+import re
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.mesh.files.decks.abaqus_keywords import Line, keywords
-from vanelock.mesh.files.decks.abaqus_mesh import Deck, nodes_of_type, resolved
 from vanelock.mesh.files.decks.numbers import counted, real, span, whole
-from vanelock.mesh.files.raw import RawMesh
+from vanelock.mesh.files.raw import CellBlock, Integers, RawMesh, distinct
+
+# A solid's name ends in letters for its formulation, which do not change its nodes.
+_SOLIDS = {
+    "C3D4": ("tetra", 4),
+    "C3D10": ("tetra10", 10),
+    "C3D8": ("hexahedron", 8),
+    "C3D20": ("hexahedron20", 20),
+    "C3D27": ("hexahedron27", 27),
+    "C3D6": ("wedge", 6),
+    "C3D15": ("wedge15", 15),
+    "C3D5": ("pyramid", 5),
+}
+_MARKS = re.compile(r"(S|STRI|SFM3D|M3D|CPS|CPE|R3D|T3D|T2D)\d")
+"""Elements that without a section have no stiffness."""
+_FLAT = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}
+# Corners of the faces S1, S2, ... of a tetrahedron and of a hexahedron (Abaqus Analysis User's
+# Guide, Three-dimensional solid element library).
+_FACES: dict[str, list[tuple[int, ...]]] = {
+    "tetra": [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)],
+    "hexah": [(0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)],
+}
+
+
+@dataclass
+class Deck:
+    """What a deck's keywords list, sets inside sets still by name.
+
+    Attributes
+    ----------
+    source : str
+        What errors call the file.
+    numbers, places : list
+        Nodes.
+    elements : dict of str to (list of int, list of list of int)
+        Numbers and nodes of the elements of each type.
+    node_sets, element_sets : dict of str to list
+        Members: numbers, or the name of another set; "elements X" are the nodes of set X.
+    surfaces : dict of str to list of (str, str)
+        Element or set of elements, and its face.
+    sections : list of str
+        Sets of elements that a section gives stiffness or mass.
+    instances : int
+        How many parts the assembly has.
+    listed : int
+        Members of all ranges of the sets.
+    """
+
+    source: str
+    numbers: list[int] = field(default_factory=list)
+    places: list[tuple[float, float, float]] = field(default_factory=list)
+    elements: dict[str, tuple[list[int], list[list[int]]]] = field(default_factory=dict)
+    node_sets: dict[str, list[str | Integers]] = field(default_factory=dict)
+    element_sets: dict[str, list[str | Integers]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
+    sections: list[str] = field(default_factory=list)
+    instances: int = 0
+    listed: int = 0
+
+
+def nodes_of_type(name: str) -> int | None:
+    """Nodes of an element, None where its name does not say; it then ends with its line."""
+    solid = _solid(name)
+    return solid[1] if solid else None
+
+
+def _solid(name: str) -> tuple[str, int] | None:
+    found = re.fullmatch(r"D?(C3D\d+)[A-Z]*", name)
+    return _SOLIDS.get(found[1]) if found else None
+
+
+def resolved(deck: Deck) -> RawMesh:
+    """Numbers for the names of sets inside sets, blocks for the elements."""
+    raw = RawMesh(
+        deck.source,
+        np.array(deck.numbers, np.int64),
+        np.array(deck.places, float).reshape(-1, 3),
+    )
+    for name, (numbers, nodes) in deck.elements.items():
+        by_count: dict[int, tuple[list[int], list[list[int]]]] = {}
+        for number, own in zip(numbers, nodes, strict=True):
+            both = by_count.setdefault(len(own), ([], []))
+            both[0].append(number)
+            both[1].append(own)
+        for count, (some, tables) in by_count.items():
+            solid = _solid(name)
+            kind = solid[0] if solid else _mark(name, count)
+            raw.blocks.append(CellBlock(kind, np.array(some, np.int64), np.array(tables, np.int64)))
+    for name in deck.element_sets:
+        raw.element_sets[name] = distinct(_members(deck, name, deck.element_sets, ()))
+    stiff = [raw.element_sets[name] for name in deck.sections if name in raw.element_sets]
+    for name, (numbers, _) in deck.elements.items():
+        if not _solid(name) and stiff and (count := np.isin(numbers, np.concatenate(stiff)).sum()):
+            raw.unread[name] += int(count) if _MARKS.match(name) else 0
+    nodes_of = _ElementNodes(raw.blocks)
+    for name in deck.node_sets:
+        raw.node_sets[name] = distinct(_members(deck, name, deck.node_sets, (), nodes_of))
+    for name, faces in deck.surfaces.items():
+        found = [own for what, face in faces for own in _faces(raw, nodes_of, what, face)]
+        if found:
+            raw.face_sets[name] = found
+    return raw
+
+
+def _mark(name: str, count: int) -> str:
+    """Shells, membranes and rods can mark faces and lines; anything else keeps the file's name."""
+    return {**_FLAT, 2: "line"}.get(count, name) if _MARKS.match(name) else name
+
+
+class _ElementNodes:
+    """Looks up where an element is."""
+
+    def __init__(self, blocks: list[CellBlock]) -> None:
+        self.blocks = blocks
+        self.place = {
+            int(number): (b, i)
+            for b, block in enumerate(blocks)
+            for i, number in enumerate(block.numbers)
+        }
+
+    def of(self, numbers: Integers) -> list[tuple[CellBlock, Integers]]:
+        """Block and nodes of each element that exists."""
+        places = [self.place[int(n)] for n in numbers if int(n) in self.place]
+        return [(self.blocks[b], np.asarray(self.blocks[b].nodes[i])) for b, i in places]
+
+
+def _members(
+    deck: Deck,
+    name: str,
+    sets: dict[str, list[str | Integers]],
+    above: tuple[str, ...],
+    nodes_of: "_ElementNodes | None" = None,
+) -> Integers:
+    if name in above:
+        raise InputError(f"{deck.source}: the set {name} contains itself")
+    found = [np.empty(0, np.int64)]
+    for entry in sets[name]:
+        if not isinstance(entry, str):
+            found.append(entry)
+        elif entry.startswith("elements ") and nodes_of is not None:
+            which = entry.removeprefix("elements ")
+            if which not in deck.element_sets:
+                raise InputError(f"{deck.source}: the set {name} names an absent set {which}")
+            elements = _members(deck, which, deck.element_sets, ())
+            found += [nodes for _, nodes in nodes_of.of(elements)]
+        elif entry.rpartition(".")[2] in sets:
+            inner = entry.rpartition(".")[2]
+            found.append(_members(deck, inner, sets, (*above, name), nodes_of))
+        else:
+            raise InputError(f"{deck.source}: the set {name} names an absent set {entry}")
+    return np.concatenate(found)
+
+
+def _faces(raw: RawMesh, nodes_of: _ElementNodes, what: str, face: str) -> list[Integers]:
+    """Corner nodes of one line of a surface; none where its face is not one of a solid."""
+    what = what.rpartition(".")[2]
+    if what.isdigit():
+        elements = np.array([int(what)])
+    elif what in raw.element_sets:
+        elements = raw.element_sets[what]
+    else:
+        raise InputError(f"{raw.source}: a surface names an absent element set {what}")
+    found = []
+    for block, nodes in nodes_of.of(elements):
+        if block.cell_type.startswith(("triangle", "quad")) and face in ("", "SPOS", "SNEG"):
+            found.append(nodes[: 3 if block.cell_type.startswith("triangle") else 4])
+        corners = _FACES.get(block.cell_type[:5], [])
+        number = int(face[1:]) if re.fullmatch(r"S\d", face) else 0
+        if 1 <= number <= len(corners):
+            found.append(nodes[list(corners[number - 1])])
+    return found
+
 
 _REFUSED = ("INCLUDE", "SYSTEM", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.mesh.checks.aerofoils import _gap
+from vanelock.mesh.checks.dimensions import _gap
 
 
 @pytest.mark.parametrize("step", [0.5, 1.5, 2.5, 4.0])

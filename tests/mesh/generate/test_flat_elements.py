@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.mesh.generate.flat_elements import level
+from vanelock.mesh.generate.mesher import level
 from vanelock.mesh.gmsh_session import session
 
 A, B, C, D, E = range(1, 6)

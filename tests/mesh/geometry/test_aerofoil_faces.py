@@ -6,7 +6,7 @@ import pytest
 from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions, vane_segment
 from vanelock.mesh.geometry import aerofoil
-from vanelock.mesh.geometry.aerofoil_faces import aerofoil_faces
+from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 
 STRAIGHT = VaneDimensions(aerofoils=2, twist=0.0, lean=0.0, root_fillet=0.0)
 

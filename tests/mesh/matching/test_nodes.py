@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vanelock.mesh.matching.nodes import mates
+from vanelock.mesh.matching.pairing import mates
 
 
 def test_two_nodes_cannot_share_a_mate():

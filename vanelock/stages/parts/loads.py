@@ -28,7 +28,7 @@ from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.files.nodal_field import nodal_field
-from vanelock.mesh.geometry.aerofoil_faces import aerofoil_faces
+from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component, Force, System, rest_loads

@@ -8,8 +8,7 @@ import pytest
 from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions, quality, vane_segment
-from vanelock.mesh.generate.aerofoils.faces import divisions
-from vanelock.mesh.generate.aerofoils.root_faces import arc_rows, divide_filleted
+from vanelock.mesh.generate.aerofoils import arc_rows, divide_filleted, divisions
 from vanelock.mesh.generate.vane import vane_solid
 from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.root_fillet import feet, strips

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock.common.cyclic import rotation
 from vanelock.mesh import VaneDimensions, quality, vane_segment
-from vanelock.mesh.generate.aerofoils.faces import divisions
+from vanelock.mesh.generate.aerofoils import divisions
 from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.element_size import SLENDER
 

@@ -1,1 +1,0 @@
-"""Aerofoils as solids, and the nodes that are prescribed on their faces."""
