@@ -84,6 +84,16 @@ class ExcitedModes:
         amplitudes[far] = left / self._diagonal[far, None]
         return amplitudes, self.s * forces[-1] if self._held else np.zeros(count, complex)
 
+    def by_push(self) -> Array:
+        """(n,) by which the force Λ follows modal forces."""
+        last = np.zeros(len(self._near) + len(self._see), complex)
+        last[-1] = self.s
+        found = la.lu_solve(self._factors, last, trans=1, check_finite=False)
+        row = np.empty(len(self._diagonal), complex)
+        row[self._near] = found[: len(self._near)]
+        row[self._far] = -found[len(self._near) :] @ self._answer
+        return row
+
     def columns(self, stiffness: Floats, wanted: NDArray[np.int64]) -> Array:
         """Columns of R̂, (k, 3c), of the wanted (k,) components."""
         moved = self.solve(self.modes.pull[:, wanted])[0]
@@ -172,11 +182,14 @@ class HeldVibration:
             force = complex(needed[0]) if h == 1 else force
         return amplitudes, force
 
-    def force(self, amplitude: float, w: Floats) -> complex:
-        """Λ, kg^½ m/s², linear in a and w together."""
-        first = to_complex(w.reshape(-1, w.shape[2])[:, :3])[1] * self.structure.stiffness
-        push = self.excited[0].modes.pull @ first
-        return complex(self.excited[0].solve(push[:, None])[1][0]) + amplitude * self._unit[1]
+    @cached_property
+    def force_rates(self) -> tuple[Array, complex]:
+        """Derivatives of Λ by w, (c, 3, 2H + 1) complex, and by a; it is linear in both."""
+        first, prepared = self.excited[0], self.structure
+        by_first = (first.by_push() @ first.modes.pull) * prepared.stiffness
+        rates = np.zeros((len(by_first), 2 * prepared.harmonics + 1), complex)
+        rates[:, 1], rates[:, 2] = by_first, 1j * by_first
+        return rates.reshape(-1, 3, rates.shape[1]), self._unit[1]
 
     def rates(self, amplitudes: Sequence[Array]) -> list[tuple[Floats, complex]]:
         """Derivatives of u (c, 3, 2H + 1) and of Λ by ω and by ξ, at fixed a and w."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.continuation.arc_length import ArcStep, Tangent, tangent_at
+from vanelock.nonlinear.continuation.path import PathPoint, Tangent, tangent_at
 from vanelock.nonlinear.newton.newton import TOLERANCE, CuttingPlane, Family, Solution, solve
 
 Floats = NDArray[np.float64]
@@ -40,8 +40,8 @@ class Located:
 
 def locate(
     family: Family,
-    before: ArcStep,
-    after: ArcStep,
+    before: PathPoint,
+    after: PathPoint,
     measure: Measure,
     values: tuple[float, float],
     tolerance: float = TOLERANCE,

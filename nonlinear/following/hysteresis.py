@@ -19,16 +19,22 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.continuation.arc_length import SHORTEST, ArcStep, Tangent, path, tangent_at
+from vanelock.nonlinear.continuation.arc_length import APART, land, polished
 from vanelock.nonlinear.continuation.events import locate
-from vanelock.nonlinear.continuation.families import fixed
+from vanelock.nonlinear.continuation.path import (
+    SHORTEST,
+    PathPoint,
+    SolutionPath,
+    Tangent,
+    tangent_at,
+)
 from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.newton import Family, Solution, scales, solve
+from vanelock.nonlinear.newton.newton import Family, Solution, scales
 from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
@@ -37,10 +43,10 @@ Progress: TypeAlias = Callable[[int, int, float, float], None]
 LONGEST = 1 / 40
 """Longest step of a path with one contact, relative to the range; several add up in quadrature."""
 LIMIT = 4000  # points of a path
+
+
 BEND = 3.0
 """Longest way between two points of a path by way of a third one, relative to the straight one."""
-APART = 1e-6
-"""Difference of two states, relative to the stuck response, beyond which they are not the same."""
 
 
 @dataclass(frozen=True)
@@ -231,8 +237,8 @@ def followed(
         return float(tangent.orientation / np.hypot(np.linalg.norm(tangent.z * scale) * span, 1.0))
 
     places: list[Place] = []
-    before: ArcStep | None = None
-    for step in path(family, begun, end, LONGEST * sqrt(len(begun.w))):
+    before: PathPoint | None = None
+    for step in SolutionPath(family, begun, end, LONGEST * sqrt(len(begun.w))):
         reached = step.solution
         if before is not None and step.rate * before.rate < 0:
             fold = fold_between(family, before, step, turning, tolerance)
@@ -241,10 +247,11 @@ def followed(
             else:
                 places.append(fold)
         if (reached.parameter - end) * span >= 0 and before is not None:
-            landed = land(family, before.solution, reached, end, tolerance)
-            if landed is None:
+            landed = land(family, before.solution, reached, end, tolerance, BEND)
+            if not landed.converged:
                 return places, "it goes on, but no solution was found at the highest frequency"
-            return [*places, landed], ""
+            tangent = tangent_at(family, landed)
+            return [*places, Place(landed, tangent.orientation if tangent else 0.0)], ""
         exact = polished(family, step, tolerance)
         total = replace(exact, iterations=exact.iterations + step.solution.iterations)
         places.append(Place(total, step.tangent.orientation))
@@ -261,19 +268,10 @@ def followed(
     return places, f"no next point was found, not even {SHORTEST:.1%} of the amplitude further on"
 
 
-def polished(family: Family, step: ArcStep, tolerance: float) -> Solution:
-    """A point of the path, to the tolerance; not converged where that is not reached."""
-    rough = step.solution
-    found = solve(family, rough.w, rough.parameter, step.plane, tolerance)
-    if found.converged:
-        return found
-    return replace(rough, converged=rough.residual <= tolerance)
-
-
 def fold_between(
     family: Family,
-    before: ArcStep,
-    after: ArcStep,
+    before: PathPoint,
+    after: PathPoint,
     turning: Callable[[Solution, Tangent], float],
     tolerance: float,
 ) -> Place:
@@ -290,21 +288,3 @@ def fold_between(
         key=lambda step: np.sign(before.rate) * step.solution.parameter,
     )
     return Place(replace(outer.solution, converged=False), 0.0, True)
-
-
-def land(family: Family, a: Solution, b: Solution, end: float, tolerance: float) -> Place | None:
-    """The point of the path at its end, between two of its points.
-
-    None where what is found lies aside, by more than a path may bend between two points.
-    """
-    share = (end - a.parameter) / (b.parameter - a.parameter)
-    held = fixed(family.at(end), family.law(end))
-    chord = np.linalg.norm(b.w - a.w) + APART * np.linalg.norm(b.w)
-    for start in (a.w + share * (b.w - a.w), b.w, a.w):
-        found = solve(held, start, 0.0, tolerance=tolerance)
-        way = np.linalg.norm(found.w - a.w) + np.linalg.norm(found.w - b.w)
-        if found.converged and way <= BEND * chord:
-            found = replace(found, omega=end, parameter=end)
-            tangent = tangent_at(family, found)
-            return Place(found, tangent.orientation if tangent else 0.0)
-    return None

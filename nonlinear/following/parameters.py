@@ -17,8 +17,8 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated
 from vanelock.nonlinear.contact.law import Deviation, Law
-from vanelock.nonlinear.continuation.arc_length import tangent_at
 from vanelock.nonlinear.continuation.families import Frictions, Loads
+from vanelock.nonlinear.continuation.path import tangent_at
 from vanelock.nonlinear.forced_response.linear_response import closed_contacts
 from vanelock.nonlinear.forced_response.options import PreparedSystem, check_option
 from vanelock.nonlinear.forced_response.static_mean import static_part

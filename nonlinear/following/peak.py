@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
-from vanelock.nonlinear.continuation.arc_length import Tangent, path, tangent_at
 from vanelock.nonlinear.continuation.events import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.continuation.path import SolutionPath, Tangent, tangent_at
 from vanelock.nonlinear.forced_response.response import amplitude_and_slope
 from vanelock.nonlinear.fourier.trigonometric import to_complex
-from vanelock.nonlinear.newton.newton import Solution, solve
+from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.nonlinear.newton.preconditioner import Kept
 
 Floats = NDArray[np.float64]
@@ -28,8 +28,6 @@ Complex = NDArray[np.complex128]
 
 CONDITION = 1e-8
 """Distance from the peak, in its half-widths, that counts as converged."""
-FINE = 1e-13
-"""Residual that a solution should have for its slope to be that exact."""
 LIMIT = 25
 LOWER = 1e-6
 """How much lower, relatively, than its neighbours on the path a peak may be found."""
@@ -103,20 +101,12 @@ class Resonance:
         return amplitude_and_slope(*q)
 
     def read(self, omega: float, start: Floats, kept: Kept | None = None) -> Reading | None:
-        """Solve at a frequency, rad/s; None if that fails.
-
-        Slopes near zero want solutions better than others do: one more step where it may help.
-        """
+        """Solve at a frequency, rad/s; None if that fails."""
         balance = self.family.at(omega)
         held = fixed(balance, self.family.friction)
-        found = solve(held, start, 0.0, tolerance=self.tolerance, kept=kept)
+        found = refined(held, start, 0.0, tolerance=self.tolerance, kept=kept)
         if not found.converged:
             return None
-        if found.residual > FINE:
-            again = solve(held, found.w, 0.0, None, FINE, 1, found.kept)
-            if again.residual < found.residual:
-                spent = found.iterations + again.iterations
-                found = replace(again, converged=True, iterations=spent)
         return self.reading(replace(found, parameter=omega), balance)
 
     def reading(self, solution: Solution, balance: Balance | None = None) -> Reading | None:
@@ -197,7 +187,7 @@ class Resonance:
             return float(course * tangent.orientation * slope / size)
 
         scale = width / max(np.abs(first.solution.u).max(initial=0.0), np.finfo(float).tiny)
-        for count, step in enumerate(path(self.family, begun, target, 0.2)):
+        for count, step in enumerate(SolutionPath(self.family, begun, target, 0.2)):
             spent += step.solution.iterations
             turned = course
             course = float(np.sign(step.rate) * step.tangent.orientation)

@@ -1,10 +1,10 @@
 """The linearised balance P = I - (dW/du) R̂, solved directly or, where it is large, by GMRES.
 
 Along a path of solutions the parameter is one more unknown, and the plane across the path one more
-equation:
+equation; a mode has two more of each. Such a border of k unknowns p and equations is
 
-    [ P    -r ] [ dw ]   [ gap      ]
-    [ nᵀ    c ] [ dp ] = [ distance ],      r = dW/dp.
+    [ P    -r ] [ dw ]   [ gap ]
+    [ nᵀ    c ] [ dp ] = [ g   ],      r = dW/dp,      n = dg/dw,      c = dg/dp.
 """
 
 from dataclasses import dataclass
@@ -34,25 +34,31 @@ Floats = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
+IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for rounding
 
 
 @dataclass(frozen=True)
 class Border:
-    """The unknown parameter, and the plane that it is looked for on.
+    """k unknowns beside w, and as many equations.
 
     Attributes
     ----------
-    rate : (n,) float
+    rate : (k, n) float
         dW/dp.
-    normal : (n,) float
-        Of the plane.
-    corner : float
-        Its normal's last component.
+    normal : (k, n) float
+        dg/dw, of a plane its normal.
+    corner : (k, k) float
+        dg/dp.
     """
 
     rate: Floats
     normal: Floats
-    corner: float
+    corner: Floats
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns k."""
+        return len(self.corner)
 
 
 @dataclass(frozen=True)
@@ -87,13 +93,13 @@ class Linearised(Protocol):
         """What later ones may start from."""
 
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:
-        """(dw, dp) for gaps (n,) or, with a border, (n + 1,); None where it is singular."""
+        """(dw, dp) for gaps (n,) or, with a border, (n + k,); None where it is singular."""
 
     def merit(self, gap: Floats) -> float:
         """Size of a gap as a step: about ‖P⁻¹ gap‖."""
 
     def orientation(self) -> float:
-        """Sign of det P, after a solution."""
+        """Sign of the determinant, border and all, after a solution."""
 
 
 def _distinct(ascending: Rows) -> tuple[Rows, Rows]:
@@ -105,6 +111,8 @@ def _distinct(ascending: Rows) -> tuple[Rows, Rows]:
 
 def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
     """P = I - (dW/du) R̂ on the given components of w."""
+    if not len(rows):
+        return np.zeros((0, 0))
     m = deviation.w.shape[2]
     component, k = rows // m, rows % m
     wanted, place = _distinct(component)
@@ -133,9 +141,14 @@ class Direct:
         matrix = newton_matrix(balance, deviation, rows)
         self.unknowns = rows
         if border is not None:
-            column = -border.rate[rows][:, None]
-            matrix = np.block([[matrix, column], [border.normal[rows], border.corner]])
-            self.unknowns = np.append(rows, deviation.w.size)
+            column = -border.rate[:, rows].T
+            matrix = np.block([[matrix, column], [border.normal[:, rows], border.corner]])
+            self.unknowns = np.append(rows, deviation.w.size + np.arange(border.count))
+        # A slider's mean place that neither a spring nor the structure holds is left where it is.
+        size = np.abs(matrix)
+        held = np.maximum(size.max(axis=0, initial=0.0), size.max(axis=1, initial=0.0)) > IDLE
+        if not held.all():
+            matrix, self.unknowns = matrix[np.ix_(held, held)], self.unknowns[held]
         self.weight = weight
         self.kept = kept
         factors, pivots, info = dgetrf(matrix)
@@ -160,7 +173,7 @@ class Direct:
         return float(np.linalg.norm(self._apply(gap) * self.weight))
 
     def orientation(self) -> float:
-        """Sign of det P."""
+        """Sign of the determinant."""
         diagonal, pivots = np.diagonal(self.factors[0]), self.factors[1]
         swaps = np.count_nonzero(pivots != np.arange(len(pivots)))
         return float(np.prod(np.sign(diagonal)) * (-1.0) ** swaps)
@@ -188,7 +201,10 @@ class Iterative(Preconditioned):
         self.slope = slope_of(deviation, contacts)
         self.components = self.slope.components
         self.entries = (self.components[:, None] * self.m + np.arange(self.m)).reshape(-1)
-        self.places = self.entries if border is None else np.append(self.entries, self.size)
+        self.places = self.entries
+        if border is not None:
+            self.places = np.append(self.entries, self.size + np.arange(border.count))
+            self.rate, self.normal = border.rate[:, self.entries], border.normal[:, self.entries]
         self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
         basis = kept.basis if isinstance(kept, KeptBasis) else strong_directions(balance, stiffness)
@@ -202,14 +218,13 @@ class Iterative(Preconditioned):
             self.factors = dgetrf(self._bordered(kept.matrix))[:2]
 
     def _bordered(self, matrix: Floats) -> Floats:
-        """The small matrix with the parameter as one more unknown."""
+        """The small matrix with the border's unknowns."""
         assert self.border is not None
-        rate = self.border.rate[self.entries].reshape(-1, self.m)
-        normal = self.border.normal[self.entries].reshape(-1, self.m)
-        row = gathered(self.basis, self.slope.transposed(normal))
-        corner = float(np.vdot(normal, rate)) + self.border.corner
-        column = -seen(self.basis, rate)[:, None]
-        return np.block([[matrix, column], [row, corner]])
+        forms = (self.slope.transposed(each.reshape(-1, self.m)) for each in self.normal)
+        row = np.array([gathered(self.basis, each) for each in forms])
+        corner = self.normal @ self.rate.T + self.border.corner
+        column = [-seen(self.basis, each.reshape(-1, self.m)) for each in self.rate]
+        return np.block([[matrix, np.array(column).T], [row, corner]])
 
     def _receptance(self, x: Floats) -> Floats:
         """R̂ x on these contacts, (3a, m)."""
@@ -226,13 +241,13 @@ class Iterative(Preconditioned):
 
     def _operator(self, y: Floats) -> Floats:
         """P, bordered, on the entries of these contacts."""
-        x = y[: len(self.entries)].reshape(-1, self.m)
+        count = len(self.entries)
+        x = y[:count].reshape(-1, self.m)
         top = (x - self.slope(self._receptance(x))).reshape(-1)
         if self.border is None:
             return top
-        top -= self.border.rate[self.entries] * y[-1]
-        bottom = self.border.normal[self.entries] @ y[:-1] + self.border.corner * y[-1]
-        return np.append(top, bottom)
+        top -= y[count:] @ self.rate
+        return np.append(top, self.normal @ y[:count] + self.border.corner @ y[count:])
 
     def _precondition(self, y: Floats) -> Floats:
         """(I - J L M)⁻¹, bordered."""
@@ -240,21 +255,21 @@ class Iterative(Preconditioned):
         x = y[:count].reshape(-1, self.m)
         right = seen(self.basis, x)
         if self.border is not None:
-            normal = self.border.normal[self.entries]
-            right = np.append(right, y[-1] - normal @ y[:-1])
+            right = np.append(right, y[count:] - self.normal @ y[:count])
         small = dgetrs(*self.factors, right)[0]
-        inner = small if self.border is None else small[:-1]
+        inner = small[: len(self.kept.matrix)]
         moved = self.slope(spread_out(self.basis, inner, self.m))
         out = y.copy()
         out[:count] += moved.reshape(-1)
         if self.border is not None:
-            out[:count] += self.border.rate[self.entries] * small[-1]
-            out[-1] = small[-1]
+            out[count:] = small[len(inner) :]
+            out[:count] += out[count:] @ self.rate
         return out
 
     def orientation(self) -> float:
         """Sign of det P = det(P M⁻¹) det M, M the preconditioner made at this very state."""
-        return float(np.linalg.slogdet(self.kept.matrix)[0]) * self._turned()
+        matrix = self.kept.matrix if self.border is None else self._bordered(self.kept.matrix)
+        return float(np.linalg.slogdet(matrix)[0]) * self._turned()
 
 
 def linearise(

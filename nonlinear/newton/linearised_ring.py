@@ -84,7 +84,9 @@ class LinearisedRing(Preconditioned):
         per_sector = components[:, None] * self.m + np.arange(self.m)
         every = 3 * count * self.m * np.arange(self.sectors)
         self.entries = (every[:, None] + per_sector.reshape(-1)).reshape(-1)
-        self.places = self.entries if border is None else np.append(self.entries, self.size)
+        self.places = self.entries
+        if border is not None:
+            self.places = np.append(self.entries, self.size + np.arange(border.count))
         self.kept: KeptRing | None = kept if isinstance(kept, KeptRing) else None
         if not (self.kept and self.kept.serves(contacts)):
             self.kept = self._made(contacts)
@@ -94,11 +96,11 @@ class LinearisedRing(Preconditioned):
             near, far = self._components(self.strong), self._components(~self.strong)
             self.coupling = np.ascontiguousarray(self.receptance[:, :, far[:, None], near])
         if border is not None and not self.singular:
-            self._rate = border.rate[self.entries]
-            self._normal = border.normal[self.entries]
-            self._led = self._alike(self._rate)
-            self._pivot = border.corner + float(self._normal @ self._led)
-            self.singular |= self._pivot == 0.0
+            self._rate = border.rate[:, self.entries]
+            self._normal = border.normal[:, self.entries]
+            self._led = np.array([self._alike(each) for each in self._rate])
+            self._pivot = border.corner + self._normal @ self._led.T
+            self.singular |= np.linalg.slogdet(self._pivot)[0] == 0.0
 
     def _made(self, contacts: Rows) -> KeptRing | None:
         """Inverses at this very state; None where one does not exist."""
@@ -156,21 +158,21 @@ class LinearisedRing(Preconditioned):
 
     def _operator(self, y: Floats) -> Floats:
         """P, bordered, on the entries of these contacts."""
-        x = y[: len(self.entries)].reshape(self.sectors, -1, self.m)
-        u = passed(self.receptance, x).reshape(self.sectors, self.a, 3 * self.m, 1)
-        top = y[: len(self.entries)] - (self.blocks @ u).reshape(-1)
+        x, p = np.split(y, [len(self.entries)])
+        u = passed(self.receptance, x.reshape(self.sectors, -1, self.m))
+        top = x - (self.blocks @ u.reshape(self.sectors, self.a, 3 * self.m, 1)).reshape(-1)
         if self.border is None:
             return np.asarray(top)
-        top -= self._rate * y[-1]
-        return np.append(top, self._normal @ y[:-1] + self.border.corner * y[-1])
+        return np.append(top - p @ self._rate, self._normal @ x + self.border.corner @ p)
 
     def _precondition(self, y: Floats) -> Floats:
         """The same of the ring of alike sectors, inverted."""
         if self.border is None:
             return self._alike(y)
-        ahead = self._alike(y[:-1])
-        parameter = (y[-1] - self._normal @ ahead) / self._pivot
-        return np.append(ahead + parameter * self._led, parameter)
+        x, p = np.split(y, [len(self.entries)])
+        ahead = self._alike(x)
+        moved = np.linalg.solve(self._pivot, p - self._normal @ ahead)
+        return np.append(ahead + moved @ self._led, moved)
 
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:
         """(dw, dp); None where the iteration does not get there."""
@@ -183,6 +185,7 @@ class LinearisedRing(Preconditioned):
         return super().merit(gap)
 
     def orientation(self) -> float:
-        """Sign of det P, as of `Iterative`: waves n and N - n are conjugate and do not count."""
+        """As of `Iterative`: waves n and N - n are conjugate and do not count."""
         assert self.kept is not None
-        return self.kept.sign * self._turned()
+        border = 1.0 if self.border is None else float(np.linalg.slogdet(self._pivot)[0])
+        return self.kept.sign * border * self._turned()

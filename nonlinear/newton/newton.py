@@ -6,11 +6,13 @@ the natural merit ‖P⁻¹r‖ with the current matrix P (Deuflhard), and never
 the kinks of the law, short steps stall where a long one that raises the residual passes.
 
 The balance may belong to a family, by frequency or load. Its parameter is then held, or free on a
-plane across the path of solutions, which is how arcs pass folds.
+plane across the path of solutions, which is how paths pass folds. A mode's problems have unknowns
+beside w, and equations for them.
 """
 
-from dataclasses import dataclass
-from typing import Protocol
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,8 @@ TOLERANCE = 1e-10
 ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers
 CARRIED = 1e8  # w over the largest scale beyond which rounding counts as what is left
 LENGTHS = (1.0, 0.5, 0.25, 0.125)
+FINE = 1e-13
+"""Residual that a solution should have, where rounding lets it, for what is derived from it."""
 
 
 class Family(Protocol):
@@ -41,6 +45,34 @@ class Family(Protocol):
 
     def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
         """Derivative of W to the parameter at fixed w, on the given components of w."""
+
+
+class Bordered(Family):
+    """A family with k unknowns y beside w, and k equations g = 0 for them."""
+
+    @property
+    @abstractmethod
+    def beside(self) -> Floats:
+        """The unknowns (k,) as they are."""
+
+    @property
+    @abstractmethod
+    def longest(self) -> Floats:
+        """(k,) what a step of Newton's iteration may change them by, at most."""
+
+    @abstractmethod
+    def with_beside(self, beside: Floats) -> Self:
+        """The same with the unknowns elsewhere."""
+
+    @abstractmethod
+    def left(self, parameter: float, w: Floats) -> Floats:
+        """What is left of the equations, g (k,), relative to what they are of."""
+
+    @abstractmethod
+    def border(
+        self, parameter: float, w: Floats, deviation: Deviation, rows: Rows
+    ) -> tuple[Border, Floats]:
+        """Derivatives by the unknowns, on the given components of w; and dg/dp (k,)."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +118,8 @@ class Solution:
         Error of the displacements by modes that count by their static part alone.
     continued : bool
         Whether it was reached from its neighbour by solutions that nowhere turned back.
+    beside : tuple of float
+        The family's other unknowns.
     """
 
     omega: float
@@ -100,6 +134,14 @@ class Solution:
     seconds: float = 0.0
     truncation: float = 0.0
     continued: bool = True
+    beside: tuple[float, ...] = ()
+
+
+def at_solution(family: Family, solution: Solution) -> Family:
+    """A family with its unknowns, if it has any, as a solution has them."""
+    if not isinstance(family, Bordered):
+        return family
+    return family.with_beside(np.array(solution.beside))
 
 
 def scales(linear: Floats) -> Floats:
@@ -140,12 +182,14 @@ def active_rows(w: Floats, deviation: Deviation) -> Rows:
 class _State:
     """One evaluation of the equations."""
 
+    family: Family
     w: Floats
     parameter: float
     balance: Balance
     u: Floats
     deviation: Deviation
-    gap: Floats  # (n,) or, on a plane, (n + 1,)
+    gap: Floats  # (n,) and, on a plane, 1 more, and one for each unknown beside
+    left: float  # of the equations of those
 
 
 def _evaluate(
@@ -162,7 +206,11 @@ def _evaluate(
     gap = (w - deviation.w).reshape(-1)
     if plane is not None:
         gap = np.append(gap, plane.distance(w, parameter))
-    return _State(w, parameter, balance, u, deviation, gap)
+    left = 0.0
+    if isinstance(family, Bordered):
+        others = family.left(parameter, w)
+        gap, left = np.append(gap, others), float(np.abs(others).max())
+    return _State(family, w, parameter, balance, u, deviation, gap, left)
 
 
 def solve(
@@ -175,7 +223,8 @@ def solve(
     kept: Kept | None = None,
 ) -> Solution:
     """Solve w = W(u(w)) from a start, at a parameter or on a plane."""
-    held = family.at(parameter) if plane is None else None
+    bordered = isinstance(family, Bordered)
+    held = family.at(parameter) if plane is None and not bordered else None
     state = _evaluate(family, start, parameter, held, plane)
     scale = scales(state.balance.linear)
     clean = np.where((state.deviation.w == 0) & (np.abs(start) <= tolerance * scale), 0.0, start)
@@ -184,6 +233,8 @@ def solve(
     weight = np.broadcast_to(1 / scale, start.shape).reshape(-1)
     if plane is not None:
         weight = np.append(weight, 1.0)
+    if isinstance(family, Bordered):
+        weight = np.append(weight, 1 / family.longest)
     active = np.zeros(start.size, bool)
     iteration = 0
     while True:
@@ -191,7 +242,7 @@ def solve(
         carried = np.abs(state.w).max(initial=0.0)
         reach = np.maximum(scale, ROUNDING * carried)
         gap = state.gap[: start.size].reshape(start.shape)
-        residual = float(np.abs(gap / reach).max(initial=0.0))
+        residual = max(float(np.abs(gap / reach).max(initial=0.0)), state.left)
         if carried > CARRIED * scale.max():  # nothing holds what flies so far
             residual = max(residual, float(np.finfo(float).eps * carried / scale.max()))
         if residual < tolerance or iteration == limit or not np.isfinite(residual):
@@ -199,7 +250,7 @@ def solve(
         active[active_rows(state.w, state.deviation)] = True
         exact = min(1e-2, max(0.1 * tolerance / residual, residual))
         rows = np.flatnonzero(active)
-        following = _step(family, state, rows, weight, exact, held, plane, kept)
+        following = _step(state, rows, weight, exact, held, plane, kept)
         if following is None:
             break
         state, kept = following
@@ -214,11 +265,51 @@ def solve(
         converged=residual < tolerance,
         deviation=state.deviation,
         kept=kept,
+        beside=tuple(state.family.beside.tolist()) if isinstance(state.family, Bordered) else (),
+    )
+
+
+def refined(
+    family: Family,
+    start: Floats,
+    parameter: float,
+    plane: CuttingPlane | None = None,
+    tolerance: float = TOLERANCE,
+    kept: Kept | None = None,
+) -> Solution:
+    """`solve`, and one more step where it may help: what is derived wants more than others do."""
+    found = solve(family, start, parameter, plane, tolerance, kept=kept)
+    if not found.converged or found.residual <= FINE:
+        return found
+    there = at_solution(family, found)
+    again = solve(there, found.w, found.parameter, plane, FINE, 1, found.kept)
+    if not again.residual < found.residual:
+        return found
+    return replace(again, converged=True, iterations=found.iterations + again.iterations)
+
+
+def _border(state: _State, rows: Rows, plane: CuttingPlane | None) -> Border | None:
+    """What is unknown beside w, and the equations of it."""
+    n, family = state.w.size, state.family
+    inner = by_parameter = None
+    if isinstance(family, Bordered):
+        inner, by_parameter = family.border(state.parameter, state.w, state.deviation, rows)
+    if plane is None:
+        return inner
+    rate = np.zeros((1, n))
+    rate[0, rows] = family.rate(state.parameter, state.w, state.deviation, rows)
+    normal, corner = plane.normal_w.reshape(1, -1), np.full((1, 1), plane.normal_parameter)
+    if inner is None or by_parameter is None:
+        return Border(rate, normal, corner)
+    none = np.zeros((1, inner.count))
+    return Border(
+        np.vstack([rate, inner.rate]),
+        np.vstack([normal, inner.normal]),
+        np.block([[corner, none], [by_parameter[:, None], inner.corner]]),
     )
 
 
 def _step(
-    family: Family,
     state: _State,
     rows: Rows,
     weight: Floats,
@@ -228,22 +319,25 @@ def _step(
     kept: Kept | None,
 ) -> tuple[_State, Kept | None] | None:
     """One damped Newton step; None where the matrix is singular."""
-    n, border = state.w.size, None
-    if plane is not None:
-        rate = np.zeros(n)
-        rate[rows] = family.rate(state.parameter, state.w, state.deviation, rows)
-        border = Border(rate, plane.normal_w.reshape(-1), plane.normal_parameter)
+    n, family = state.w.size, state.family
+    border = _border(state, rows, plane)
     stiffness = family.law(state.parameter).stiffness.reshape(-1)
     linear = linearise(state.balance, state.deviation, rows, weight, border, kept, stiffness)
     step = linear.solve(-state.gap, tolerance)
     if step is None:
         return None
+    others = slice(n + (plane is not None), None)
+    if isinstance(family, Bordered):
+        step = step / max(1.0, float(np.abs(step[others] / family.longest).max()))
     merit = linear.merit(state.gap)
     best: tuple[float, _State] | None = None
     for length in LENGTHS:
         w = state.w + length * step[:n].reshape(state.w.shape)
         parameter = state.parameter if plane is None else state.parameter + length * step[n]
-        trial = _evaluate(family, w, parameter, held, plane)
+        there = family
+        if isinstance(family, Bordered):
+            there = family.with_beside(family.beside + length * step[others])
+        trial = _evaluate(there, w, parameter, held, plane)
         reached = linear.merit(trial.gap)
         if best is None or not best[0] <= reached:
             best = (reached, trial)

@@ -22,13 +22,12 @@ from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.balance.held_vibration import HeldVibration
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.sampling import checked_samples
 from vanelock.nonlinear.continuation.globalisation import from_nothing
-from vanelock.nonlinear.following.modes.amplitudes import checked_amplitudes, followed
 from vanelock.nonlinear.following.modes.linear_start import LinearMode, linear_mode
-from vanelock.nonlinear.following.modes.mode_path import ModePath
-from vanelock.nonlinear.following.modes.mode_point import ModePoint, ModeSolver
+from vanelock.nonlinear.following.modes.mode import Mode, ModePath, ModePoint, checked_amplitudes
 from vanelock.nonlinear.forced_response.options import (
     HARMONICS,
     Options,
@@ -39,7 +38,7 @@ from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.newton import Solution
+from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
@@ -171,16 +170,17 @@ def damped_mode(
     system = turned(system, options, nodal_diameter)
     ready = prepared(system, options, modes)
     rest, linear = begun(ready, as_whole(mode, "mode"))
-    solver = solver_of(ready, rest, self_excitation == "all")
+    starting = mode_at_rest(ready, rest, linear, self_excitation == "all")
     first = BEGIN * linear.onset
     floor = first if np.isfinite(first) else 0.0
     if wanted is not None:
         first = min(first, float(wanted[0]))
     elif not np.isfinite(first):
         raise InputError("amplitudes: none given, and no contact can slip or open: needs a range")
-    path = ModePath(solver, smallest(solver, linear, rest, first), floor)
+    begin = smallest(starting, rest, first, options.tolerance)
+    path = ModePath(begin, options.tolerance, floor)
     points: list[ModePoint] = []
-    for point in followed(path, wanted, isinstance(amplitudes, tuple), linear.onset):
+    for point in path.through(wanted, isinstance(amplitudes, tuple), linear.onset):
         points.append(point)
         if progress is not None:
             progress(len(points), len(points) + 1, point.omega / TURN, point.amplitude)
@@ -262,27 +262,27 @@ def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
     return rest, linear
 
 
-def solver_of(ready: PreparedSystem, rest: Solution, everywhere: bool) -> ModeSolver:
-    """What solves points, about the mean at rest where static and dynamic balance are apart."""
+def mode_at_rest(
+    ready: PreparedSystem, rest: Solution, linear: LinearMode, everywhere: bool
+) -> Mode:
+    """A linear mode's vibration, about the mean at rest where that balance is apart."""
     mean = None if ready.options.coupling == "coupled" else rest.u[:, :, 0]
     made = ready.structure
-    law = ready.law(made.harmonics)
-    return ModeSolver(made, law, ready.options.tolerance, mean, everywhere)
+    held = HeldVibration(made, linear.shape, linear.omega, linear.xi, mean, everywhere)
+    return Mode(held, ready.law(made.harmonics))
 
 
-def smallest(solver: ModeSolver, linear: LinearMode, rest: Solution, amplitude: float) -> ModePoint:
+def smallest(mode: Mode, rest: Solution, amplitude: float, tolerance: float) -> ModePoint:
     """The mode's first point."""
-    held = solver.held(linear.shape, linear.omega, linear.xi)
-    w = np.zeros((*rest.w.shape[:2], 2 * solver.structure.harmonics + 1))
-    if solver.mean is None:
+    w = np.zeros((*rest.w.shape[:2], 2 * mode.held.structure.harmonics + 1))
+    if mode.held.mean is None:
         w[:, :, 0] = rest.w[:, :, 0]
     for smaller in (1.0, 0.1, 0.01, 1e-3):
-        plane = solver.given(smaller * amplitude)
-        found = solver.point(held, w, plane)
-        if found is not None:
-            return found
+        found = refined(mode, w, smaller * amplitude, tolerance=tolerance)
+        if found.converged:
+            return ModePoint(mode, found)
     raise InputError(
-        f"mode: no free vibration was found near {linear.omega / TURN:g} Hz at the small modal "
+        f"mode: no free vibration was found near {mode.held.omega / TURN:g} Hz at the small modal "
         f"amplitude {amplitude:g} to begin with"
     )
 

@@ -1,6 +1,7 @@
 """Where a quantity passes zero along a path, and where the path jumps instead."""
 
 import math
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -10,8 +11,8 @@ from tests.nonlinear.following.test_peak import jenkins
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation import events
-from vanelock.nonlinear.continuation.arc_length import path
 from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.continuation.path import SolutionPath
 from vanelock.nonlinear.newton.newton import solve
 
 
@@ -22,7 +23,7 @@ def test_a_quantity_that_jumps_is_located_unless_the_path_jumps(
     system = jenkins(force=3.0)
     family = Frequencies(structure(system, 1), contact_law(system.contacts, 1))
     begun = solve(family, np.zeros((1, 3, 3)), 0.9)
-    before, after, *_ = (step for step, _ in zip(path(family, begun, 1.2), range(2), strict=False))
+    before, after = islice(SolutionPath(family, begun, 1.2), 2)
     first, last = before.solution.parameter, after.solution.parameter
     middle = 0.3 * first + 0.7 * last
 

@@ -59,7 +59,7 @@ def random_state(seed: int, size: float, apart: float, sticks: bool = False) -> 
 
 def solver(state: RingState, border: Border | None = None) -> LinearisedRing:
     """What solves it."""
-    count = len(state.rows) + (border is not None)
+    count = len(state.rows) + (border.count if border else 0)
     made = linearise(
         state.balance, state.deviation, state.rows, np.ones(count), border, None, np.ones(1)
     )
@@ -67,16 +67,16 @@ def solver(state: RingState, border: Border | None = None) -> LinearisedRing:
     return made
 
 
-@pytest.mark.parametrize("bordered", [False, True])
+@pytest.mark.parametrize("bordered", [0, 1, 3])
 @pytest.mark.parametrize("seed", range(5))
-def test_solution_is_that_of_the_dense_matrix(seed: int, bordered: bool) -> None:
+def test_solution_is_that_of_the_dense_matrix(seed: int, bordered: int) -> None:
     state = random_state(seed, 3.0, 0.3)
     n, rng = len(state.rows), np.random.default_rng(seed)
     matrix, border = state.matrix, None
     if bordered:
-        rate, normal = rng.normal(size=(2, n))
-        border = Border(rate, normal, 0.3)
-        matrix = np.block([[matrix, -rate[:, None]], [normal, border.corner]])
+        rate, normal = rng.normal(size=(2, bordered, n))
+        border = Border(rate, normal, rng.normal(size=(bordered, bordered)))
+        matrix = np.block([[matrix, -rate.T], [normal, border.corner]])
     gap = rng.normal(size=len(matrix))
     expected = np.linalg.solve(matrix, gap)
     step = solver(state, border).solve(gap, 1e-11)
