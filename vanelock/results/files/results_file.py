@@ -17,8 +17,7 @@
                          estimates: errors of the monitored amplitude by point and source
                          lower: the Response in the other direction, where both were swept; this
                          one then is that of the higher peak. jumps, (j, 4): where it jumps
-                         <analysis>: what an analysis that is asked for found (analyses/): bounds,
-                         stability, settled, mistuning, wear, damped_modes/mode_<n>_nd_<k>
+                         <analysis>: what each analysis that is asked for found, see analyses/
                          answers: damping ratios, energy and fatigue margin at the peak
                          sensitivities: Sensitivities, by how much each key moves the peak, likewise
     /response/free, stuck
