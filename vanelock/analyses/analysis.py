@@ -30,7 +30,7 @@ P = TypeVar("P", bound=Product)
 
 
 @dataclass(frozen=True)
-class Share:
+class AnalysisPart:
     """One product of an analysis of a case, which has a step and a place of its own.
 
     Attributes
@@ -48,9 +48,9 @@ class Share:
     response: int = 0
 
 
-def one_part(given: "Given", keys: Any) -> Sequence[Share]:
+def one_part(given: "Given", keys: Any) -> Sequence[AnalysisPart]:
     """An analysis with one product."""
-    return (Share(),)
+    return (AnalysisPart(),)
 
 
 def _nothing(*given: Any) -> tuple[Any, ...]:
@@ -127,11 +127,11 @@ class Analysis(Generic[K, P]):
     title: str
     keys: type[K]
     product: Callable[[], type[P]]
-    compute: Callable[["SolvedCase", K, Share], P]
+    compute: Callable[["SolvedCase", K, AnalysisPart], P]
     table: str = ""
     scene_keys: "type[BaseModel] | None" = None
     asked: Callable[[K], bool] = lambda keys: True
-    parts: "Callable[[Given, K], Sequence[Share]]" = one_part
+    parts: "Callable[[Given, K], Sequence[AnalysisPart]]" = one_part
     combine: Callable[[Sequence[P]], Product] | None = None
     by_response: bool = False
     whole_ring: "Callable[[Given, K], bool]" = lambda given, keys: False
@@ -142,7 +142,7 @@ class Analysis(Generic[K, P]):
     places: "Callable[[Any], str]" = lambda product: ""
     summarise: "Callable[[Summary, Sequence[Any]], Summary]" = lambda summary, products: summary
     warnings: "Callable[[CaseResult, Sequence[Any]], Iterable[str]]" = _nothing
-    lines: "Callable[[Sequence[Any]], Beside]" = lambda products: Beside()
+    lines: "Callable[[Sequence[Any]], CurveExtras]" = lambda products: CurveExtras()
     states: "Callable[[CaseResult], Iterable[State]]" = _nothing
     state: str = ""
     reserve: str = ""
@@ -160,7 +160,7 @@ class Analysis(Generic[K, P]):
 
 
 @dataclass(frozen=True)
-class Beside:
+class CurveExtras:
     """What the figure of a case's response has beside its curves.
 
     Attributes

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, Beside, Share, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case, heads
@@ -111,7 +111,7 @@ def cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
     return CURVES * curve
 
 
-def compute(case: "SolvedCase", keys: BoundsKeys, part: Share) -> BoundedPeak:
+def compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> BoundedPeak:
     """Bounds of the peak of that sweep which finds the higher one."""
     if case.peak is None:
         return BoundedPeak(reason="no point converged")
@@ -148,12 +148,12 @@ def summarise(found: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
     return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH))
 
 
-def lines(products: Sequence[BoundedPeak]) -> Beside:
+def lines(products: Sequence[BoundedPeak]) -> CurveExtras:
     """Between which curves the response may lie."""
     (bounds,) = products
     if bounds.low is None or bounds.high is None:
-        return Beside()
-    return Beside(ends=(bounds.low, bounds.high))
+        return CurveExtras()
+    return CurveExtras(ends=(bounds.low, bounds.high))
 
 
 def states(case: "CaseResult") -> "Iterator[State]":

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.checked import Check
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
@@ -160,20 +160,20 @@ def cost(study: "Study", keys: DampedModeKeys, curve: float) -> float:
     return len(keys.modes or (0,)) * len(keys.nodal_diameters or (0,)) * curve
 
 
-def parts(given: "Given", keys: DampedModeKeys) -> Sequence[Share]:
+def parts(given: "Given", keys: DampedModeKeys) -> Sequence[AnalysisPart]:
     """One for each mode of each nodal diameter; without any, those of the excitation."""
     from vanelock.input.cases.values import ring_of
 
     N, order = ring_of(given)
     wave = order % N if 2 * (order % N) <= N else order % N - N
     return [
-        Share(f"mode {number} ND {k}", {"mode": number, "nodal_diameter": k})
+        AnalysisPart(f"mode {number} ND {k}", {"mode": number, "nodal_diameter": k})
         for k in keys.nodal_diameters or (wave,)
         for number in keys.modes or (given.response.mode,)
     ]
 
 
-def compute(case: "SolvedCase", keys: DampedModeKeys, part: Share) -> FollowedMode:
+def compute(case: "SolvedCase", keys: DampedModeKeys, part: AnalysisPart) -> FollowedMode:
     """One mode of one nodal diameter, with the harmonics of the peak."""
     number, k = part.inputs["mode"], part.inputs["nodal_diameter"]
     options, N = replace(case.options, direction=None), case.system.sectors

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
 from vanelock.analyses import damped_modes
-from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.cyclic import folded
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
@@ -93,12 +93,12 @@ def cost(study: "Study", keys: EnergyFrequencyKeys, curve: float) -> float:
     return damped_modes.cost(study, keys.of_modes, curve)
 
 
-def parts(given: "Given", keys: EnergyFrequencyKeys) -> Sequence[Share]:
+def parts(given: "Given", keys: EnergyFrequencyKeys) -> Sequence[AnalysisPart]:
     """One for each mode of each nodal diameter."""
     return damped_modes.parts(given, keys.of_modes)
 
 
-def compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: Share) -> EnergyFrequency:
+def compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
     """One mode of one nodal diameter."""
     from vanelock.quantities.contacts.energy import balance
 

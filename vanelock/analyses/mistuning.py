@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.checked import Check
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
@@ -184,12 +184,12 @@ def cost(study: "Study", keys: JointMistuningKeys, curve: float) -> float:
     return keys.count * study.ring.sectors * curve
 
 
-def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[Share]:
+def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[AnalysisPart]:
     """One for each ring."""
-    return [Share(f"ring {i + 1}", {"ring": i}) for i in range(keys.count)]
+    return [AnalysisPart(f"ring {i + 1}", {"ring": i}) for i in range(keys.count)]
 
 
-def compute(case: "SolvedCase", keys: JointMistuningKeys, part: Share) -> MistunedRing:
+def compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
     """One ring of a case."""
     from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step, whole_step
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.analyses.stability import StabilityKeys
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
@@ -71,7 +71,7 @@ class FollowedPeak(Product):
         )
 
 
-def compute(case: "SolvedCase", keys: StabilityKeys, part: Share) -> FollowedPeak:
+def compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> FollowedPeak:
     """What the ring does at the peak of a response, if its wave is unstable."""
     from vanelock.stages.response.solved import as_solved
 

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.analyses.analysis import Analysis, Share, analysable, asked_for
+from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Options, Response
@@ -155,7 +155,7 @@ def with_analyses(
     for analysis, keys in asked_for(analyses, given):
         parts = analysis.parts(given, keys)
         if analysis.by_response:
-            parts = [Share(response=i) for i in range(len(planned.responses))]
+            parts = [AnalysisPart(response=i) for i in range(len(planned.responses))]
         steps = tuple(_step(analysis, keys, each, planned, monitoring, count) for each in parts)
         pieces: tuple[Step[Any], ...] = ()
         if analysis.combine is not None:
@@ -171,7 +171,7 @@ def with_analyses(
 def _step(
     analysis: Analysis[Any, P],
     keys: Any,
-    part: Share,
+    part: AnalysisPart,
     planned: Planned,
     monitoring: Planned,
     count: Count,

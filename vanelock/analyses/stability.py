@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, Beside, Share, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
 
@@ -59,7 +59,7 @@ def cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
     return float(count * (SECONDS + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5))
 
 
-def compute(case: "SolvedCase", keys: StabilityKeys, part: Share) -> "nonlinear.Stability":
+def compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> "nonlinear.Stability":
     """Stability of a response: at its peak, or all along."""
     from vanelock.stages.response.solved import as_solved
 
@@ -118,10 +118,10 @@ def summarise(found: "Summary", products: "Sequence[nonlinear.Stability]") -> "S
     return replace(found, wave=verdict_at(products[0], found.peak.frequency))
 
 
-def lines(products: "Sequence[nonlinear.Stability]") -> Beside:
+def lines(products: "Sequence[nonlinear.Stability]") -> CurveExtras:
     """Where each curve is stable."""
     each = (zip(s.frequency.tolist(), s.verdict.tolist(), strict=True) for s in products)
-    return Beside(verdicts=tuple(map(dict, each)))
+    return CurveExtras(verdicts=tuple(map(dict, each)))
 
 
 def warnings(case: "CaseResult", products: "Sequence[nonlinear.Stability]") -> Iterator[str]:

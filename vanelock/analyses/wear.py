@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, Share, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -100,9 +100,9 @@ def cost(study: "Study", keys: WearKeys, curve: float) -> float:
     return len(keys.dwells) * curve
 
 
-def parts(given: "Given", keys: WearKeys) -> Sequence[Share]:
+def parts(given: "Given", keys: WearKeys) -> Sequence[AnalysisPart]:
     """One, which takes the wear coefficients."""
-    return (Share(inputs=_coefficients(given)),)
+    return (AnalysisPart(inputs=_coefficients(given)),)
 
 
 def _coefficients(given: "Given") -> dict[str, float]:
@@ -110,7 +110,7 @@ def _coefficients(given: "Given") -> dict[str, float]:
     return getattr(given, "wear_coefficients", {})
 
 
-def compute(case: "SolvedCase", keys: WearKeys, part: Share) -> WornCase:
+def compute(case: "SolvedCase", keys: WearKeys, part: AnalysisPart) -> WornCase:
     """Wear of a case over the cycles of its dwells."""
     if case.peak is None:
         return WornCase(reason="no point converged")
