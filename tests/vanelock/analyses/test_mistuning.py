@@ -1,4 +1,4 @@
-"""Rings of unlike segments as stages of a run: what they are, files, workers, what is refused."""
+"""Mistuned rings as stages of a run: what they are, files, workers, what is refused."""
 
 from pathlib import Path
 from types import SimpleNamespace
