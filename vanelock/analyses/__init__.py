@@ -7,11 +7,13 @@ from vanelock.analyses.bounds import BOUNDS
 from vanelock.analyses.damped_modes import DAMPED_MODES
 from vanelock.analyses.energy_frequency import ENERGY_FREQUENCY
 from vanelock.analyses.mistuning import MISTUNING
+from vanelock.analyses.preload_by_cause import PRELOAD_BY_CAUSE
 from vanelock.analyses.settled import SETTLED
 from vanelock.analyses.stability import STABILITY
 from vanelock.analyses.wear import WEAR
 
 ANALYSES: tuple[Analysis[Any, Any], ...] = (
+    PRELOAD_BY_CAUSE,
     BOUNDS,
     STABILITY,
     SETTLED,

@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
     from vanelock.input.cases.values import Given
     from vanelock.input.schema.study import Study
+    from vanelock.pipeline.step import Step
     from vanelock.quantities.case_result import CaseResult, State
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
+    from vanelock.stages.plan import Planned
     from vanelock.stages.response.summary import Summary
 
 ALLOWED = {"coupling": "coupled", "samples": None}
@@ -67,12 +69,14 @@ class Analysis(Generic[K, P]):
         Its product's name; and, without `table`, that of its table in the input files.
     title : str
         What it is of, in words.
-    keys : type
-        Its table in a study.
     product : callable
         To the type that one part of it gives, which may be the solver's.
+    keys : type or None
+        Its table in a study; None where nothing asks for it.
     compute : callable
         (case, keys, part) to a product.
+    step : callable
+        In place of it, a case's steps to a step that cases may share; None where there is none.
     table : str
         Table of another analysis that asks for it, too.
     scene_keys : type or None
@@ -125,9 +129,10 @@ class Analysis(Generic[K, P]):
 
     key: str
     title: str
-    keys: type[K]
     product: Callable[[], type[P]]
-    compute: Callable[["SolvedCase", K, AnalysisPart], P]
+    keys: type[K] | None = None
+    compute: Callable[["SolvedCase", K, AnalysisPart], P] | None = None
+    step: "Callable[[Planned], Step[P] | None] | None" = None
     table: str = ""
     scene_keys: "type[BaseModel] | None" = None
     asked: Callable[[K], bool] = lambda keys: True

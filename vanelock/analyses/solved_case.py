@@ -150,6 +150,10 @@ def with_analyses(
 ) -> Planned:
     """A case with the steps of all analyses that its file asks for."""
     given = planned.case.given
+    for analysis in analyses:
+        if analysis.step is not None and (shared := analysis.step(planned)) is not None:
+            analysed = {**planned.analyses, analysis.key: (shared,)}
+            planned = replace(planned, analyses=analysed)
     if not analysable(given):
         return planned
     for analysis, keys in asked_for(analyses, given):
@@ -177,7 +181,8 @@ def _step(
     count: Count,
 ) -> Step[P]:
     """One part of an analysis of a case."""
-    given, linear = planned.case.given, monitoring.linear
+    given, linear, solve = planned.case.given, monitoring.linear, analysis.compute
+    assert solve is not None
     own = given.response.model_dump(include={"harmonics", "friction", "direction"})
     inputs = {
         **keys.model_dump(),
@@ -185,11 +190,11 @@ def _step(
         **part.inputs,
         "response": {**own, "number": part.response if analysis.by_response else None},
         "monitor": given.outputs.monitor,
-        "code": content_digest(inspect.getfile(analysis.compute)),
+        "code": content_digest(inspect.getfile(solve)),
     }
 
     def compute(get: Callable[[Step[Any]], Any]) -> P:
-        return analysis.compute(SolvedCase(planned, monitoring, get, count), keys, part)
+        return solve(SolvedCase(planned, monitoring, get, count), keys, part)
 
     needs: list[Step[Any]] = [planned.system, *planned.responses, planned.linear.limits]
     needs += [linear.system, linear.responses["free"], planned.modes, *planned.meshes.values()]

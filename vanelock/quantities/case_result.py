@@ -14,7 +14,6 @@ from vanelock.quantities.run_result import Drawn
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.campbell.campbell import Campbell
-from vanelock.stages.parts.by_cause import LoadsByCause
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
@@ -60,8 +59,6 @@ class CaseResult:
         Estimated errors, with an accuracy.
     campbell : Campbell or None
         Its Campbell diagram, unless another case has the same.
-    by_cause : LoadsByCause or None
-        The joints' loads at rest, where other things than interference press them.
     answers : CaseAnswers or None
         Stresses, wear and energies at the peak, of a case that is looked into.
     """
@@ -76,7 +73,6 @@ class CaseResult:
     strain: Strain | None = None
     errors: tuple[Errors, Sequence[LeftOut]] | None = None
     campbell: Campbell | None = None
-    by_cause: LoadsByCause | None = None
     answers: "CaseAnswers | None" = None
 
     @property

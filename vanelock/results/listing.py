@@ -10,12 +10,10 @@ from vanelock.nonlinear import ELEMENT, OPEN, Response
 from vanelock.pipeline.progress import Done, kind_of
 from vanelock.pipeline.tasks import Failure
 from vanelock.quantities import warnings
-from vanelock.quantities.case_result import CaseResult
 from vanelock.render import wave_name
 from vanelock.results.case_table import PEAK, place
 from vanelock.rom import System
 from vanelock.stages.matrices.piece import Piece
-from vanelock.stages.parts.by_cause import LoadsByCause
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.limits import SHOWN, Limits
 from vanelock.stages.response.summary import Peak
@@ -112,12 +110,6 @@ def limits_table(sets: Mapping[str, Limits]) -> Table:
     return Table(title, columns, rows, tuple(notes), "limits")
 
 
-def preload_tables(name: str, system: System, case: CaseResult) -> list[Table]:
-    """What the contacts of a case carry at rest; why, where not interference alone presses them."""
-    found = [preload_table(name, system.contacts.joints, case.static)]
-    return found if case.by_cause is None else [*found, *by_cause_tables(name, case.by_cause)]
-
-
 def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
     """Normal forces at rest by joint, and how much of the friction bound is used.
 
@@ -154,57 +146,6 @@ def preload_table(name: str, joints: Sequence[str], static: Response) -> Table:
             f"NOT CONVERGED: residual {static.residual.max():.1e}; do not use these forces"
         )
     return Table(f"Preload at rest{name and f', {name}'}", columns, rows, notes, "preload")
-
-
-def by_cause_tables(name: str, found: LoadsByCause) -> list[Table]:
-    """What presses the joints at rest, and what holds a segment."""
-    return [_causes(name, found), *([_reactions(name, found)] if len(found.reaction) else [])]
-
-
-def _causes(name: str, found: LoadsByCause) -> Table:
-    """Normal loads at rest of the joints by cause, each on top of those before it."""
-    changes = np.diff(found.normal, axis=0, prepend=0.0)
-    lifted = np.diff(found.opened, axis=0, prepend=0)
-    rows = [
-        (joint, *changes[:, j], found.normal[-1, j], found.opened[-1, j])
-        for j, joint in enumerate(found.joints)
-    ]
-    columns = (
-        Column("joint"),
-        *(Column(cause, "N", "+.4g", cause) for cause in found.causes),
-        Column("all", "N", ".4g", "all", note="normal load of a joint in a sector"),
-        Column("open"),
-    )
-    notes = ["each cause acts on top of those to its left"]
-    notes += [
-        f"{cause} opens {lifted[c, j]} of {joint}'s {found.contacts[j]} contacts"
-        for c, cause in enumerate(found.causes)
-        for j, joint in enumerate(found.joints)
-        if c and lifted[c, j] > 0
-    ]
-    if not found.converged.all():
-        notes.append("NOT CONVERGED: do not use these loads")
-    title = f"Preload by cause{name and f', {name}'}"
-    return Table(title, columns, rows, notes, "preload_by_cause")
-
-
-def _reactions(name: str, found: LoadsByCause) -> Table:
-    """What holds a segment at rest against its loads."""
-    rows = [
-        (what, *values)
-        for what, values in zip(
-            (*found.joints, "key", "loads", "sum"),
-            (*found.reaction, found.resultant, found.reaction.sum(axis=0) + found.resultant),
-            strict=True,
-        )
-    ]
-    columns = (
-        Column("from"),
-        Column("axial", "N", "+.4g"),
-        Column("torque", "N m", "+.4g"),
-    )
-    notes = ["torque: about the engine axis; sum: what is not in balance"]
-    return Table(f"Reactions at rest{name and f', {name}'}", columns, rows, notes, "reactions")
 
 
 def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> Table:

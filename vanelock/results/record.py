@@ -145,8 +145,6 @@ class Record:
             self._file.put(file, f"{where}/preload", result.static, {})
             for other in others:
                 self._file.put(file, f"{where}/lower", other, {})
-            if result.by_cause is not None:
-                self._file.put(file, f"{where}/preload_by_cause", result.by_cause, {})
             for analysis in analyses:
                 for i, product in enumerate(result.found(analysis.key)):
                     if place := analysis.places(product):

@@ -49,7 +49,6 @@ from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.matrices.steps import at_rest, motions_step
-from vanelock.stages.parts.by_cause import by_cause_step
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Linear, Planned, plan
@@ -264,9 +263,8 @@ class OngoingRun:
         diagram = self._campbell(planned)
         for analysed in planned.analysed:
             self.stages.get(analysed)
-        pressed = None if (step := by_cause_step(planned)) is None else self.stages.get(step)
         case = self._case(planned)
-        case = replace(case, strain=strain, errors=errors, campbell=diagram, by_cause=pressed)
+        case = replace(case, strain=strain, errors=errors, campbell=diagram)
         return analysed_case(case, ANALYSES)
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
@@ -302,8 +300,8 @@ class OngoingRun:
         if planned.preload.key not in self._preloads:
             self._preloads.add(planned.preload.key)
             if system.contacts.springs.any() and self._few(len(self._preloads), "preloads"):
-                for table in listing.preload_tables(planned.preload_name, system, case):
-                    self.listener(table)
+                joints = system.contacts.joints
+                self.listener(listing.preload_table(planned.preload_name, joints, static))
         lines = (*notes(case.summary.sweeps), *doubts(case, static, not self.run.peaks))
         case = replace(case, summary=replace(case.summary, warnings=lines))
         self.run.cases[case.name] = case

@@ -10,7 +10,6 @@
     /response/<case>     nonlinear.Response, with the swept keys, the summary and warnings as
                          attributes;
                          its system and preload, and mesh, rom or component where not those above;
-                         preload_by_cause: LoadsByCause, where not interference alone presses
                          gauge, (points, H+1, gauges): harmonics of the strain at each gauge;
                          with an accuracy error, by source: estimated relative errors of the peak's
                          amplitude and frequency, share, cost, setting; left_out: what, and why;

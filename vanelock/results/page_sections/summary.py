@@ -14,7 +14,6 @@ from vanelock.quantities.warnings import by_text, without_effect
 from vanelock.report import Answer, Answers, Section, Text
 from vanelock.report.blocks import Block
 from vanelock.results.case_table import case_row, case_table
-from vanelock.results.listing import by_cause_tables
 from vanelock.results.page_sections.curves import response_plot
 from vanelock.results.page_sections.fatigue import assumed, case_flag
 from vanelock.results.page_sections.wear import shares
@@ -22,7 +21,6 @@ from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.accuracy.amplitude_errors import amplitude_error
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
 from vanelock.stages.accuracy.neglected import neglected_harmonics_step
-from vanelock.stages.parts.by_cause import by_cause_step
 from vanelock.stages.response.summary import Summary
 
 HCF = "HCF safety factor"
@@ -40,15 +38,7 @@ def summary(run: RunResult) -> Section:
     warned = warnings(run)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
-    return Section("Summary", [*blocks, cases(run), *_by_cause(run)], id="summary")
-
-
-def _by_cause(run: RunResult) -> list[Table]:
-    """What presses the joints of the case that is looked into, if not interference alone."""
-    if run.main is None or (step := by_cause_step(run.main.planned)) is None:
-        return []
-    planned = run.main.planned
-    return by_cause_tables(words(planned.preload_name), run.stages.get(step))
+    return Section("Summary", [*blocks, cases(run)], id="summary")
 
 
 def answers_of(run: RunResult) -> list[Answer]:

@@ -8,11 +8,11 @@ import pytest
 
 from tests.mesh.conftest import RADIUS, SECTORS
 from vanelock import nonlinear, parse_study, run_study
+from vanelock.analyses.preload_by_cause import LoadsByCause, by_cause_step
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.input.cases.sweep import cases
 from vanelock.rom import System
-from vanelock.stages.parts.by_cause import LoadsByCause, by_cause_step
 from vanelock.stages.parts.components import model_step, reduced_step
 from vanelock.stages.parts.loads import growth
 from vanelock.stages.parts.recoveries import recovery_step

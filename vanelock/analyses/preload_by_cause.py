@@ -4,22 +4,27 @@ Contacts open, close and slide, so causes do not add up by themselves: each acts
 those before it.
 """
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from itertools import islice
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear
+from vanelock.analyses.analysis import Analysis
 from vanelock.common.product import Product
-from vanelock.input.schema.study import Study
-from vanelock.nonlinear import HarmonicModes, Response
-from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import Component, Force, System
-from vanelock.rom.joining.vane_and_casing import joined_dofs
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.loads import RestLoad, by_cause, loads_of
-from vanelock.stages.plan import Planned
+from vanelock.common.tables import Column, Table
+from vanelock.input.cases.names import words
+
+if TYPE_CHECKING:
+    from vanelock.pipeline.step import Step
+    from vanelock.quantities.case_result import CaseResult
+    from vanelock.rom import Component, System
+    from vanelock.stages.parts.loads import RestLoad
+    from vanelock.stages.plan import Planned
 
 Array = NDArray[np.float64]
 
@@ -28,6 +33,12 @@ RIGID = 1e-8
 """Force over stiffness times displacement that moving a vane as a whole takes: round-off."""
 ROUND = 1e-14
 """Reactions, over the largest, that are round-off."""
+MOST = 8
+"""States at rest that have tables."""
+TEXT = (
+    "What presses the joints before anything vibrates, cause by cause, and what holds a segment "
+    "against its loads."
+)
 
 
 @dataclass(frozen=True)
@@ -63,8 +74,12 @@ class LoadsByCause(Product):
     resultant: NDArray[np.float64]
 
 
-def by_cause_step(planned: Planned) -> Step[LoadsByCause] | None:
+def by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
     """Loads at rest of a case by cause; None where nothing acts but interference."""
+    from vanelock.input.schema.study import Study
+    from vanelock.stages.parts.components import PARTS
+    from vanelock.stages.parts.loads import loads_of
+
     study = planned.case.given
     if not isinstance(study, Study) or not (loads := loads_of(study)):
         return None
@@ -73,17 +88,26 @@ def by_cause_step(planned: Planned) -> Step[LoadsByCause] | None:
     return _by_cause(friction, loads, planned.preload, planned.system, parts, planned.at_rest)
 
 
-@lru_cache(maxsize=SHARED)
+@lru_cache(maxsize=4096)
 def _by_cause(
     friction: str,
-    given: tuple[RestLoad, ...],
-    preload: Step[Response],
-    system: Step[System],
-    parts: tuple[Step[Component], ...],
-    modes: Step[HarmonicModes],
-) -> Step[LoadsByCause]:
+    given: "tuple[RestLoad, ...]",
+    preload: "Step[nonlinear.Response]",
+    system: "Step[System]",
+    parts: "tuple[Step[Component], ...]",
+    modes: "Step[nonlinear.HarmonicModes]",
+) -> "Step[LoadsByCause]":
+    """The step, which cases share whose states at rest are the same."""
+    from vanelock.pipeline.step import step
+    from vanelock.rom import Force
+    from vanelock.stages.parts.loads import by_cause
+
     def compute(
-        preload: Response, system: System, vane: Component, casing: Component, stuck: HarmonicModes
+        preload: "nonlinear.Response",
+        system: "System",
+        vane: "Component",
+        casing: "Component",
+        stuck: "nonlinear.HarmonicModes",
     ) -> LoadsByCause:
         loads = by_cause(vane, casing, given)
         options, states = nonlinear.Options(friction=friction), []
@@ -112,9 +136,15 @@ def _by_cause(
 
 
 def _reactions(
-    vane: Component, casing: Component, system: System, rest: Response, joints: NDArray[np.bool_]
+    vane: "Component",
+    casing: "Component",
+    system: "System",
+    rest: "nonlinear.Response",
+    joints: NDArray[np.bool_],
 ) -> dict[str, Array]:
     """By the principle of virtual work, for a shift and a turn of the vane as a whole."""
+    from vanelock.rom.joining.vane_and_casing import joined_dofs
+
     at = vane.dofs(vane.masters.nodes)
     x, y, _ = vane.masters.points.T
     own = np.zeros((2, vane.size))
@@ -132,3 +162,70 @@ def _reactions(
     held = np.column_stack([of_contacts @ joints.T, of_key])
     held[np.abs(held) < ROUND * np.abs(held).max()] = 0.0  # neighbours cannot hold each other
     return {"reaction": 0.0 - held.T, "resultant": moved @ system.force[0].vector.real}
+
+
+def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+    """What presses the joints at rest, and what holds a segment, of each state at rest."""
+    distinct = {key: case for case in cases.values() for key in case.key_of("preload_by_cause")}
+    for case in islice(distinct.values(), MOST):
+        (found,), name = case.found("preload_by_cause"), words(case.planned.preload_name)
+        yield _causes(name, found)
+        if len(found.reaction):
+            yield _reactions_table(name, found)
+
+
+def _causes(name: str, found: LoadsByCause) -> Table:
+    """Normal loads at rest of the joints by cause, each on top of those before it."""
+    changes = np.diff(found.normal, axis=0, prepend=0.0)
+    lifted = np.diff(found.opened, axis=0, prepend=0)
+    rows = [
+        (joint, *changes[:, j], found.normal[-1, j], found.opened[-1, j])
+        for j, joint in enumerate(found.joints)
+    ]
+    columns = (
+        Column("joint"),
+        *(Column(cause, "N", "+.4g", cause) for cause in found.causes),
+        Column("all", "N", ".4g", "all", note="normal load of a joint in a sector"),
+        Column("open"),
+    )
+    notes = ["each cause acts on top of those to its left"]
+    notes += [
+        f"{cause} opens {lifted[c, j]} of {joint}'s {found.contacts[j]} contacts"
+        for c, cause in enumerate(found.causes)
+        for j, joint in enumerate(found.joints)
+        if c and lifted[c, j] > 0
+    ]
+    if not found.converged.all():
+        notes.append("NOT CONVERGED: do not use these loads")
+    title = f"Preload by cause{name and f', {name}'}"
+    return Table(title, columns, rows, notes, "preload_by_cause")
+
+
+def _reactions_table(name: str, found: LoadsByCause) -> Table:
+    """What holds a segment at rest against its loads."""
+    rows = [
+        (what, *values)
+        for what, values in zip(
+            (*found.joints, "key", "loads", "sum"),
+            (*found.reaction, found.resultant, found.reaction.sum(axis=0) + found.resultant),
+            strict=True,
+        )
+    ]
+    columns = (
+        Column("from"),
+        Column("axial", "N", "+.4g"),
+        Column("torque", "N m", "+.4g"),
+    )
+    notes = ["torque: about the engine axis; sum: what is not in balance"]
+    return Table(f"Reactions at rest{name and f', {name}'}", columns, rows, notes, "reactions")
+
+
+PRELOAD_BY_CAUSE: Analysis[Any, LoadsByCause] = Analysis(
+    key="preload_by_cause",
+    title="preload by cause",
+    product=lambda: LoadsByCause,
+    step=by_cause_step,
+    places=lambda product: "preload_by_cause",
+    tables=tables,
+    text=TEXT,
+)
