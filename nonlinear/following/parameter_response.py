@@ -19,7 +19,7 @@ from vanelock.nonlinear.following.parameters import (
     checked_values,
 )
 from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
-from vanelock.nonlinear.forced_response.frequency_sweep import starts
+from vanelock.nonlinear.forced_response.frequency_sweep import counted, starts
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
 from vanelock.nonlinear.forced_response.response import CONSTANT, Response
 from vanelock.nonlinear.fourier.threads import one_thread
@@ -170,16 +170,10 @@ class Tracer:
         for start in starts(place, history):
             tried.append(solve(self.family, start, place, tolerance=self.tolerance, kept=kept))
             if tried[-1].converged:
-                return _counted(tried)
+                return counted(tried, place)
         if history:
             arc = follow(self.family, history[-1], place, self.tolerance)
             if arc.solution is not None:
-                return _counted([*tried, arc.solution])
+                return counted([*tried, arc.solution], place)
         found = from_nothing(self.family.at(place), self.at(value).law, self.tolerance)
-        return _counted([*tried, replace(found, parameter=place)])
-
-
-def _counted(tried: Sequence[Solution]) -> Solution:
-    """The best of some attempts, with the iterations of them all."""
-    best = min(tried, key=lambda each: (not each.converged, each.residual))
-    return replace(best, iterations=sum(each.iterations for each in tried))
+        return counted([*tried, replace(found, parameter=place)], place)

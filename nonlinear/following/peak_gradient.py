@@ -133,9 +133,7 @@ def peak_gradient(
     component = named_component(system.output_names, output)
     unvaried = Parameter("force", np.zeros(system.contacts.count, bool), False)
     track = PeakTrack(lambda _: ready, unvaried, (low, high), component, 1.0)
-    swept = track.sweep(1.0)
-    track = track.with_component(1.0, swept)
-    peak = track.highest(1.0, swept)
+    track, peak = track.begun(1.0)
     if peak is None or track.component is None:
         raise InputError("near: no peak was found in it")
     found = gradient_of_peak(ready, track.component, peak, frequency)

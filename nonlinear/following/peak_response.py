@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
 from typing import TypeAlias
 
 import numpy as np
@@ -169,12 +168,8 @@ def peak_response(
     varied = checked_parameter(parameter, system, given, joint)
     component = named_component(system.output_names, output)
     ready = options.prepare(system, hertz, 1000)
-    low, high = TURN * hertz
-    ends = (high, low) if options.direction == "down" else (low, high)
-    places = [varied.coordinate(value) for value in given]
-    span = max(np.ptp(places), 1e-12)
-    at = lru_cache(4)(partial(varied.at, ready))
-    ridge = PeakTrack(at, varied, ends, component, span)
+    span = max(np.ptp([varied.coordinate(value) for value in given]), 1e-12)
+    ridge = PeakTrack.along(ready, varied, hertz, component, span)
     tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
     best, second = chosen(tracks)
     return collected(ridge, best, second, system)
@@ -187,9 +182,7 @@ def traced(
     what = f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}"
     structure = ridge.at(values[0]).structure
     check_bound(structure, ridge.range, ridge.component, what)
-    swept = ridge.sweep(values[0])
-    ridge = ridge.with_component(values[0], swept)
-    begun = ridge.highest(values[0], swept)
+    ridge, begun = ridge.begun(values[0])
     if begun is None:
         raise InputError(f"near: no peak was found in it at {ridge.varied.name} = {values[0]:g}")
     if not np.isfinite(begun.distance):
@@ -203,7 +196,7 @@ def traced(
     else:
         through(ridge, tracks, values[1:], report)
     *before, last = passed(tracks)
-    again = ridge.highest(last, ridge.sweep(last))
+    again = ridge.begun(last)[1]
     if again is not None and again.amplitude > (1 + HIGHER) * tracks[-1][last].peak.amplitude:
         tracks.append({last: Mark(ridge.varied.coordinate(last), last, again)})
         backward(ridge, tracks[-1], before[::-1])

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from vanelock.nonlinear.following.parameters import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.undamped import unbound
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution
 
 Floats = NDArray[np.float64]
@@ -63,6 +65,29 @@ class PeakTrack:
         """Solutions over the range of frequencies; unless all are, without the unconverged ones."""
         explored = list(self.at(value).solver.explore(*self.range, loose))
         return [solution for solution in explored if solution.converged] or explored
+
+    @classmethod
+    def along(
+        cls,
+        ready: PreparedSystem,
+        varied: Parameter,
+        hertz: Floats,
+        component: tuple[int, int] | None,
+        span: float = 1.0,
+        condition: float = CONDITION,
+    ) -> "PeakTrack":
+        """What follows a peak along a parameter, from a range of frequencies, Hz."""
+        low, high = (TURN * hertz).tolist()
+        ends = (high, low) if ready.options.direction == "down" else (low, high)
+        return cls(
+            lru_cache(4)(partial(varied.at, ready)), varied, ends, component, span, condition
+        )
+
+    def begun(self, value: float) -> tuple["PeakTrack", PeakPoint | None]:
+        """The highest peak at a value, None where none is, and what follows its output."""
+        swept = self.sweep(value)
+        track = self.with_component(value, swept)
+        return track, track.highest(value, swept)
 
     def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:
         """The highest peak among solutions by frequency; None if no maximum lies within.

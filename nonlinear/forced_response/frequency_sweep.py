@@ -277,9 +277,8 @@ def starts(parameter: float, history: Sequence[Solution]) -> Iterator[Floats]:
         yield history[-1].w
 
 
-def counted(tried: list[Solution], omega: float) -> Solution:
-    """The best of some attempts at a frequency, with the iterations of all on the way there."""
-    there = [each for each in tried if each.omega == omega]
+def counted(tried: Sequence[Solution], parameter: float) -> Solution:
+    """The best of some attempts at a value, with the iterations of all on the way there."""
+    there = [each for each in tried if each.parameter == parameter]
     best = min(there, key=lambda each: (not each.converged, each.residual))
-    spent = sum(each.iterations for each in tried)
-    return replace(best, parameter=omega, iterations=spent)
+    return replace(best, iterations=sum(each.iterations for each in tried))

@@ -27,7 +27,6 @@ from vanelock.nonlinear.forced_response.frequencies import checked_range
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
 Floats = NDArray[np.float64]
@@ -151,9 +150,7 @@ def peak_bounds(
     at_zero = states.system
     component = named_component(at_zero.output_names, output)
     ready = options.prepare(at_zero, hertz, 1000, states.modes)
-    low, high = TURN * hertz
-    passed = (high, low) if options.direction == "down" else (low, high)
-    search = Search(ready, states, passed, component, Tally(progress))
+    search = Search(ready, states, hertz, component, Tally(progress))
     return _collected(search.extremes(starts, tolerance, np.random.default_rng(seed)))
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -74,12 +74,12 @@ class Tally:
 class Search:
     """Peaks of an output's component by the places of the sliders, at zero in `ready`.
 
-    `range`, rad/s, is in the order of a sweep.
+    `near` (2,), Hz, is the range of frequencies.
     """
 
     ready: PreparedSystem
     states: RestStates
-    range: tuple[float, float]
+    near: Floats
     component: tuple[int, int] | None
     tally: Tally
 
@@ -87,8 +87,7 @@ class Search:
         """What follows a peak from one place of the sliders, 0, to another, 1."""
         contacts = self.ready.structure.system.contacts
         varied = Parameter("slider", contacts.mu > 0, False, np.array([begin, end]))
-        at = lru_cache(4)(partial(varied.at, self.ready))
-        return PeakTrack(at, varied, self.range, self.component, 1.0, condition)
+        return PeakTrack.along(self.ready, varied, self.near, self.component, condition=condition)
 
     def at(self, slider: Floats) -> PreparedSystem:
         """The system with sliders assembled at (c, 2), m."""
@@ -100,7 +99,7 @@ class Search:
             return place
         track = self._way(place.slider, place.slider, CONDITION)
         peaks = [place.peak, *(mark.peak for mark in track.follow([Mark(0, 0, place.peak)], 1.0))]
-        peaks.append(track.highest(0.0, track.sweep(0.0)) or peaks[-1])
+        peaks.append(track.begun(0.0)[1] or peaks[-1])
         best = peaks[-1]
         if best.amplitude < (1 + HIGHER) * peaks[-2].amplitude:
             best = peaks[-2]
@@ -119,7 +118,7 @@ class Search:
         for share in PLACES:
             found = track.follow(marks[-3:], share)
             if not found:
-                peak = track.highest(share, track.sweep(share))
+                peak = track.begun(share)[1]
                 if peak is None:
                     break
                 found, marks = [Mark(share, share, peak)], []
@@ -194,16 +193,14 @@ class Search:
         """The least and the largest peak, from so many random starts."""
         zero = self.states.zero
         what = "near: no largest amplitude was found in it with sliders assembled at zero"
-        check_bound(self.ready.structure, self.range, self.component, what)
         track = self._way(zero, zero, CONDITION)
-        swept = track.sweep(0.0)
-        track = track.with_component(0.0, swept)
-        peak = track.highest(0.0, swept)
+        check_bound(self.ready.structure, track.range, self.component, what)
+        track, peak = track.begun(0.0)
         if peak is None:
             raise InputError("near: no peak was found in it with sliders assembled at zero")
         if not np.isfinite(peak.distance):
             omega = peak.solution.omega
-            check_bound(self.ready.structure, self.range, track.component, what, omega)
+            check_bound(self.ready.structure, track.range, track.component, what, omega)
         search = replace(self, component=track.component)
         nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():

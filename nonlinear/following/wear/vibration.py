@@ -6,7 +6,6 @@ way between both interferences, through folds too; where that leads nowhere, one
 afresh.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
@@ -91,10 +90,8 @@ class Vibrations:
         Without an output and direction, that of the largest amplitude.
         """
         if self.dwell.at_peak:
-            track = self._track(self._way(v0, v0), component)
-            swept = track.sweep(1.0)
-            track = track.with_component(1.0, swept)
-            return _at_peak(v0, track, track.highest(1.0, swept), True)
+            track = PeakTrack.along(self.ready, self._way(v0, v0), self.dwell.hertz, component)
+            return _at_peak(v0, *track.begun(1.0), True)
         omega = TURN * float(self.dwell.hertz[0])
         at = self.at(v0)
         return self._held(v0, at, at.solver.point(omega, []), component)
@@ -103,13 +100,13 @@ class Vibrations:
         """The vibration at another interference; None where there is none."""
         way = self._way(last.v0, v0)
         if last.peak is not None:
-            track = self._track(way, last.component)
+            track = PeakTrack.along(self.ready, way, self.dwell.hertz, last.component)
             marks = track.follow([Mark(0.0, 0.0, last.peak)], 1.0)
             found = _at_peak(v0, track, marks[-1].peak if marks else None, False)
             if found is not None:
                 return found
-            return _at_peak(v0, track, track.highest(1.0, track.sweep(1.0)), True)
-        at, omega = _by_value(way, self.ready), last.solution.omega
+            return _at_peak(v0, *track.begun(1.0), True)
+        at, omega = lru_cache(4)(partial(way.at, self.ready)), last.solution.omega
         family, tolerance = way.family(self.ready, omega), self.ready.options.tolerance
         begun = replace(last.solution, parameter=0.0)
         solution = Tracer(at, way, family, tolerance).point(1.0, [begun])
@@ -124,12 +121,6 @@ class Vibrations:
         return Parameter(
             "worn", np.ones(len(end), bool), False, interferences=np.array([begin, end])
         )
-
-    def _track(self, way: Parameter, component: tuple[int, int] | None) -> PeakTrack:
-        """What follows the peak along a way."""
-        low, high = (TURN * self.dwell.hertz).tolist()
-        ends = (high, low) if self.ready.options.direction == "down" else (low, high)
-        return PeakTrack(_by_value(way, self.ready), way, ends, component, 1.0)
 
     def _held(
         self, v0: Floats, ready: PreparedSystem, found: Solution, component: tuple[int, int] | None
@@ -149,11 +140,6 @@ def vibrations(system: System, dwell: Dwell, options: Options) -> Vibrations:
     loaded = unscaled.system(system, dwell.force)
     points = POINTS if dwell.at_peak else 1
     return Vibrations(options.prepare(loaded, dwell.hertz, points), dwell)
-
-
-def _by_value(way: Parameter, ready: PreparedSystem) -> Callable[[float], PreparedSystem]:
-    """The system by value of a parameter, the last few kept."""
-    return lru_cache(4)(partial(way.at, ready))
 
 
 def _at_peak(v0: Floats, track: PeakTrack, peak: PeakPoint | None, swept: bool) -> Vibration | None:

@@ -232,7 +232,7 @@ def test_every_place_that_may_be_better_is_swept(
     monkeypatch.setattr(Search, "exact", exact)
     monkeypatch.setattr(Search, "_seen", hidden)
     known = [PlacedPeak(np.zeros((1, 2)), point, "assembled at zero", swept=True), *places]
-    search = Search(cast(Any, None), cast(Any, None), (0.0, 1.0), (0, 0), Tally(None))
+    search = Search(cast(Any, None), cast(Any, None), np.array([0.0, 1.0]), (0, 0), Tally(None))
     best = search._best(known, -1.0, [])
     assert best.peak.amplitude == 1.5
     assert len(tried) == (4 if seen else 10)
