@@ -1,5 +1,9 @@
 """Friction contacts, harmonic balance and continuation on a System of arrays."""
 
+from functools import cache
+from types import FunctionType
+from typing import Any
+
 from vanelock.common import lazy
 
 _modules = {
@@ -77,4 +81,17 @@ _modules = {
     "whitehead": "forced_response.ring.ring_response",
 }
 __all__ = list(_modules)
-__getattr__, __dir__ = lazy.attributes(__name__, _modules)
+_attribute, __dir__ = lazy.attributes(__name__, _modules)
+
+
+def __getattr__(name: str) -> Any:
+    value = _attribute(name)
+    return _with_keywords(value) if isinstance(value, FunctionType) else value
+
+
+@cache
+def _with_keywords(function: FunctionType) -> Any:
+    """A public function, that takes what `Options` holds one by one as well."""
+    from vanelock.nonlinear.forced_response.options import with_keywords
+
+    return with_keywords(function)

@@ -188,7 +188,7 @@ def hysteresis(
     if reason:
         reached = f"{places[-1].solution.omega / TURN:g} Hz of {hertz[0]:g} ... {hertz[-1]:g}"
         ended = f"the path ended at {reached}, after {len(places)} points: {reason}"
-        warnings.warn(f"hysteresis: {ended}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"hysteresis: {ended}", RuntimeWarning, stacklevel=5)
     ends = same(down[0], places[0].solution) and same(down[-1], places[-1].solution)
     turning = np.array([i for i, place in enumerate(places) if place.fold], np.int64)
     branch = ready.response([place.solution for place in places])

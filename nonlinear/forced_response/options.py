@@ -1,8 +1,9 @@
 """The options that responses share, and a system prepared to be solved with them."""
 
+import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, lru_cache, wraps
 from typing import Any
 
 import numpy as np
@@ -34,6 +35,9 @@ HARMONICS = 3
 @dataclass(frozen=True)
 class Options(OfKind):
     """How a response is solved; the same for all that solve one.
+
+    Functions that take them as `options` take each by its name as well, `harmonics=3` for
+    `Options(harmonics=3)`, but for names that a function has itself.
 
     Attributes
     ----------
@@ -215,6 +219,30 @@ class PreparedSystem:
             samples=options.samples or 0,
             **more,
         )
+
+
+def with_keywords(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose `options`, if it has any, may be given one by one by their names."""
+    names = list(inspect.signature(function).parameters)
+    if "options" not in names:
+        return function
+    known = [each.name for each in fields(Options) if each.name not in names]
+
+    @wraps(function)
+    def called(*args: Any, **keywords: Any) -> Any:
+        chosen = {name: keywords.pop(name) for name in list(keywords) if name not in names}
+        for name in chosen:
+            if name not in known:
+                raise InputError(
+                    f"{name}: given to {function.__name__}: allowed: {', '.join(names + known)}"
+                )
+        if not chosen:
+            return function(*args, **keywords)
+        if "options" in keywords or len(args) > names.index("options"):
+            raise InputError(f"options: given, and {', '.join(chosen)} beside: needs one of both")
+        return function(*args, options=Options(**chosen), **keywords)
+
+    return called
 
 
 def check_option(name: str, given: str, allowed: Iterable[str]) -> None:

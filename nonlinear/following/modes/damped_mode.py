@@ -189,7 +189,7 @@ def damped_mode(
         raise InputError(f"amplitudes: given {lowest:g}: the path ended before, {path.where}")
     ended = "" if path.arrived else f"the path ended {path.where}"
     if ended:
-        warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=5)
     return collected(ready, mode, points, linear, ended, path.failed)
 
 

@@ -171,11 +171,9 @@ def test_points_that_miss_the_tolerance_are_reported(monkeypatch: pytest.MonkeyP
     def missed(*given: Any, **options: Any) -> Solution:
         return replace(solve(*given, **options), converged=False)
 
-    def lost(family: Any, before: Solution, *_: Any) -> Solution:
-        return replace(before, converged=False)
-
     monkeypatch.setattr("vanelock.nonlinear.continuation.arc_length.refined", missed)
-    monkeypatch.setattr("vanelock.nonlinear.following.hysteresis.land", lost)
+    lost = "vanelock.nonlinear.following.hysteresis.land"
+    monkeypatch.setattr(lost, lambda *given: replace(given[1], converged=False))
     with pytest.warns(RuntimeWarning, match="no solution was found at the highest frequency"):
         found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), Options(1))
     assert (~found.branch.converged).sum() > 3

@@ -21,6 +21,7 @@ from vanelock.nonlinear import (
 )
 
 Make = Callable[..., System]
+PLANE: dict[str, object] = {"friction": "isotropic"}
 
 
 @pytest.mark.parametrize(
@@ -34,10 +35,7 @@ Make = Callable[..., System]
         ({"direction": "left"}, "direction: given 'left': allowed: up, down"),
         ({"samples": 7}, "samples: given 7: needs at least 8"),
         ({"samples": 15, "harmonics": 3}, "samples: given 15: needs at least 16"),
-        (
-            {"samples": 47, "harmonics": 3, "friction": "isotropic"},
-            "samples: given 47: needs at least 48",
-        ),
+        ({"samples": 47, "harmonics": 3} | PLANE, "samples: given 47: needs at least 48"),
         ({"static_beyond": 1.0}, "static_beyond: given 1.0: must be > 1"),
         ({"tolerance": 0.0}, "tolerance: given 0.0: must be > 0"),
     ],
@@ -70,9 +68,7 @@ def test_what_cannot_be_honoured_is_refused_with_the_reason() -> None:
 def test_by_default_there_are_three_harmonics_and_the_way_is_up(random_system: Make) -> None:
     system = random_system(0)
     found = frequency_response(system, [0.3, 0.4], find_jumps=False)
-    same = frequency_response(
-        system, [0.3, 0.4], Options(harmonics=3, direction="up"), find_jumps=False
-    )
+    same = frequency_response(system, [0.3, 0.4], harmonics=3, direction="up", find_jumps=False)
     assert (found.harmonics, found.direction) == (3, "up")
     np.testing.assert_array_equal(found.contact, same.contact)
 
@@ -82,10 +78,18 @@ def test_at_rest_harmonics_and_couplings_make_no_difference(random_system: Make)
     system = replace(system, contacts=replace(system.contacts, kt=system.contacts.kt[:, [0, 0]]))
     plain = static_response(system, Options(friction="isotropic"))
     assert (plain.friction, plain.samples, plain.coupling) == ("isotropic", 0, "coupled")
-    other = static_response(
-        system, Options(5, "constant-load", "isotropic", "sector", "down", static_beyond=2.0)
-    )
+    many = Options(5, "constant-load", "isotropic", "sector", "down", static_beyond=2.0)
+    other = static_response(system, many)
     for field in fields(plain):
         if field.name not in ("seconds", "x"):
             np.testing.assert_array_equal(getattr(other, field.name), getattr(plain, field.name))
     np.testing.assert_array_equal(other.x[0], plain.x[0])
+
+
+def test_options_by_name_are_refused_where_unknown_or_beside_others(sliding_system: Make) -> None:
+    system = sliding_system()
+    assert not len(frequency_response(system, np.linspace(0.14, 0.22, 30), harmonics=3).jump)
+    with pytest.raises(InputError, match="options: given, and harmonics beside: needs one of both"):
+        static_response(system, Options(), harmonics=1)
+    with pytest.raises(InputError, match="harmonic: given to static_response: allowed: system, "):
+        static_response(system, harmonic=1)

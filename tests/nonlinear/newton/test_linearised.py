@@ -57,9 +57,8 @@ def test_solution_is_that_of_the_dense_matrix(
     system = random_system(3, contacts=40, size=60, preload=3.0)
     state = random_state(system, 2 * np.pi * 1.1 * first_frequency(system), 1, 0.5)
     n, rng = state.deviation.w.size, np.random.default_rng(4)
-    gap, rows = np.zeros(n), state.rows
+    gap, rows, matrix, border = np.zeros(n), state.rows, state.matrix, None
     gap[rows] = right = rng.normal(size=len(rows))
-    matrix, border = state.matrix, None
     if bordered:
         rate, normal = rng.normal(size=(2, bordered, n)) * np.isin(np.arange(n), rows)
         border = Border(rate, normal, rng.normal(size=(bordered, bordered)))
