@@ -216,6 +216,8 @@ def test_a_killed_process_disturbs_no_other_s_task(toy, queue_of, tmp_path):
     toys = [toy.Toy(i, "dies" if i == 1 else "counts", str(folder)) for i in range(6)]
     queue, said = queue_of(*toys)
     assert [value(queue, each) for each in toys if each.number != 1] == [40, 42, 43, 44, 45]
+    with pytest.raises(TaskFailed, match="SIGKILL"):
+        value(queue, toys[1])
     assert sorted(len(path.read_text()) for path in folder.glob("*.times")) == [1] * 5
     notices = [event.text for event in said if isinstance(event, Notice)]
     assert notices == ["1: its process was killed by signal 9 (SIGKILL); trying again"]

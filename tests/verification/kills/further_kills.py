@@ -41,6 +41,7 @@ def test_killed_in_a_response_to_an_accuracy(
     study.write_text(ACCURATE)
     assert killing.run(study, tmp_path / "whole").status == 0
     victim = Victim(study, tmp_path / "killed")
+    victim.several = {"mesh-correction"}
     longest = killing.seconds(tmp_path / "whole")["response nominal"]
     for i in range(4 * EACH):
         if victim.hits["response"] == EACH:
