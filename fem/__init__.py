@@ -15,7 +15,7 @@ _modules = {
     "centrifugal": "loads.body",
     "cyclic_faces": "vibration.cyclic_symmetry",
     "cyclic_transform": "vibration.cyclic_symmetry",
-    "eigenpairs": "vibration.eigen",
+    "eigenpairs": "vibration.linear_modes",
     "excess_by_element": "discretisation",
     "excess_stiffness": "discretisation",
     "factorise": "solvers.factor",

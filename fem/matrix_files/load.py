@@ -1,7 +1,12 @@
-"""Stiffness, mass and damping of a component, from the files that another program wrote."""
+"""Stiffness, mass and damping of a component, from the files that another program wrote.
 
-from collections.abc import Mapping
+Which reader a file is for is seen by its ending and its first bytes.
+"""
+
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +17,93 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.files import PathLike
 from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix
 from vanelock.fem.matrix_files.entries import Entries, assembled
-from vanelock.fem.matrix_files.formats import holds_several, read_entries
 from vanelock.fem.matrix_files.labels import Labels, check_labels, named, read_labels
-from vanelock.fem.matrix_files.masses import check_mass
 from vanelock.fem.matrix_files.model import GENERALISED, Matrices
 from vanelock.fem.matrix_files.tables import load_pairs
 from vanelock.fem.matrix_files.units import units
+
+Reader = Callable[[Path, WantedMatrix], Entries]
+
+READERS = {
+    ".mtx": ("abaqus_mtx", "read_mtx"),
+    ".mm": ("market", "read_market"),
+    ".mmf": ("market", "read_market"),
+    ".hb": ("harwell", "read_harwell"),
+    ".rb": ("harwell", "read_harwell"),
+    ".rsa": ("harwell", "read_harwell"),
+    ".matrix": ("harwell", "read_harwell"),
+    ".pch": ("dmig", "read_dmig"),
+    ".dmig": ("dmig", "read_dmig"),
+    ".bdf": ("dmig", "read_dmig"),
+    ".dat": ("dmig", "read_dmig"),
+    ".mat": ("matlab", "read_mat"),
+    ".h5": ("hdf5", "read_hdf5"),
+    ".hdf5": ("hdf5", "read_hdf5"),
+    ".full": ("ansys_full", "read_full"),
+    ".npy": ("numpy_files", "read_npy"),
+    ".npz": ("numpy_files", "read_npz"),
+}
+"""Module and function by ending, without .gz."""
+SEVERAL = {
+    ".npz", ".mat", ".h5", ".hdf5", ".full", ".pch", ".dmig", ".bdf", ".dat", ".mtx"
+}  # fmt: skip
+"""Endings of files that may hold several matrices."""
+
+
+def ending(path: Path) -> str:
+    """A file's ending, without .gz and without a path into an HDF5 file."""
+    name = re.sub(r"(\.h5|\.hdf5|\.mat):.*", r"\1", str(path).lower()).removesuffix(".gz")
+    name = name.rpartition("/")[2]
+    return "." + name.rpartition(".")[2] if "." in name else ""
+
+
+def holds_several(path: Path) -> bool:
+    """Whether a file of this format may hold more matrices than one."""
+    return ending(path) in SEVERAL
+
+
+def read_entries(path: Path, wanted: WantedMatrix) -> Entries:
+    """Read the matrix that is wanted from a file."""
+    found = READERS.get(ending(path))
+    if found is None:
+        known = " ".join(sorted(READERS))
+        raise InputError(f"{path}: matrices are read from files that end in {known}")
+    module, function = found
+    reader: Reader = getattr(import_module(f"vanelock.fem.matrix_files.readers.{module}"), function)
+    return reader(path, wanted)
+
+
+BALANCED = 1e-3
+"""Sum of a row's entries along one direction, over that of their moduli, below which it is none."""
+
+
+def check_mass(
+    source: str, M: sp.csc_array, node: NDArray[np.int64], direction: NDArray[np.int64]
+) -> None:
+    """Refuse a matrix that is no mass.
+
+    A row's entries along a direction add up to the inertia that it has as all moves that way. Those
+    of a stiffness add up to the force that does so: none, but where the part is held.
+    """
+    own = M.diagonal().real
+    if own.size and own.min() < 0:
+        k = int(np.argmin(own))
+        raise InputError(
+            f"{source}: node {node[k]}, direction {named(int(direction[k]))}: the mass on the "
+            f"diagonal is {own[k]:.3g}: it must be >= 0"
+        )
+    rows = balanced = 0
+    for axis in range(3):
+        along = np.flatnonzero(direction == axis)
+        block = M[:, along].tocsr()[along]
+        size = abs(block).sum(axis=1)
+        rows += int(np.count_nonzero(size))
+        balanced += int(np.sum(abs(block.sum(axis=1))[size > 0] < BALANCED * size[size > 0]))
+    if rows and balanced > rows / 2:
+        raise InputError(
+            f"{source}: most of its rows add up to nothing along each direction, as those of a "
+            "stiffness do: are stiffness and mass swapped?"
+        )
 
 
 def load_matrices(

@@ -23,7 +23,7 @@ from vanelock.fem.solvers.blocks import in_blocks
 from vanelock.fem.solvers.factor import Factor, backends, factorise
 from vanelock.fem.solvers.hermitian import hermitian
 from vanelock.fem.solvers.singular import is_singular, scale_of
-from vanelock.fem.solvers.supernodal.trailing import trailing_factor
+from vanelock.fem.solvers.supernodal import trailing_factor
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from skfem.models.elasticity import linear_elasticity
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, Model, assemble, factorise
 from vanelock.fem.elements import assembly as module
-from vanelock.fem.elements.tetrahedron_rule import tetrahedron_rule
+from vanelock.fem.elements.reference import tetrahedron_rule
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]

@@ -6,7 +6,7 @@ from math import factorial
 import numpy as np
 import pytest
 
-from vanelock.fem.elements.tetrahedron_rule import tetrahedron_rule
+from vanelock.fem.elements.reference import tetrahedron_rule
 
 
 def moment(a, b, c):

@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from vanelock.fem.solvers.supernodal.panels import panels_of
+from vanelock.fem.solvers.supernodal import panels_of
 
 WIDTHS = (3, 1, 4, 2, 5)
 

@@ -14,7 +14,7 @@ from vanelock.fem import (
     cyclic_transform,
     schur_complement,
 )
-from vanelock.fem.solvers.supernodal.trailing import trailing_factor
+from vanelock.fem.solvers.supernodal import trailing_factor
 
 every_backend = pytest.mark.parametrize("backend", backends())
 

@@ -1,1 +1,0 @@
-"""Supernodal factors of CHOLMOD, read out and solved with panel by panel."""
