@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import PathLike
-from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix
+from vanelock.fem.matrix_files.contents import NoMatrixError, WantedMatrix
 from vanelock.fem.matrix_files.entries import Entries, assembled
 from vanelock.fem.matrix_files.labels import Labels, check_labels, named, read_labels
 from vanelock.fem.matrix_files.model import GENERALISED, Matrices

@@ -22,10 +22,16 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem.solvers import storage
-from vanelock.fem.solvers.backend import BreakdownError, Matrix, Numeric, Solve, Sparse
-from vanelock.fem.solvers.blocks import in_blocks
+from vanelock.fem.solvers.backend import (
+    BreakdownError,
+    Matrix,
+    Numeric,
+    Solve,
+    Sparse,
+    hermitian,
+    in_blocks,
+)
 from vanelock.fem.solvers.cholmod import cholmod
-from vanelock.fem.solvers.hermitian import hermitian
 from vanelock.fem.solvers.singular import (
     FREE,
     SingularError,

@@ -18,10 +18,8 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.fem.solvers import storage
-from vanelock.fem.solvers.backend import BreakdownError, Matrix, Solve, Sparse
-from vanelock.fem.solvers.blocks import in_blocks
+from vanelock.fem.solvers.backend import BreakdownError, Matrix, Solve, Sparse, hermitian, in_blocks
 from vanelock.fem.solvers.factor import Factor, backends, factorise
-from vanelock.fem.solvers.hermitian import hermitian
 from vanelock.fem.solvers.singular import is_singular, scale_of
 from vanelock.fem.solvers.supernodal import trailing_factor
 

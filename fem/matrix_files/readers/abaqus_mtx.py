@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import WantedMatrix, refuse_unless_alone
-from vanelock.fem.matrix_files.contents import content, text
+from vanelock.fem.matrix_files.contents import WantedMatrix, content, refuse_unless_alone, text
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries, number_table, whole
 from vanelock.fem.matrix_files.readers.market import read_market
 from vanelock.fem.matrix_files.readers.superelement import read_superelement

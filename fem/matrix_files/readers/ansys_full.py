@@ -13,8 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix
-from vanelock.fem.matrix_files.contents import size_of
+from vanelock.fem.matrix_files.contents import NoMatrixError, WantedMatrix, size_of
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries
 from vanelock.fem.matrix_files.readers.numpy_files import arrays
 

@@ -16,8 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen
-from vanelock.fem.matrix_files.contents import text
+from vanelock.fem.matrix_files.contents import WantedMatrix, chosen, text
 from vanelock.fem.matrix_files.entries import FULL, SYMMETRIC, Entries
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.mesh.files.decks.nastran_cards import cards, lines_of

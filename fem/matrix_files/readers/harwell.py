@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import WantedMatrix
-from vanelock.fem.matrix_files.contents import text
+from vanelock.fem.matrix_files.contents import WantedMatrix, text
 from vanelock.fem.matrix_files.entries import FULL, HERMITIAN, SYMMETRIC, Entries, Integers, square
 
 _FORMS = {"u": FULL, "r": FULL, "s": SYMMETRIC, "h": HERMITIAN}

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
-from vanelock.fem.matrix_files.choosing import NoMatrixError, WantedMatrix, chosen
-from vanelock.fem.matrix_files.contents import room, size_of
+from vanelock.fem.matrix_files.contents import NoMatrixError, WantedMatrix, chosen, room, size_of
 from vanelock.fem.matrix_files.entries import Entries, dense_entries, numbers, square
 
 _FAULTS = (

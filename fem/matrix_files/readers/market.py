@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import WantedMatrix
-from vanelock.fem.matrix_files.contents import content
+from vanelock.fem.matrix_files.contents import WantedMatrix, content
 from vanelock.fem.matrix_files.entries import (
     FULL,
     HERMITIAN,

@@ -13,8 +13,7 @@ import scipy.io
 import scipy.sparse as sp
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen
-from vanelock.fem.matrix_files.contents import content, room
+from vanelock.fem.matrix_files.contents import WantedMatrix, chosen, content, room
 from vanelock.fem.matrix_files.entries import Entries, dense_entries, square
 from vanelock.fem.matrix_files.readers.hdf5 import read_hdf5
 

@@ -17,8 +17,14 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen, refuse_unless_alone
-from vanelock.fem.matrix_files.contents import content, room, size_of
+from vanelock.fem.matrix_files.contents import (
+    WantedMatrix,
+    chosen,
+    content,
+    refuse_unless_alone,
+    room,
+    size_of,
+)
 from vanelock.fem.matrix_files.entries import Entries, dense_entries, numbers, square
 
 _FAULTS = (

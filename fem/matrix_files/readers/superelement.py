@@ -16,7 +16,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.choosing import WantedMatrix, chosen
+from vanelock.fem.matrix_files.contents import WantedMatrix, chosen
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries
 from vanelock.mesh.files.decks.abaqus_keywords import Line, keywords
 from vanelock.mesh.files.decks.numbers import real, whole

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, SingularError, assemble, backends, factorise
-from vanelock.fem.solvers import blocks
+from vanelock.fem.solvers import backend as solver_backend
 
 BACKENDS = backends()
 both_kinds = pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
@@ -77,7 +77,7 @@ def test_many_sides_are_solved_in_blocks(backend, is_complex, monkeypatch):
     b = sides(125, 300)  # more than one block
     x = factor.solve(b)
     assert abs(A @ x - b).max() < 1e-13
-    monkeypatch.setattr(blocks, "BYTES", 1)  # a block of one column
+    monkeypatch.setattr(solver_backend, "BYTES", 1)  # a block of one column
     np.testing.assert_allclose(factor.solve(b), x, atol=1e-14)
     monkeypatch.undo()
     unit = sp.random_array((125, 200), density=0.02, rng=3, format="csr")
