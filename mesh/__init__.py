@@ -4,7 +4,7 @@ from vanelock.common import lazy
 
 _modules = {
     "CasingDimensions": "geometry.dimensions",
-    "FileMesh": "files.file_mesh",
+    "FileMesh": "files.raw",
     "HookDimensions": "geometry.dimensions",
     "Mates": "matching.pairing",
     "AerofoilPoint": "geometry.gauge_places",

@@ -9,8 +9,8 @@ from vanelock.common.quantities import si
 from vanelock.mesh.files.ansys_archive import ARCHIVE, read_archive
 from vanelock.mesh.files.decks.abaqus import read_abaqus
 from vanelock.mesh.files.decks.nastran import read_nastran
-from vanelock.mesh.files.file_mesh import FileMesh
 from vanelock.mesh.files.meshio_files import FORMATS, read_exchange
+from vanelock.mesh.files.raw import FileMesh
 from vanelock.mesh.files.solids import solid_mesh
 
 DECKS = {

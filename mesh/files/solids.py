@@ -10,8 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from vanelock.common.errors import InputError
 from vanelock.mesh.cells import SOLIDS, Cell, solid
 from vanelock.mesh.exterior import exterior
-from vanelock.mesh.files.file_mesh import FileMesh
-from vanelock.mesh.files.raw import Array, CellBlock, Integers, RawMesh, distinct
+from vanelock.mesh.files.raw import Array, CellBlock, FileMesh, Integers, RawMesh, distinct
 from vanelock.mesh.refinement.dof_estimate import MOST
 
 

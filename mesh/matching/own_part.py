@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.mesh.files.file_mesh import FileMesh
-from vanelock.mesh.files.raw import distinct
+from vanelock.mesh.files.raw import FileMesh, distinct
 from vanelock.mesh.part import called
 
 Integers = NDArray[np.int64]
