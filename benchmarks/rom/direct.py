@@ -20,8 +20,8 @@ import scipy.linalg as sl
 
 from vanelock import fem, rom
 from vanelock.fem.vibration.block_lanczos import BLOCK, KrylovSpace, krylov_space, lowest_modes
+from vanelock.rom.fixed_interface.candidates import Fixed
 from vanelock.rom.fixed_interface.held import COLUMNS, hermitian
-from vanelock.rom.fixed_interface.modes import Fixed
 from vanelock.rom.routes.condensed import Condensed, definite_factor
 from vanelock.rom.routes.problem import cyclic_constraint
 from vanelock.rom.system.system import Matrix

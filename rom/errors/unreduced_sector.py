@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from vanelock.common.cyclic import phase_factor, turn
 from vanelock.fem import Model, cyclic_transform
 from vanelock.rom.joining.elements import properties
-from vanelock.rom.joining.joined import relative_rows
-from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.joined import merged, relative_rows
 from vanelock.rom.joining.pairs import HOOK_SETS, Joint, contact_pairs, key_tie
 from vanelock.rom.joining.patches import with_means
 from vanelock.rom.masters import everything

@@ -34,10 +34,9 @@ from numpy.typing import NDArray
 from vanelock.common.arguments import OfKind
 from vanelock.common.errors import InputError
 from vanelock.fem.vibration.block_lanczos import KrylovSpace, krylov_space
-from vanelock.rom.fixed_interface.candidates import Candidates, inertia_loads
+from vanelock.rom.fixed_interface.candidates import Candidates, Fixed, fixed_modes, inertia_loads
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
 from vanelock.rom.fixed_interface.massless import lowest
-from vanelock.rom.fixed_interface.modes import Fixed, fixed_modes
 from vanelock.rom.system.system import Matrix
 
 MARGIN = 2.0

@@ -16,8 +16,7 @@ from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.rom.component import Component
 from vanelock.rom.joining.elements import Load, Output
-from vanelock.rom.joining.joined import Joined
-from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.joined import Joined, merged
 from vanelock.rom.joining.pairs import Joint, contact_pairs, key_tie
 from vanelock.rom.masters import Masters
 from vanelock.rom.system.system import Force, System

@@ -8,7 +8,7 @@ import scipy.sparse as sp
 
 from tests.rom.block_in_rim import BLOCK, HOOK, LOCK, RIM, N
 from vanelock import fem, rom
-from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.joined import merged
 from vanelock.rom.joining.pairs import key_tie
 
 JOINTS = HOOK, LOCK

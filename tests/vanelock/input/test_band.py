@@ -16,7 +16,7 @@ from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.rom.errors.unreduced_sector import unreduced
-from vanelock.rom.joining.merging import merged
+from vanelock.rom.joining.joined import merged
 from vanelock.rom.joining.pairs import key_tie
 from vanelock.rom.masters import everything
 from vanelock.stages.parts.components import reduced_step, reference_step
