@@ -10,8 +10,7 @@ import pyuff
 from vanelock import load_study
 from vanelock.common.errors import InputError
 from vanelock.input.measured.curve import Measured, load_measured, read_measured
-from vanelock.input.measured.ordinates import Ordinate
-from vanelock.input.measured.universal import _factor
+from vanelock.input.measured.universal import Ordinate, _factor
 from vanelock.input.schema.comparison import MeasuredCurve
 
 HERTZ = np.linspace(0, 400, 401)
