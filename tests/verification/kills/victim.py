@@ -95,11 +95,11 @@ def compare(folder: Path, whole: Path) -> None:
     assert [name for name in one if not same(one[name], other[name])] == []
     assert one["@complete"]
     tables = [sorted(each.glob("figures/*.csv")) for each in (folder, whole)]
-    for table, other in zip(*tables, strict=True):
-        texts = table.read_text(), other.read_text()
-        assert DECIMAL.sub("", f"{table.name}{texts[0]}") == DECIMAL.sub("", other.name + texts[1])
+    for table, like in zip(*tables, strict=True):
+        texts = table.read_text(), like.read_text()
+        assert DECIMAL.sub("", f"{table.name}{texts[0]}") == DECIMAL.sub("", like.name + texts[1])
         read = [np.array([float(each) for each in DECIMAL.findall(text)]) for text in texts]
-        np.testing.assert_allclose(*read, rtol=1e-6)
+        np.testing.assert_allclose(read[0], read[1], rtol=1e-6)
 
 
 def same(value: Any, expected: Any) -> bool:
