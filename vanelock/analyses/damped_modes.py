@@ -56,20 +56,14 @@ Coefficient = Annotated[
 ]
 
 
-class DampedModeKeys(KeyTable):
-    """Natural frequency and damping ratio against amplitude, from stuck to gross slip."""
+class ModeKeys(KeyTable):
+    """Modes of waves that are followed from stuck to gross slip."""
 
     modes: Annotated[tuple[Number, ...], BeforeValidator(sequence)] | None = Field(
         default=None, min_length=1, max_length=40, description="modes"
     )
     nodal_diameters: Annotated[tuple[Diameter, ...], BeforeValidator(sequence)] | None = Field(
         default=None, min_length=1, max_length=1000, description="nodal diameters"
-    )
-    influence: Annotated[tuple[Coefficient, ...], BeforeValidator(sequence)] | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="aerodynamic influence coefficients",
     )
 
     def _distinct(self) -> Iterator[str]:
@@ -78,14 +72,24 @@ class DampedModeKeys(KeyTable):
             if given is not None and len(set(given)) < len(given):
                 yield f"{name} = {list(given)}: must differ from each other"
 
+    checks: ClassVar[tuple[Check, ...]] = (_distinct,)
+
     @property
     def air(self) -> dict[int, complex] | None:
         """Influence coefficients by segment, 1/s²; None where none are given."""
-        if self.influence is None:
-            return None
-        return {m: complex(real, imaginary) for m, real, imaginary in self.influence}
+        given = getattr(self, "influence", None)
+        return None if given is None else {m: complex(real, im) for m, real, im in given}
 
-    checks: ClassVar[tuple[Check, ...]] = (_distinct,)
+
+class DampedModeKeys(ModeKeys):
+    """Natural frequency and damping ratio against amplitude, from stuck to gross slip."""
+
+    influence: Annotated[tuple[Coefficient, ...], BeforeValidator(sequence)] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="aerodynamic influence coefficients",
+    )
 
 
 @dataclass(frozen=True)
@@ -139,28 +143,26 @@ class FollowedMode(Product):
         return np.asarray(self.driven.output[:, self.node, self.component])
 
 
-def check(given: "Given", keys: DampedModeKeys) -> Iterator[str]:
-    """What keeps damped modes from being of the ring."""
+def check(given: "Given", keys: ModeKeys, table: str = "damped_modes") -> Iterator[str]:
+    """What keeps modes from being of the ring."""
     if getattr(given, "system", None) is not None:  # whose file says how many segments
         return
     N = given.ring.sectors
     for k in keys.nodal_diameters or ():
         if 2 * abs(k) > N:
-            yield (
-                f"damped_modes.nodal_diameters: given {k}: of {N} segments allowed are "
-                f"{-(N // 2)} to {N // 2}"
-            )
-    segments = [m % N for m, *_ in keys.influence or ()]
+            allowed = f"of {N} segments allowed are {-(N // 2)} to {N // 2}"
+            yield f"{table}.nodal_diameters: given {k}: {allowed}"
+    segments = [m % N for m, *_ in getattr(keys, "influence", None) or ()]
     if len(set(segments)) < len(segments):
-        yield f"damped_modes.influence: of {N} segments one is given twice"
+        yield f"{table}.influence: of {N} segments one is given twice"
 
 
-def cost(study: "Study", keys: DampedModeKeys, curve: float) -> float:
+def cost(study: "Study", keys: ModeKeys, curve: float) -> float:
     """Seconds: each mode takes about as long as a curve."""
     return len(keys.modes or (0,)) * len(keys.nodal_diameters or (0,)) * curve
 
 
-def parts(given: "Given", keys: DampedModeKeys) -> Sequence[AnalysisPart]:
+def parts(given: "Given", keys: ModeKeys) -> Sequence[AnalysisPart]:
     """One for each mode of each nodal diameter; without any, those of the excitation."""
     from vanelock.input.cases.values import ring_of
 
@@ -173,7 +175,7 @@ def parts(given: "Given", keys: DampedModeKeys) -> Sequence[AnalysisPart]:
     ]
 
 
-def compute(case: "SolvedCase", keys: DampedModeKeys, part: AnalysisPart) -> FollowedMode:
+def compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedMode:
     """One mode of one nodal diameter, with the harmonics of the peak."""
     number, k = part.inputs["mode"], part.inputs["nodal_diameter"]
     options, N = replace(case.options, direction=None), case.system.sectors

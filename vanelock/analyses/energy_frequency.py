@@ -7,23 +7,19 @@ Part I, Mech. Syst. Signal Process. 23 (2009) 170-194). Modes are those of `damp
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field
 
 from vanelock.analyses import damped_modes
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.cyclic import folded
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
-from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
-    from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Picture
@@ -36,20 +32,8 @@ TEXT = (
 )
 
 
-class EnergyFrequencyKeys(KeyTable):
+class EnergyFrequencyKeys(damped_modes.ModeKeys):
     """Natural frequency and damping ratio against the energy of the vibration."""
-
-    modes: Annotated[tuple[damped_modes.Number, ...], BeforeValidator(sequence)] | None = Field(
-        default=None, min_length=1, max_length=40, description="modes"
-    )
-    nodal_diameters: (
-        Annotated[tuple[damped_modes.Diameter, ...], BeforeValidator(sequence)] | None
-    ) = Field(default=None, min_length=1, max_length=1000, description="nodal diameters")
-
-    @property
-    def of_modes(self) -> damped_modes.DampedModeKeys:
-        """The same modes as those of the other table."""
-        return damped_modes.DampedModeKeys(modes=self.modes, nodal_diameters=self.nodal_diameters)
 
 
 @dataclass(frozen=True)
@@ -82,27 +66,11 @@ class EnergyFrequency(Product):
         return f"mode {self.number}, ND {self.nodal_diameter}"
 
 
-def check(given: "Given", keys: EnergyFrequencyKeys) -> Iterator[str]:
-    """What keeps the modes from being of the ring."""
-    for line in damped_modes.check(given, keys.of_modes):
-        yield line.replace("damped_modes", "energy_frequency")
-
-
-def cost(study: "Study", keys: EnergyFrequencyKeys, curve: float) -> float:
-    """Seconds."""
-    return damped_modes.cost(study, keys.of_modes, curve)
-
-
-def parts(given: "Given", keys: EnergyFrequencyKeys) -> Sequence[AnalysisPart]:
-    """One for each mode of each nodal diameter."""
-    return damped_modes.parts(given, keys.of_modes)
-
-
 def compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
     """One mode of one nodal diameter."""
     from vanelock.quantities.contacts.energy import balance
 
-    followed = damped_modes.compute(case, keys.of_modes, part)
+    followed = damped_modes.compute(case, keys, part)
     number, k, mode = followed.number, followed.nodal_diameter, followed.mode
     if mode is None:
         return EnergyFrequency(number, k, reason=followed.reason)
@@ -206,10 +174,10 @@ ENERGY_FREQUENCY = Analysis(
     scene_keys=EnergyFrequencyKeys,
     product=lambda: EnergyFrequency,
     compute=compute,
-    parts=parts,
+    parts=damped_modes.parts,
     whole_ring=lambda given, keys: keys.nodal_diameters is not None,
-    check=check,
-    cost=cost,
+    check=lambda given, keys: damped_modes.check(given, keys, "energy_frequency"),
+    cost=damped_modes.cost,
     places=lambda product: f"energy_frequency/mode_{product.number}_nd_{product.nodal_diameter}",
     warnings=warnings,
     tables=tables,
