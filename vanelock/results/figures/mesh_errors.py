@@ -25,11 +25,10 @@ def mesh_errors(run: RunResult, each: Planned) -> list[Picture]:
         densities = found.vane, found.casing
         render.mesh_error_picture(path, run.parts(each), densities, title, subtitle)
 
-    path = run.output_files.draw("figures/mesh_error.png", shows, picture)
     table = run.stages.get(step).table
-    data = run.table("figures/mesh_error.csv", shows, table.by_head, table.lines)
     caption = (
         "What each element adds to the stiffness of the mode of interest, by its own estimate: "
         "elements are best made smaller where colours are dark. The table lists the worst places."
     )
-    return [Picture(path, title, caption, (data,))]
+    own = shows, picture, table.by_head, table.lines
+    return [run.picture("figures/mesh_error", title, *own, caption)]

@@ -92,14 +92,11 @@ def contacts(run: RunResult, each: Planned) -> Picture:
             around.headings,
         )
 
-    path = run.output_files.draw(f"figures/contacts_{slug(name)}.png", shows, picture)
-
     def table() -> Mapping[str, ArrayLike]:
         nodes, positions, _, joint = places()
         return columns(around, joint, nodes, positions)
 
     notes = [f"{title}{of_case(name)}; places on the vane of sector 0; energy of friction a cycle"]
-    data = run.table(f"figures/contacts_{slug(name)}.csv", shows, table, notes)
     hertz = around.frequency[around.headings.index("at the peak")]
     caption = (
         f"State of every contact of a sector at the peak, {hertz:.2f} Hz, "
@@ -109,7 +106,8 @@ def contacts(run: RunResult, each: Planned) -> Picture:
         "that friction takes there in a cycle; numbers are those of the tables. Large markers in "
         "one corner say that few contacts do the damping, and wear."
     )
-    return Picture(path, "Contacts around the resonance", caption, (data,))
+    file, heading = f"figures/contacts_{slug(name)}", "Contacts around the resonance"
+    return run.picture(file, heading, shows, picture, table, notes, caption)
 
 
 def columns(

@@ -99,9 +99,7 @@ def loops(run: RunResult, each: Planned) -> list[Picture]:
         given["bounding"] = loop.bounding
         render.loop_picture(path, *loop.history, loop.mu, title, words(name), **given)
 
-    path = run.output_files.draw(f"figures/loop_{slug(name)}.png", shows, draw)
     notes = [f"{run.given.name}: {title}{of_case(name)}, one period"]
-    data = run.table(f"figures/loop_{slug(name)}.csv", shows, loop.columns, notes)
     caption = (
         f"C{heading[1:]}, the one that dissipates most, over one "
         f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction force over "
@@ -109,5 +107,5 @@ def loops(run: RunResult, each: Planned) -> list[Picture]:
         "dashed limits ±μn the contact slips, on the steep flanks it sticks. Right: normal and "
         "friction force over the period; the limits follow the normal force."
     )
-    heading = f"Hysteresis of {heading}"
-    return [Picture(path, heading, caption, (data,))]
+    file, heading = f"figures/loop_{slug(name)}", f"Hysteresis of {heading}"
+    return [run.picture(file, heading, shows, draw, loop.columns, notes, caption)]

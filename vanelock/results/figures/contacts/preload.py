@@ -34,20 +34,22 @@ def _preload(run: RunResult, each: Planned) -> Picture:
     name = each.preload_name
     suffix = f"_{slug(name)}" if name else ""
     shows = [each.preload.key, name]
-    path = run.output_files.draw(
-        f"figures/preload{suffix}.png",
-        shows,
-        lambda path: picture(path, static, joints, words(name)),
-    )
     names = {joint: tangents(run.given, joint) for joint in joints}
-    data = run.table(f"figures/preload{suffix}.csv", shows, lambda: columns(static, joints, names))
     caption = (
         f"Contact forces at rest, nothing vibrating{of_case(name)}. Above: normal force "
         "of each contact of a sector. Below: friction over its bound, |t| / (μ n): 1 where the "
         "contact slid while the parts were assembled. An open contact carries nothing and cannot "
         "damp; the spread of the normal forces shows how unevenly a joint will slip."
     )
-    return Picture(path, "Preload of the contacts", caption, (data,))
+    return run.picture(
+        f"figures/preload{suffix}",
+        "Preload of the contacts",
+        shows,
+        lambda path: picture(path, static, joints, words(name)),
+        lambda: columns(static, joints, names),
+        (),
+        caption,
+    )
 
 
 def picture(path: Path, static: Response, joints: tuple[str, ...], subtitle: str) -> None:
