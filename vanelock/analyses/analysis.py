@@ -86,7 +86,7 @@ class Analysis(Generic[K, P]):
     parts : callable
         (given, keys) to its parts.
     combine : callable or None
-        Products of all parts, a getter of one and their steps, to the one that is shown.
+        Products of all parts to the one that is shown.
     by_response : bool
         Whether each of a case's responses has a part.
     whole_ring : callable

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from vanelock.report import Answer
     from vanelock.stages.response.summary import Summary, WaveVerdict
 
-TYPICAL = 100
-"""Points of a response over a range that chooses them itself."""
 SECONDS, HARMONICS = 3.3, 0.5
 """Of a point, and with each (2H + 1)^1.5 (docs/benchmarks/stability.md)."""
 WORDS = ("stable", "unstable", "undecided")
@@ -53,6 +51,8 @@ def check(given: "Given", keys: StabilityKeys) -> Iterator[str]:
 
 def cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
     """Seconds."""
+    from vanelock.stages.sweep.time_left import TYPICAL
+
     listed = study.response.frequencies
     points = len(listed) if listed else study.response.points or TYPICAL
     count = points if keys.points == "all" else 1

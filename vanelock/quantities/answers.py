@@ -214,7 +214,7 @@ def balances(run: RunResult) -> dict[str, EnergyBalance]:
     found = {}
     for each in run.planned:
         name = each.case.name
-        if name in run.peaks:
+        if run.cases[name].peak is not None:
             planned = each.solved(run.stages.get(each.response))
             found[name] = balance(run.stages.get(planned.system), run.top(each))
     return found

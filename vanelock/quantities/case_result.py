@@ -118,7 +118,7 @@ class CaseResult:
         return response.frequency, self.monitor.amplitude(response), response.converged
 
 
-def analysed(case: CaseResult, analyses: "Sequence[Analysis[Any, Any]]") -> CaseResult:
+def with_curves(case: CaseResult, analyses: "Sequence[Analysis[Any, Any]]") -> CaseResult:
     """A case with its curves, and what its analyses have to say of them and of its summary."""
     responses = case.responses
     made = [case.curve(each) for each in responses]

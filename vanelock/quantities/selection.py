@@ -34,19 +34,20 @@ def named(run: RunResult) -> list[Planned]:
     All if they are few; of samples those of the lowest, the middle and the largest peak, of other
     sweeps the first and the last.
     """
-    cases = [each for each in run.planned if each.case.name in run.peaks]
+    peaks = run.peaks
+    cases = [each for each in run.planned if each.case.name in peaks]
     if len(cases) <= DETAILED:
         return cases
     if not sampled(run):
         return [cases[0], cases[-1]]
-    order = lowest_first(run.peaks)
+    order = lowest_first(peaks)
     chosen = order[0], order[len(order) // 2], order[-1]
     return [each for each in cases if each.case.name in chosen]
 
 
 def sampled(run: RunResult) -> bool:
     """Whether the cases are samples of keys that scatter."""
-    return run.planned[0].case.name.startswith(f"{SAMPLE}=")
+    return next(iter(run.cases)).startswith(f"{SAMPLE}=")
 
 
 def in_words(run: RunResult) -> str:

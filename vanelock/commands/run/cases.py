@@ -22,8 +22,7 @@ from vanelock.pipeline.progress import Failed, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.pipeline.tasks import Failure, TaskFailed, Workers
 from vanelock.quantities import warnings
-from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.case_result import analysed as analysed_case
+from vanelock.quantities.case_result import CaseResult, with_curves
 from vanelock.quantities.jumps import notes
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.scatter import (
@@ -254,9 +253,7 @@ class OngoingRun:
         """Preload and responses of a case, and all that follows from them."""
         self.stages.get(planned.preload)
         found = [self._response(planned, step) for step in planned.responses]
-        response = by_height(found, self.run.monitor)[0]
-        planned = planned if response is found[0] else planned.turned(BY_RESPONSE)
-        planned = planned.solved(response)
+        planned, response = self._as_solved(planned, found)
         strain, errors = self._strain(planned, response), None
         if planned.chosen_mesh is not None:
             errors = judged(planned, response, self.stages, self.run.monitor)
@@ -265,7 +262,7 @@ class OngoingRun:
             self.stages.get(analysed)
         case = self._case(planned)
         case = replace(case, strain=strain, errors=errors, campbell=diagram)
-        return analysed_case(case, ANALYSES)
+        return with_curves(case, ANALYSES)
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
         self._clock.begin(planned, step)
@@ -273,11 +270,17 @@ class OngoingRun:
         self._clock.end(not self.stages.done[step.key].cached)
         return found
 
+    def _as_solved(self, planned: Planned, responses: list[Response]) -> tuple[Planned, Response]:
+        """A case whose responses are known, and the one with the higher peak, which comes first."""
+        higher = by_height(responses, self.run.monitor)[0]
+        planned = planned if higher is responses[0] else planned.turned(BY_RESPONSE)
+        return planned.solved(higher), higher
+
     def _case(self, planned: Planned) -> CaseResult:
         """A case in numbers, but for those of its analyses."""
         system = self.stages.get(planned.system)
         responses = [self.stages.get(each) for each in planned.responses]
-        sweeps = [sweep_of(each, self.run.monitor.amplitude(each)) for each in responses]
+        sweeps = tuple(sweep_of(each, self.run.monitor.amplitude(each)) for each in responses)
         if (key := planned.preload.key) not in self._loose:
             self._loose[key] = undetermined(system, self.stages.get(planned.preload))
         found = summarise(
@@ -290,8 +293,7 @@ class OngoingRun:
             sum(self.stages.done[step.key].seconds for step in planned.responses),
             self._loose[key],
         )
-        found = replace(found, sweeps=tuple(sweeps))
-        return CaseResult(planned, self.stages, self.run.monitor, found)
+        return CaseResult(planned, self.stages, self.run.monitor, replace(found, sweeps=sweeps))
 
     def _show(self, planned: Planned, case: CaseResult) -> None:
         """A case that is solved: written, shown."""
@@ -302,7 +304,8 @@ class OngoingRun:
             if system.contacts.springs.any() and self._few(len(self._preloads), "preloads"):
                 joints = system.contacts.joints
                 self.listener(listing.preload_table(planned.preload_name, joints, static))
-        lines = (*notes(case.summary.sweeps), *doubts(case, static, not self.run.peaks))
+        first = all(each.peak is None for each in self.run.cases.values())
+        lines = (*notes(case.summary.sweeps), *doubts(case, static, first))
         case = replace(case, summary=replace(case.summary, warnings=lines))
         self.run.cases[case.name] = case
         self.record.case(case, ANALYSES)
@@ -324,10 +327,8 @@ class OngoingRun:
             if each.case.name in self.run.cases or not all(held(s.stage, s.key) for s in steps):
                 continue
             found = [self.stages.get(step) for step in each.responses]
-            response = by_height(found, self.run.monitor)[0]
-            planned = (each if response is found[0] else each.turned(())).solved(response)
-            case = self._case(replace(planned, analyses={}))
-            self.record.case(case, ())
+            planned, _ = self._as_solved(replace(each, analyses={}), found)
+            self.record.case(self._case(planned), ())
 
     def _campbell(self, planned: Planned) -> Campbell | None:
         """The Campbell diagram of a case, the first of those that share its lines."""

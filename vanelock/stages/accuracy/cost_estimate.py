@@ -100,8 +100,7 @@ def estimated(
 
 def _further(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> int:
     """Nodal diameters that are reduced for what is asked for beyond the responses."""
-    asked = ((each, each.keys_of(study)) for each in analyses)
-    if not any(keys is not None and each.whole_ring(study, keys) for each, keys in asked):
+    if not any(each.whole_ring(study, keys) for each, keys in _asked(study, analyses)):
         return 0
     from vanelock.stages.parts.components import diameters  # and all that reduces
 
@@ -111,8 +110,13 @@ def _further(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> int:
 def _analyses(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> float:
     """Seconds of what is asked for beyond the responses of a case."""
     curve = POINTS * work(study)
-    asked = ((each, each.keys_of(study)) for each in analyses)
-    return sum(each.cost(study, keys, curve) for each, keys in asked if keys is not None)
+    each_one: list[float] = [a.cost(study, keys, curve) for a, keys in _asked(study, analyses)]
+    return sum(each_one)
+
+
+def _asked(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> "list[tuple[Any, Any]]":
+    """Analyses that a study asks for, each with its table."""
+    return [(each, keys) for each in analyses if (keys := each.keys_of(study)) is not None]
 
 
 def _own(study: Study) -> bool:
