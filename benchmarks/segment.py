@@ -12,13 +12,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from benchmarks.unreduced import unreduced_segment
 from vanelock import fem, mesh, rom
+from vanelock.stages.parts.segment import Joint
 
 Floats = NDArray[np.float64]
 
 MATERIAL = fem.Material(E=170e9, nu=0.3, rho=8200)
-HOOK = rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6)
-INTERLOCK = rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6)
+HOOK = Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6)
+INTERLOCK = Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6)
 JOINTS = (HOOK, INTERLOCK)
 CASES = {"free": (HOOK,), "stuck": JOINTS}
 SETS = ("hook_front", "hook_rear", "key")
@@ -97,7 +99,7 @@ class Sector(NamedTuple):
 
 def unreduced(vane: fem.Model, casing: fem.Model, case: str, diameter: int) -> Sector:
     """The sector with its modes."""
-    K, M = rom.unreduced(vane, casing, CASES[case], diameter)
+    K, M = unreduced_segment(vane, casing, CASES[case], diameter)
     factor = fem.factorise(K)
     squared, shapes = fem.eigenpairs(K, M, MODES, factor=factor)
     return Sector(K, M, factor, np.sqrt(squared) / (2 * np.pi), shapes)

@@ -139,6 +139,11 @@ class Component(Product):
         return replace(self, vectors=_single(self.vectors), diameters=diameters)
 
     @property
+    def rest_loads(self) -> dict[str, Matrix]:
+        """Its loads at rest by name, N; none where it has none."""
+        return self.loads or {}
+
+    @property
     def size(self) -> int:
         """Number of reduced coordinates."""
         return self.interface_modes + 3 * len(self.masters.nodes) + self.fixed_modes

@@ -22,7 +22,7 @@ from vanelock.rom.masters import Masters, choose
 from vanelock.rom.routes.at_rest import Loads, held_loads
 from vanelock.rom.routes.condensed import Condensed, condensed
 from vanelock.rom.routes.cyclic_first import cyclic_first
-from vanelock.rom.routes.paper import check_count, paper
+from vanelock.rom.routes.paper import CraigBampton, check_count, craig_bampton, paper
 from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.routes.rows import held_piece
 
@@ -44,7 +44,7 @@ def reduce(
     band: float | None = None,
     least: float | None = None,
     averaged: Sequence[str] = (),
-    prepared: Condensed | None = None,
+    prepared: Condensed | CraigBampton | None = None,
     loads: Loads | None = None,
 ) -> Component:
     """Reduce one part to its master nodes and a few modes.
@@ -80,9 +80,9 @@ def reduce(
         Contact sets whose nodes stand for their patches: the masters' displacements are the means
         over them, and a key node of such a set is tied by its mean; see `rom.joining.patches`.
         The other part's set must be averaged too.
-    prepared : Condensed, optional
-        What `prepare` made of this model and these masters: nodal diameters that are reduced one
-        after the other, and the recovery of fields, need not compute it again.
+    prepared : optional
+        What `prepare` made of this model, these masters and this route: nodal diameters that are
+        reduced one after the other, and the recovery of fields, need not compute it again.
     loads : dict of str to (n,) float, optional
         Loads at rest by name on the model's free dofs, N, as `fem.pressure`, `fem.thermal` and
         `fem.centrifugal` give them: the static answer to each is a further vector at nodal diameter
@@ -111,30 +111,42 @@ def reduce(
     _check_loads(loads, cyclic, route, diameters)
     if route == "paper":
         check_count(count := interface_modes or MODES, 3 * len(given.left))
-        return paper(given, wanted, diameters, count)
-    shared = condensed(given) if prepared is None else prepared
+        dense = prepared if isinstance(prepared, CraigBampton) else craig_bampton(given, wanted)
+        return paper(dense, diameters, count)
+    shared = prepared if isinstance(prepared, Condensed) else condensed(given)
     if not cyclic:
         return whole(shared, wanted, loads)
     return cyclic_first(shared, wanted, diameters, loads)
 
 
 def prepare(
-    model: Model, masters: Sequence[str], averaged: Sequence[str] = (), cyclic: bool = True
-) -> Condensed:
-    """What reductions of a part, at all nodal diameters, and its recovery share: one factorisation.
+    model: Model,
+    masters: Sequence[str],
+    averaged: Sequence[str] = (),
+    cyclic: bool = True,
+    route: Route = "cyclic",
+    modes: int | None = None,
+) -> Condensed | CraigBampton:
+    """What the reductions of a part at all nodal diameters share: factors, for its recovery, too.
+
+    By the route "paper" its Craig-Bampton model with every dof of the faces a master.
 
     Parameters
     ----------
-    model, masters, averaged
+    model, masters, averaged, route, modes
         As for `reduce`.
     cyclic : bool
         Whether it is to be reduced at nodal diameters, not in one piece.
     """
-    chosen = choose(model.part, tuple(masters), tuple(averaged))
-    return condensed(problem(model, chosen, cyclic))
+    given = problem(model, choose(model.part, tuple(masters), tuple(averaged)), cyclic)
+    if route == "paper":
+        return craig_bampton(given, Selection(modes=modes or MODES))
+    return condensed(given)
 
 
-def _same(prepared: Condensed, model: Model, chosen: Masters, cyclic: bool) -> Problem:
+def _same(
+    prepared: Condensed | CraigBampton, model: Model, chosen: Masters, cyclic: bool
+) -> Problem:
     """The problem that was prepared, which must be the one that is asked for."""
     found = prepared.problem
     own, given = found.masters, (chosen.nodes, chosen.averaged)

@@ -12,6 +12,7 @@ import meshio
 import numpy as np
 import pytest
 
+from benchmarks.unreduced import unreduced_segment as unreduced
 from tests.golden.runs import GoldenRun, golden_run, made_once
 from tests.mesh.files.archives import degenerated
 from vanelock import fem, mesh, rom
@@ -19,7 +20,7 @@ from vanelock.mesh import Part
 from vanelock.mesh.gmsh_session import session
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages, Step
-from vanelock.rom.joining.vane_and_casing import joined_dofs
+from vanelock.stages.parts.segment import Joint, Segment
 
 Place = Callable[[np.ndarray], np.ndarray]
 
@@ -155,8 +156,8 @@ def lattice() -> Callable[..., Part]:
 
 
 JOINTS = (
-    rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
-    rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
+    Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
+    Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
 )
 VANE_MASTERS = (
     "hook_front",
@@ -171,13 +172,13 @@ CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "output")
 
 def scene_of(models, vane, casing, joints) -> SimpleNamespace:
     """Models and components, their system under 30 N, and the truth of the unreduced sector."""
-    system = rom.join(vane, casing, joints, rom.Excitation(1, force=30.0), damping_ratio=0.003)
+    system = Segment(joints, 1, force=30.0, damping_ratio=0.003).join(vane, casing)
 
     @lru_cache
     def truth(k, interlock):
         """Six frequencies, Hz, and vectors of the unreduced sector."""
         closed = joints if interlock == "closed" else joints[:1]
-        omega2, vectors = fem.eigenpairs(*rom.unreduced(*models, closed, k), 6)
+        omega2, vectors = fem.eigenpairs(*unreduced(*models, closed, k), 6)
         return np.sqrt(omega2) / (2 * np.pi), vectors
 
     return SimpleNamespace(
@@ -188,7 +189,7 @@ def scene_of(models, vane, casing, joints) -> SimpleNamespace:
         casing=casing,
         system=system,
         joints=joints,
-        joined_dofs=joined_dofs(vane, casing),
+        joined_dofs=next(iter(system.diameters.values())).parts[vane.masters.part],
         interlock=np.array([name == "interlock" for name in system.contacts.joint]),
     )
 

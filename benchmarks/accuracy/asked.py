@@ -14,7 +14,7 @@ from vanelock.nonlinear import Response, peak_errors
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.accuracy.choose_mesh import MeshChoice, choose_mesh
+from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.limits import frequencies
@@ -23,23 +23,22 @@ from vanelock.stages.response.monitor import monitor
 
 @dataclass(frozen=True)
 class Solved:
-    """A study solved: its system and range, its response, and the mesh that an accuracy chose."""
+    """A study solved: its system and range, its response, and its steps."""
 
     given: Prepared
     response: Response
     planned: Planned
-    chosen_mesh: MeshChoice | None
 
 
 def solved(study: Study, stages: Stages, memory: float | None = None) -> Solved:
     """Run a study's one case up to its response, with meshes that so many bytes hold."""
     (case,) = cases(study)
     most = most_dofs(memory)
-    chosen_mesh = None if study.accuracy is None else choose_mesh(case.study, stages, most)
-    (planned,) = plan([case], lambda *_: None, [chosen_mesh])
+    choice = None if study.accuracy is None else choose_mesh(case.study, stages, most)
+    (planned,) = plan([case], choices=[choice])
     response = stages.get(planned.response)
     planned = planned.solved(response)
-    return Solved(framed(planned, stages), response, planned, chosen_mesh)
+    return Solved(framed(planned, stages), response, planned)
 
 
 def framed(planned: Planned, stages: Stages) -> Prepared:

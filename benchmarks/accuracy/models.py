@@ -14,7 +14,7 @@ from vanelock.common.product import Product
 from vanelock.mesh import Part
 from vanelock.stages.parts.components import MASTERS, PARTS, averaged, model_step
 from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.parts.systems import joining
+from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.response.limits import Limits, dense, frequencies, limits
 from vanelock.stages.response.monitor import Monitor, monitor
 
@@ -140,7 +140,7 @@ class Prepared:
 def prepared(scene: Scene, reduction: Reduction) -> Prepared:
     """The system of a scene from reduced parts, ready to be solved."""
     study = scene.study()
-    system = joining(study).join(reduction.vane, reduction.casing)
+    system = segment_of(study).join(reduction.vane, reduction.casing)
     return framed(scene, system)
 
 

@@ -108,18 +108,18 @@ def run(scene: Scene, folder: Path, accuracy: float | None) -> Known:
     found = asdict(
         outcome(scene, "", done.given, done.response, kept, rom=0.0, response=0.0, diameters=0)
     )
-    if done.chosen_mesh is None:
+    if done.planned.choice is None:
         own = own_errors(done.planned, stages)
     else:
-        mesh, (_, amplitude, frequency) = done.chosen_mesh.rounds[-1], stated(done.response)
+        mesh, (_, amplitude, frequency) = done.planned.choice.rounds[-1], stated(done.response)
         own = {
             "size": mesh.size,
             "dofs": mesh.dofs,
-            "meshes": len(done.chosen_mesh.rounds),
+            "meshes": len(done.planned.choice.rounds),
             "mesh": mesh.amplitude,
             "amplitude_error": amplitude + mesh.amplitude,
             "frequency_error": frequency + mesh.error,
-            "short": done.chosen_mesh.short,
+            "short": done.planned.choice.short,
         }
     seconds = sum(stages.cpu.get(key, 0.0) for key in stages.done)
     return {**found, **own, "seconds": seconds, "memory": memory("VmHWM") / 1000}

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from benchmarks.accuracy.models import Models, Prepared, prepared
 from benchmarks.accuracy.scenes import Scene
+from vanelock.input.cases.values import diameter_of
 from vanelock.nonlinear import Options, Response, frequency_response
-from vanelock.stages.parts.components import diameter_of
 
 Floats = NDArray[np.float64]
 

@@ -20,14 +20,15 @@ from benchmarks.mesh.families import SHARP
 from benchmarks.mesh.named import AVERAGED, casing_reference
 from benchmarks.mesh.reference import graded, reference
 from benchmarks.segment import CASES, MATERIAL
-from vanelock import fem, mesh, rom
+from benchmarks.unreduced import unreduced_segment as unreduced
+from vanelock import fem, mesh
 from vanelock.fem.elements.reference import reference_element
 from vanelock.fem.stresses.strains import hooke, strain_blocks
 from vanelock.mesh import CasingDimensions, Part, Sizes, VaneDimensions, sizes_for
 from vanelock.mesh.geometry.element_size import SIZES
-from vanelock.rom.joining.pairs import HOOK_SETS
 from vanelock.rom.joining.patches import with_means
 from vanelock.rom.masters import everything
+from vanelock.stages.parts.segment import HOOK_SETS
 
 Floats = NDArray[np.float64]
 
@@ -153,7 +154,7 @@ def joined(vane: Part, casing: Part) -> Joined:
     ]
     second, told = {}, {}
     for case, joints in CASES.items():
-        squared, shapes = fem.eigenpairs(*rom.unreduced(blade, shell, joints, 1, AVERAGED), 3)
+        squared, shapes = fem.eigenpairs(*unreduced(blade, shell, joints, 1, AVERAGED), 3)
         x = shapes[:, 1]
         of_casing = T @ x[: T.shape[1]]
         of_vane = np.zeros(blade.K.shape[0], complex)

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from benchmarks.mesh.families import COUNT, SHARP, straightened
 from benchmarks.mesh.reference import extrapolated, graded
 from benchmarks.segment import CASES, MATERIAL
-from vanelock import fem, mesh, rom
+from benchmarks.unreduced import unreduced_segment as unreduced
+from vanelock import fem, mesh
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.mesh.generate import extract
@@ -120,7 +121,7 @@ def joined(size: str) -> Joined:
     models = [fem.assemble(make(size=size), MATERIAL) for make in MAKE.values()]
     second = {}
     for case, joints in CASES.items():
-        K, M = rom.unreduced(*models, joints, 1, AVERAGED)
+        K, M = unreduced(*models, joints, 1, AVERAGED)
         squared, _ = fem.eigenpairs(K, M, 3)
         second[case] = float(np.sqrt(squared[1]) / (2 * np.pi))
     print(size, second, flush=True)

@@ -27,6 +27,7 @@ from benchmarks.clock import page
 from benchmarks.rom.direct import direct
 from benchmarks.segment import CASING_MASTERS, JOINTS, MATERIAL, VANE_MASTERS
 from vanelock import fem, mesh, rom
+from vanelock.stages.parts.segment import Segment
 
 ROUTES: dict[str, dict[str, Any]] = {
     "paper": {"route": "paper", "modes": 10},
@@ -157,8 +158,7 @@ def chain(vane_size: str | float, casing_size: str | float) -> tuple[list[str], 
     )
     unit()
     unit()
-    excitation = rom.Excitation(1, force=1.0)
-    system = stage("join", lambda: rom.join(small_vane, small_casing, JOINTS, excitation))
+    system = stage("join", lambda: Segment(JOINTS, 1, 1.0).join(small_vane, small_casing))
     median = float(np.median(units))
     text = CHAIN.format(
         vane=vane.K.shape[0],

@@ -23,6 +23,7 @@ from benchmarks.segment import (
     vane_model,
 )
 from vanelock import fem, rom
+from vanelock.stages.parts.segment import Segment
 
 Floats = NDArray[np.float64]
 
@@ -136,7 +137,7 @@ class Bench:
         self, vane: rom.Component, casing: rom.Component, spent: float, diameter: int = 1
     ) -> Outcome:
         """Join and compare."""
-        system = rom.join(vane, casing, JOINTS, rom.Excitation(diameter, force=1.0))
+        system = Segment(JOINTS, diameter, force=1.0).join(vane, casing)
         modal = vane.fixed_modes + casing.fixed_modes + casing.interface_modes
         made = Outcome(modal, len(system.at(diameter).K), spent)
         for case in CASES:

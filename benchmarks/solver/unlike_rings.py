@@ -25,6 +25,7 @@ from vanelock.nonlinear import (
     ring_response,
     whitehead,
 )
+from vanelock.stages.parts.segment import Segment
 
 AROUND = 0.01  # of the peak's frequency, to either side
 PERCENTILES = (5, 50, 95)
@@ -67,8 +68,7 @@ def vane(size: str) -> System:
         nodal_diameters=diameters,
         band=vane.band,
     )
-    excitation = rom.Excitation(1, force=30.0)
-    return rom.join(vane, casing, segment.JOINTS, excitation, 0.003, diameters="all")
+    return Segment(segment.JOINTS, 1, 30.0, damping_ratio=0.003).join(vane, casing)
 
 
 def small() -> System:

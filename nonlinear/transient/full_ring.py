@@ -149,7 +149,7 @@ def ring(system: System, every: bool = False) -> FullRing:
 
 def _real(matrices: Diameter, nodal_diameter: int) -> Diameter:
     """Matrices of a diameter at which no wave travels, freed of round-off."""
-    real: dict[str, Array] = {}
+    real: dict[str, Any] = {}
     for name in ("K", "M", "own", "next", "output", "C"):
         value = getattr(matrices, name)
         if value is None:
@@ -160,4 +160,4 @@ def _real(matrices: Diameter, nodal_diameter: int) -> Diameter:
                 "real coordinates at the nodal diameters 0 and N/2, where no wave travels"
             )
         real[name] = value.real
-    return Diameter(**real)
+    return replace(matrices, **real)

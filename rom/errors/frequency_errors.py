@@ -17,25 +17,33 @@ form. For the displacement aᴴx under a load f, with z the reduced answer to th
 the form between the two, zᴴ(...)q.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg as sl
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.rom.component import Component, Reduced
+from vanelock.rom.component import Reduced
 from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.joining.linear_modes import linear_damping, linear_modes, linear_stiffness
-from vanelock.rom.joining.vane_and_casing import joined_dofs
 from vanelock.rom.system.system import Matrix, System
 
 BEYOND = 5
 """Modes beyond those asked for that may act on them."""
 ROUND_OFF = 1e-13
 """Of the largest ratio of a coordinate's stiffness to its mass: an ω² below it is zero."""
+
+
+class ReducedPart(Protocol):
+    """What has matrices by nodal diameter, such as a `Component`."""
+
+    def at(self, nodal_diameter: int) -> Reduced:
+        """Those of one."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -46,25 +54,23 @@ class FrequencyErrors:
     ----------
     frequency : (count,) float
         Hz, ascending; each too high.
-    vane, casing : (count,) float
+    parts : dict of str to (count,) float
         Relative error that each part's reduction causes; infinite above the frequency up to which
         it keeps all fixed-interface modes.
     """
 
     frequency: NDArray[np.float64]
-    vane: NDArray[np.float64]
-    casing: NDArray[np.float64]
+    parts: dict[str, NDArray[np.float64]]
 
     @property
     def total(self) -> NDArray[np.float64]:
         """(count,) relative error."""
-        return self.vane + self.casing
+        return np.asarray(sum(self.parts.values(), np.zeros(len(self.frequency))))
 
 
 def frequency_errors(
     system: System,
-    vane: Component,
-    casing: Component,
+    parts: Mapping[str, ReducedPart],
     nodal_diameter: int,
     count: int,
     closed: NDArray[np.bool_] | None = None,
@@ -75,8 +81,8 @@ def frequency_errors(
     ----------
     system : System
         The joined parts.
-    vane, casing : Component
-        The parts that were joined.
+    parts : dict of str to Component
+        Those of the parts that were joined whose reduction leaves something out.
     nodal_diameter, count, closed
         As for `linear_modes`.
 
@@ -85,31 +91,12 @@ def frequency_errors(
     InputError
         If a part was reduced by a route that gives no estimate of what it leaves out.
     """
-    parts = [
-        (_estimated(part, nodal_diameter), dofs) for part, dofs in joined_coordinates(vane, casing)
+    places = system.at(nodal_diameter).parts
+    left_out = [
+        (_estimated(name, part, nodal_diameter), places[name]) for name, part in parts.items()
     ]
-    return FrequencyErrors(*_errors(system, parts, nodal_diameter, count, closed))
-
-
-def reduction_errors(
-    system: System,
-    parts: Sequence[tuple[Reduced, NDArray[np.int64]]],
-    nodal_diameter: int,
-    count: int,
-    closed: NDArray[np.bool_] | None = None,
-) -> NDArray[np.float64]:
-    """The same of any number of parts, all together, (count,).
-
-    Parameters
-    ----------
-    system, nodal_diameter, count, closed
-        As for `frequency_errors`.
-    parts : sequence of (Reduced, (r,) int)
-        Matrices with what their reduction leaves out, and their places among the joined
-        coordinates; parts that leave nothing out need not be there.
-    """
-    errors = _errors(system, parts, nodal_diameter, count, closed)[1:]
-    return np.asarray(sum(errors, np.zeros(count)))
+    frequency, *errors = _errors(system, left_out, nodal_diameter, count, closed)
+    return FrequencyErrors(frequency, dict(zip(parts, errors, strict=True)))
 
 
 def _errors(
@@ -161,8 +148,7 @@ def _lowered(squared: NDArray[np.float64], missing: Matrix, j: int) -> float:
 
 def response_errors(
     system: System,
-    vane: Component,
-    casing: Component,
+    parts: Mapping[str, ReducedPart],
     frequencies: NDArray[np.float64],
     closed: NDArray[np.bool_] | None = None,
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
@@ -170,7 +156,7 @@ def response_errors(
 
     Parameters
     ----------
-    system, vane, casing, closed
+    system, parts, closed
         As for `frequency_errors`.
     frequencies : (p,) float
         Hz.
@@ -195,44 +181,40 @@ def response_errors(
         x = sl.lu_solve(factor, system.force[1].at(omega))
         z = sl.lu_solve(factor, outputs.conj().T, trans=2)
         error = np.zeros(len(outputs), complex)
-        for part, dofs in joined_coordinates(vane, casing):
-            error += z[dofs].conj().T @ (_form(_estimated(part, k), omega**2) @ x[dofs])
+        for name, part in parts.items():
+            dofs = matrices.parts[name]
+            error += z[dofs].conj().T @ (_form(_estimated(name, part, k), omega**2) @ x[dofs])
         found.append(outputs @ x)
         errors.append(error)
     shape = (len(found), *matrices.output.shape[:2])
     return np.array(found).reshape(shape), np.array(errors).reshape(shape)
 
 
-def neglected_forms(vane: Component, casing: Component, nodal_diameter: int) -> Neglected:
-    """What the reductions of two parts leave out of the model that they are joined to.
+def neglected_forms(
+    system: System, parts: Mapping[str, ReducedPart], nodal_diameter: int
+) -> Neglected:
+    """What the reductions of some parts leave out of the system that they are joined to.
 
     Raises
     ------
     InputError
         If a part was reduced by a route that gives no estimate of what it leaves out.
     """
-    parts = []
-    for part, dofs in joined_coordinates(vane, casing):
-        reduced = _estimated(part, nodal_diameter)
+    found, places = [], system.at(nodal_diameter).parts
+    for name, part in parts.items():
+        reduced = _estimated(name, part, nodal_diameter)
         assert reduced.neglected is not None
-        parts.append((dofs, reduced.neglected, 2 * np.pi * (reduced.complete or 0.0)))
-    return Neglected(tuple(parts))
+        found.append((places[name], reduced.neglected, 2 * np.pi * (reduced.complete or 0.0)))
+    return Neglected(tuple(found))
 
 
-def joined_coordinates(
-    vane: Component, casing: Component
-) -> tuple[tuple[Component, NDArray[np.int64]], tuple[Component, NDArray[np.int64]]]:
-    """Each part with its coordinates among the joined ones, (r,)."""
-    return (vane, joined_dofs(vane, casing)), (casing, np.arange(casing.size))
-
-
-def _estimated(part: Component, nodal_diameter: int) -> Reduced:
+def _estimated(name: str, part: ReducedPart, nodal_diameter: int) -> Reduced:
     """A part's matrices, if it is known what they leave out."""
     reduced = part.at(nodal_diameter)
     if reduced.neglected is None:
         raise InputError(
-            f'{part.masters.part}: reduced by the route "{part.route}", which gives no estimate '
-            'of what it leaves out: reduce by the route "cyclic"'
+            f"{name}: reduced by a route that gives no estimate of what it leaves out: reduce by "
+            'the route "cyclic"'
         )
     return reduced
 

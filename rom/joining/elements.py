@@ -1,6 +1,6 @@
 """What joins and loads parts: contacts, ties, forces, and the nodes whose motion is asked for."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -25,6 +25,11 @@ class Joinable(Protocol):
     @property
     def reach(self) -> float | None:
         """Frequency up to which it answers, Hz; None where that is not known."""
+        ...
+
+    @property
+    def rest_loads(self) -> Mapping[str, Any]:
+        """(r,) of each load at rest that it holds by name, N, at nodal diameter 0."""
         ...
 
     def at(self, nodal_diameter: int) -> Any:

@@ -26,8 +26,7 @@ def united(systems: Sequence[System]) -> System:
     if not systems:
         raise InputError("united: no systems given")
     first, *others = systems
-    diameters, loaded = dict(first.diameters), _loaded(first)
-    at_rest = first.force.get(0)
+    diameters, force = dict(first.diameters), dict(first.force)
     for other in others:
         if twice := diameters.keys() & other.diameters.keys():
             raise InputError(f"united: nodal diameter {min(twice)} comes twice")
@@ -36,18 +35,11 @@ def united(systems: Sequence[System]) -> System:
         if differing or first.contacts.joint != other.contacts.joint:
             raise InputError(f"united: the systems differ in {(differing or ['contacts'])[0]}")
         diameters |= other.diameters
-        loaded, at_rest = loaded or _loaded(other), at_rest or other.force.get(0)
-    if loaded is None:
-        k = first.nodal_diameter(1)
-        have = ", ".join(map(str, sorted(diameters)))
-        raise InputError(f"united: the load acts at nodal diameter {k}, and there are {have}")
+        force |= other.force
     band = common_band(each.band for each in systems)
-    diameters = dict(sorted(diameters.items()))
-    force = loaded.force if at_rest is None else {**loaded.force, 0: at_rest}
-    return replace(first, diameters=diameters, force=force, band=band)
-
-
-def _loaded(system: System) -> System | None:
-    """The system itself if it holds the nodal diameter of its load."""
-    k, N = system.nodal_diameter(1), system.sectors
-    return system if {k, (N - k) % N} & system.diameters.keys() else None
+    return replace(
+        first,
+        diameters=dict(sorted(diameters.items())),
+        force=dict(sorted(force.items())),
+        band=band,
+    )

@@ -67,11 +67,17 @@ class CraigBampton:
         Stiffness, N/m, and mass, kg; b = 3·(number of master nodes) + number of modes.
     fixed_modes : (s, f) float
         Φ, mass-normalised, on the slave dofs.
+    problem : Problem
+        The part.
     """
 
     K: NDArray[np.float64]
     M: NDArray[np.float64]
     fixed_modes: NDArray[np.float64]
+    problem: Problem
+
+    def forget_answers(self) -> None:
+        """Nothing: all diameters take all of it."""
 
 
 def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
@@ -102,17 +108,12 @@ def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
     M_me = M_ms @ Phi + Psi.T @ (M_ss @ Phi)
     K_cb = sl.block_diag(hermitian(K_mm), np.diag(modes.omega_squared))
     M_cb = np.block([[hermitian(M_mm), M_me], [M_me.T, np.eye(Phi.shape[1])]])
-    return CraigBampton(K_cb, M_cb, Phi)
+    return CraigBampton(K_cb, M_cb, Phi, problem)
 
 
-def paper(
-    problem: Problem,
-    wanted: Selection,
-    diameters: Iterable[int],
-    interface_modes: int,
-) -> Component:
+def paper(dense: CraigBampton, diameters: Iterable[int], interface_modes: int) -> Component:
     """Reduce a cyclic part exactly as published, at nodal diameters."""
-    dense = craig_bampton(problem, wanted)
+    problem = dense.problem
     return Component(
         masters=problem.masters,
         cyclic=True,

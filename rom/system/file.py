@@ -32,6 +32,8 @@ def write_system(system: System, group: h5py.Group) -> None:
             if value is not None:
                 dataset = inner.create_dataset(name, data=value, **packed(value))
                 dataset.attrs["unit"] = units.get(name, "1")
+        for name, places in matrices.parts.items():
+            inner.create_dataset(f"part/{name}", data=places)
     contact = group.create_group("contact")
     units = {"kn": "N/m", "kt": "N/m", "mu": "1", "v0": "m"}
     if system.contacts.slider.any():
@@ -88,6 +90,7 @@ def read_system(kind: type[S], group: h5py.Group) -> S:
             next=optional(inner, "next"),
             output=optional(inner, "output"),
             C=optional(inner, "C"),
+            parts={name: places[()] for name, places in inner.get("part", {}).items()},
         )
         for k, inner in group["nd"].items()
     }

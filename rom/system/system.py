@@ -162,6 +162,8 @@ class Diameter(Summarised):
         Cartesian displacement of the output nodes.
     C : (n, n) or None
         Damping, N s/m, beside the modal one of `System.damping_ratio`.
+    parts : dict of str to (r,) int
+        Where it is joined of parts: which coordinate each of a part's own is.
     """
 
     K: Matrix
@@ -170,6 +172,7 @@ class Diameter(Summarised):
     next: Matrix | None = None
     output: Matrix | None = None
     C: Matrix | None = None
+    parts: dict[str, NDArray[np.int64]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         wanted = {"K": 2, "M": 2, "own": 3, "next": 3, "output": 3, "C": 2}
@@ -184,7 +187,19 @@ class Diameter(Summarised):
             next=None if self.next is None else self.next.conj(),
             output=None if self.output is None else self.output.conj(),
             C=None if self.C is None else self.C.conj(),
+            parts=self.parts,
         )
+
+    def split(self, x: Matrix) -> dict[str, Matrix]:
+        """Each part's own coordinates, (r,) or (r, m), in joined ones, (n,) or (n, m)."""
+        return {name: x[places] for name, places in self.parts.items()}
+
+    def joined(self, part: str, matrix: Matrix) -> Matrix:
+        """(n, n) a part's matrix (r, r) in joined coordinates."""
+        places, n = self.parts[part], len(self.K)
+        found = np.zeros((n, n), matrix.dtype)
+        found[np.ix_(places, places)] = matrix
+        return found
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,12 @@ from vanelock.fem import Model
 from vanelock.mesh import Part
 from vanelock.mesh.contact.patch_means import averages, plane
 from vanelock.mesh.contact.patches import Patch
+from vanelock.stages.parts.segment import Joint
 
 N = 8
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
-HOOK = rom.Joint("hook", kn=2e8, kt=1e8, mu=0.3, interference=1e-6)
-LOCK = rom.Joint("interlock", kn=1e7, kt=1e7, mu=0.3, interference=1e-6)
+HOOK = Joint("hook", kn=2e8, kt=1e8, mu=0.3, interference=1e-6)
+LOCK = Joint("interlock", kn=1e7, kt=1e7, mu=0.3, interference=1e-6)
 BLOCK = ("key", "hook_front", "hook_rear", "interlock_left", "interlock_right", "output")
 RIM = ("key", "hook_front", "hook_rear", "force", "output")
 

@@ -11,7 +11,7 @@ from tests.conftest import CASING_MASTERS, JOINTS, VANE_MASTERS
 from tests.rom import block_in_rim
 from vanelock import fem, rom
 from vanelock.fem import cyclic_transform
-from vanelock.rom.joining.vane_and_casing import joined_dofs
+from vanelock.stages.parts.segment import Segment
 
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
 
@@ -120,10 +120,11 @@ def masters_alone(coarse):
     vane_model, casing_model = (fem.assemble(part, STEEL) for part in coarse)
     vane = rom.reduce(vane_model, VANE_MASTERS, 0)
     casing = rom.reduce(casing_model, CASING_MASTERS, 0, nodal_diameters=[0, 1])
+    system = Segment(JOINTS, 1, force=30.0).join(vane, casing)
     return SimpleNamespace(
         vane=vane,
         casing=casing,
         joints=JOINTS,
-        system=rom.join(vane, casing, JOINTS, rom.Excitation(1, force=30.0)),
-        joined_dofs=joined_dofs(vane, casing),
+        system=system,
+        joined_dofs=system.at(1).parts["vane"],
     )

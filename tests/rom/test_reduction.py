@@ -9,6 +9,7 @@ import scipy.linalg as sl
 from vanelock import fem, rom
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
+from vanelock.stages.parts.segment import Segment
 
 
 @pytest.mark.parametrize("route", ["cyclic", "paper"])
@@ -69,12 +70,8 @@ def test_conjugate_diameters(ring_scene):
     np.testing.assert_array_equal(a.K, b.K.conj())
     masters = tuple(ring_scene.casing.masters.node_sets)
     casing = rom.reduce(ring_scene.casing_model, masters, 4, nodal_diameters=[1, 7])
-    system = rom.join(
-        ring_scene.vane,
-        casing,
-        ring_scene.joints,
-        rom.Excitation(-1, force=30.0),
-        damping_ratio=0.003,
+    system = Segment(ring_scene.joints, -1, force=30.0, damping_ratio=0.003).join(
+        ring_scene.vane, casing
     )
     forward, backward = (sl.eigvalsh(system.at(k).K, system.at(k).M) for k in (1, 7))
     np.testing.assert_allclose(backward, forward, rtol=1e-7, atol=1e-6 * forward[5])
@@ -87,11 +84,11 @@ def test_recovered_mode_is_the_unreduced_one(ring_scene):
     """Mode 2 of ND 1, recovered on every node, has a MAC of 1 with the unreduced eigenvector."""
     _, vectors = ring_scene.truth(1, "free")
     _, shapes = rom.linear_modes(ring_scene.system, 1, 2, ~ring_scene.interlock)
-    q_vane, q_casing = rom.split(ring_scene.vane, ring_scene.casing, shapes[:, 1])
+    own = ring_scene.system.at(1).split(shapes[:, 1])
     fields = {}
     for model, component, q in (
-        (ring_scene.vane_model, ring_scene.vane, q_vane),
-        (ring_scene.casing_model, ring_scene.casing, q_casing),
+        (ring_scene.vane_model, ring_scene.vane, own["block"]),
+        (ring_scene.casing_model, ring_scene.casing, own["rim"]),
     ):
         fields[component.masters.part] = rom.recovery(component, model).displacement(q, 1)
         nodes = component.masters.nodes

@@ -16,7 +16,6 @@ from pydantic import BeforeValidator, Field
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.checked import Check
-from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
@@ -179,7 +178,7 @@ def compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedM
     """One mode of one nodal diameter, with the harmonics of the peak."""
     number, k = part.inputs["mode"], part.inputs["nodal_diameter"]
     options, N = replace(case.options, direction=None), case.system.sectors
-    system = case.system_at([folded(h * k, N) for h in range(options.harmonics + 1)])
+    system = case.system_at([h * k for h in range(options.harmonics + 1)])
     at = number, k, case.monitored.node, case.monitored.component
 
     def progress(done: int, total: int, hertz: float, amplitude: float) -> None:

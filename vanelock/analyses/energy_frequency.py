@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from vanelock.analyses import damped_modes
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
-from vanelock.common.cyclic import folded
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
 
@@ -74,8 +73,8 @@ def compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: AnalysisPart) -
     number, k, mode = followed.number, followed.nodal_diameter, followed.mode
     if mode is None:
         return EnergyFrequency(number, k, reason=followed.reason)
-    N, at = case.system.sectors, mode.response.harmonic_diameters.tolist()
-    system = case.system_at([folded(k, N) for k in at])
+    at = mode.response.harmonic_diameters.tolist()
+    system = case.system_at(at)
     points = range(len(mode.frequency))
     energy = np.array([balance(system, mode.response, point).stored for point in points])
     return EnergyFrequency(number, k, energy, mode.frequency, mode.damping_ratio, mode.ended)

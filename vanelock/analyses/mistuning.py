@@ -191,10 +191,10 @@ def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[AnalysisPart]:
 
 def compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
     """One ring of a case."""
-    from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step, whole_step
+    from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step
 
     number, system, watched = part.inputs["ring"], case.whole, case.monitored
-    whole, own = whole_step(case.planned), None
+    whole, own = case.planned.structure.whole, None
     if isinstance(keys, MistuningKeys) and keys.frequency is not None:
         own = vane_modes_step(case.planned, whole, keys.modes)
     modes = None if own is None else case.get(own)

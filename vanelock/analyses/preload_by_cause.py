@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vanelock.pipeline.step import Step
     from vanelock.quantities.case_result import CaseResult
     from vanelock.rom import Component, System
-    from vanelock.stages.parts.loads import RestLoad
+    from vanelock.stages.parts.segment import Segment
     from vanelock.stages.plan import Planned
 
 Array = NDArray[np.float64]
@@ -76,40 +76,35 @@ class LoadsByCause(Product):
 
 def by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
     """Loads at rest of a case by cause; None where nothing acts but interference."""
-    from vanelock.input.schema.study import Study
-    from vanelock.stages.parts.components import PARTS
-    from vanelock.stages.parts.loads import loads_of
+    from vanelock.stages.parts.study_structure import StudyStructure
 
-    study = planned.case.given
-    if not isinstance(study, Study) or not (loads := loads_of(study)):
+    structure = planned.structure
+    if not isinstance(structure, StudyStructure) or not structure.segment.at_rest:
         return None
-    parts = tuple(planned.part(part, 0) for part in PARTS)
-    friction = study.response.friction
-    return _by_cause(friction, loads, planned.preload, planned.system, parts, planned.at_rest)
+    parts = tuple(planned.part(part, 0) for part in structure.names)
+    friction, rest = planned.case.given.response.friction, planned.preload
+    return _by_cause(friction, structure.segment, rest, parts)
 
 
 @lru_cache(maxsize=4096)
 def _by_cause(
     friction: str,
-    given: "tuple[RestLoad, ...]",
+    segment: "Segment",
     preload: "Step[nonlinear.Response]",
-    system: "Step[System]",
     parts: "tuple[Step[Component], ...]",
-    modes: "Step[nonlinear.HarmonicModes]",
 ) -> "Step[LoadsByCause]":
     """The step, which cases share whose states at rest are the same."""
     from vanelock.pipeline.step import step
     from vanelock.rom import Force
-    from vanelock.stages.parts.loads import by_cause
 
     def compute(
         preload: "nonlinear.Response",
         system: "System",
+        stuck: "nonlinear.HarmonicModes",
         vane: "Component",
         casing: "Component",
-        stuck: "nonlinear.HarmonicModes",
     ) -> LoadsByCause:
-        loads = by_cause(vane, casing, given)
+        loads = segment.rest_loads(vane, casing)
         options, states = nonlinear.Options(friction=friction), []
         vectors = np.array(list(loads.values()))
         for acting in np.cumsum([0 * vectors[0], *vectors[:-1]], axis=0):
@@ -127,24 +122,21 @@ def _by_cause(
             normal=np.where(opened, 0.0, normal) @ masks.T,
             opened=opened @ masks.T.astype(np.int64),
             converged=np.array([bool(state.converged.all()) for state in states]),
-            **_reactions(vane, casing, system, preload, masks),
+            **_reactions(vane, system, preload, masks),
         )
 
-    needs = (preload, system, *parts, modes)
-    inputs = {"friction": friction, "loads": [(each.name, each.size) for each in given]}
+    needs = (preload, *preload.needs, *parts)
+    inputs = {"friction": friction, "loads": segment.at_rest}
     return step("preload by cause", "nonlinear", inputs, LoadsByCause, needs, compute)
 
 
 def _reactions(
     vane: "Component",
-    casing: "Component",
     system: "System",
     rest: "nonlinear.Response",
     joints: NDArray[np.bool_],
 ) -> dict[str, Array]:
     """By the principle of virtual work, for a shift and a turn of the vane as a whole."""
-    from vanelock.rom.joining.vane_and_casing import joined_dofs
-
     at = vane.dofs(vane.masters.nodes)
     x, y, _ = vane.masters.points.T
     own = np.zeros((2, vane.size))
@@ -154,7 +146,7 @@ def _reactions(
     if np.linalg.norm(own @ K) > RIGID * np.linalg.norm(own) * np.linalg.norm(K):
         return {"reaction": np.empty((0, 2)), "resultant": np.empty(2)}
     moved = np.zeros((2, len(rest.x[0][0])))
-    moved[:, joined_dofs(vane, casing)] = own
+    moved[:, system.at(0).parts["vane"]] = own
     of_contacts = np.einsum(
         "cdn,rn,cd->rc", system.contact_rows(0).real, moved, rest.force[0, 0].real
     )

@@ -17,7 +17,6 @@ from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.parts.places import Places, places
-from vanelock.stages.parts.ring_modes import whole_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits, frequencies
 from vanelock.stages.response.monitor import Monitor, monitor
@@ -112,12 +111,14 @@ class SolvedCase:
     @cached_property
     def whole(self) -> System:
         """The same at all nodal diameters."""
-        found: System = self.get(whole_step(self.planned))
+        found: System = self.get(self.planned.structure.whole)
         return found
 
     def system_at(self, diameters: Sequence[int]) -> System:
-        """A system that has some nodal diameters, 0 to N/2."""
-        return self.system if {*diameters} <= {*self.planned.held} else self.whole
+        """A system that has some nodal diameters beside those of the response."""
+        used = self.planned.solved(self.response).diameters
+        found: System = self.get(self.planned.structure.system({*used, *diameters}))
+        return found
 
     @cached_property
     def modes(self) -> Any:
@@ -199,7 +200,7 @@ def _step(
     needs: list[Step[Any]] = [planned.system, *planned.responses, planned.linear.limits]
     needs += [linear.system, linear.responses["free"], planned.modes, *planned.meshes.values()]
     if analysis.whole_ring(given, keys):
-        needs.append(whole_step(planned))
+        needs.append(planned.structure.whole)
     needs += (each for name in analysis.after for each in planned.analyses.get(name, ()))
     of = " ".join(filter(None, (planned.case.name, part.label)))
     return step(

@@ -26,10 +26,9 @@ from vanelock.report.blocks import Single
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.components import PARTS, recovery_step
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.loads import growth
-from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
@@ -214,16 +213,12 @@ class RunResult:
 
     def fields(self, each: Planned, x: Shape, k: int) -> list[Shape]:
         """Displacement of every node of both parts from joined coordinates."""
-        components = [self.stages.get(each.part(part, k)) for part in PARTS]
-        pieces = rom.split(*components, x)
-        return [
-            self.recovery(each, part, k).displacement(q, k)
-            for part, q in zip(PARTS, pieces, strict=True)
-        ]
+        own = self.stages.get(each.structure.system([k])).at(k).split(x)
+        return [self.recovery(each, part, k).displacement(own[part], k) for part in PARTS]
 
     def recovery(self, each: Planned, part: str, k: int) -> rom.Recovery:
         """What takes a part's reduced coordinates at a nodal diameter to its nodes."""
-        step = recovery_step(each.case.study, part, each.part(part, k))
+        step = recovery_step(each.case.study, part, each.structure.folded(k))
 
         def made() -> rom.Recovery:
             found = self.stages.get(step)
@@ -239,8 +234,8 @@ class RunResult:
 
     def _stress(self, each: Planned, top: Response, h: int) -> Shape:
         k = int(top.harmonic_diameters[h])
-        parts = [self.stages.get(each.part(part, k)) for part in PARTS]
-        coordinates = rom.split(*parts, np.asarray(top.x[h][0], complex))[0]
+        system = self.stages.get(each.system)
+        coordinates = system.at(k).split(np.asarray(top.x[h][0], complex))["vane"]
         recovery = self.recovery(each, "vane", k)
         grown = None if h else growth(each.case.study, "vane", recovery.model.part)
         return np.asarray(recovery.stress(coordinates, k, growth=grown))

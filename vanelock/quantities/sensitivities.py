@@ -1,6 +1,6 @@
 """What moves the peak of a case: amplitude and frequency by each of its keys, to first order."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -16,9 +16,9 @@ from vanelock.nonlinear import AmplitudeGradient, HarmonicModes, PeakGradient, R
 from vanelock.nonlinear.following.amplitude_gradient import modal_stiffness
 from vanelock.pipeline.cache import key_of
 from vanelock.pipeline.step import Stages, Step
-from vanelock.rom import Component, MeshExcess, System, joined_stiffness
+from vanelock.rom import System
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.systems import excess_steps
+from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.summary import Peak
@@ -160,30 +160,32 @@ def _of_joints(gradient: AmplitudeGradient, joints: str) -> Iterator[tuple[str, 
 
 def _moduli(planned: Planned, top: Response, stages: Stages) -> Moduli:
     """Those of a study's parts, what their meshes add taken off where the study has it so."""
-    if not planned.meshes:
+    structure = planned.structure
+    if not isinstance(structure, StudyStructure):
         return {}
-    study, own = planned.case.study, planned.rom["vane"]
-    parts, excess = [], []
-    for k in {folded(int(k), study.ring.sectors) for k in top.harmonic_diameters}:
-        casing = planned.part("casing", k)
-        parts.append((k, stages.get(casing)))
-        found = [stages.get(each) for each in excess_steps(study, own, [casing], planned.base)]
-        excess.append(found[0] if found else None)
-    return by_moduli(stages.get(own), parts, excess)
+    N = planned.case.study.ring.sectors
+    used = {folded(int(k), N) for k in top.harmonic_diameters}
+    return by_moduli(structure, stages.get, stages.get(planned.system), used)
 
 
 def by_moduli(
-    vane: Component,
-    casings: Sequence[tuple[int, Component]],
-    excess: Sequence[MeshExcess | None],
-    factors: Sequence[float] = (1.0, 1.0),
+    structure: StudyStructure,
+    get: Callable[[Step[Any]], Any],
+    system: System,
+    diameters: Iterable[int],
+    moduli: Sequence[float] = (1.0, 1.0),
 ) -> Moduli:
-    """What the moduli of vane and casing add to the stiffness, p dK/dp."""
+    """What the moduli of vane and casing add to a system's stiffness, p dK/dp.
+
+    `moduli` are those in the system over those of the parts.
+    """
     found: Moduli = {f"material.{part}.E": {} for part in PARTS}
-    for (k, casing), added in zip(casings, excess, strict=True):
-        for i, (part, K) in enumerate(zip(PARTS, joined_stiffness(vane, casing, k), strict=True)):
-            less = 0.0 if added is None else factors[i] * added.diameters[k].stiffness[i]
-            found[f"material.{part}.E"][k] = K - less
+    for k in diameters:
+        one, excess = system.at(k), structure.excess(k)
+        for i, part in enumerate(PARTS):
+            K = one.joined(part, get(structure.component(part, k)).at(k).K)
+            less = 0.0 if excess is None else get(excess).diameters[k].stiffness[i]
+            found[f"material.{part}.E"][k] = moduli[i] * (K - less)
     return found
 
 

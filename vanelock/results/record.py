@@ -14,7 +14,7 @@ import vanelock
 from vanelock.common.process.signals import raise_dropped
 from vanelock.common.process.version import installed
 from vanelock.common.product import Product
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Given, diameter_of
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done
 from vanelock.pipeline.step import Stages, Step
@@ -27,7 +27,8 @@ from vanelock.results.files.results_file import NAME
 from vanelock.results.files.writer import Results
 from vanelock.rom import Component, System
 from vanelock.stages.campbell.campbell import Campbell
-from vanelock.stages.plan import Linear, Planned
+from vanelock.stages.linear import Linear
+from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.summary import Summary
 
@@ -92,23 +93,13 @@ class Record:
 
     def _products(self, planned: Planned) -> dict[str, Product]:
         """What a case has that is not in the file yet, by key; its system always."""
-        steps = [*planned.meshes.values(), *planned.rom.values(), *self._others(planned).values()]
-        wanted = [step for step in steps if step.key not in self._places]
+        wanted = [step for step in _named(planned).values() if step.key not in self._places]
         return {step.key: self._stages.get(step) for step in [*wanted, planned.system]}
-
-    def _others(self, planned: Planned) -> dict[int, Step[Any]]:
-        """The casing at further nodal diameters, where each is reduced by itself: an accuracy's."""
-        steps = {k: planned.part("casing", k) for k in planned.diameters}
-        return {k: step for k, step in steps.items() if step.key != planned.rom["casing"].key}
 
     def _write(
         self, file: h5py.File, planned: Planned, products: dict[str, Product], under: str
     ) -> None:
-        named: dict[str, Step[Any]] = {f"mesh/{p}": step for p, step in planned.meshes.items()}
-        kind = "rom" if planned.meshes else "component"
-        named |= {f"{kind}/{part}": step for part, step in planned.rom.items()}
-        named |= {f"rom/casing_nd{k}": step for k, step in self._others(planned).items()}
-        for name, step in named.items():
+        for name, step in _named(planned).items():
             if (product := products.get(step.key)) is None:
                 continue
             self._places[step.key] = place = f"{under}/{name}"
@@ -210,6 +201,19 @@ class Record:
             finally:
                 self._file.abandon()
             raise
+
+
+def _named(planned: Planned) -> dict[str, Step[Any]]:
+    """Places of a case's meshes and components; of those by nodal diameter the load's is plain."""
+    named: dict[str, Step[Any]] = {f"mesh/{part}": each for part, each in planned.meshes.items()}
+    kind = "rom" if planned.meshes else "component"
+    for part in planned.structure.names:
+        k = diameter_of(planned.case.given, 1)
+        named[f"{kind}/{part}"] = loaded = planned.part(part, k)
+        for k in planned.diameters:
+            if (each := planned.part(part, k)).key != loaded.key:
+                named[f"{kind}/{part}_nd{k}"] = each
+    return named
 
 
 def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:

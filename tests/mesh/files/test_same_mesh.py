@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from vanelock import fem, rom
+from benchmarks.unreduced import unreduced_segment as unreduced
+from vanelock import fem
 from vanelock.mesh import (
     HookDimensions,
     VaneDimensions,
@@ -14,6 +15,7 @@ from vanelock.mesh import (
     vane_segment,
 )
 from vanelock.mesh.matching.own_part import own_part
+from vanelock.stages.parts.segment import Joint
 
 
 def through_files(folder, small, write_mesh, *endings):
@@ -54,15 +56,15 @@ def test_same_frequencies_from_files(tmp_path, small, write_mesh):
 
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
 JOINTS = (
-    rom.Joint("hook", kn=1.67e7, kt=0.7e7, mu=0.3, interference=20e-6),
-    rom.Joint("interlock", kn=1e6, kt=0.4e6, mu=0.15, interference=2e-6),
+    Joint("hook", kn=1.67e7, kt=0.7e7, mu=0.3, interference=20e-6),
+    Joint("interlock", kn=1e6, kt=0.4e6, mu=0.15, interference=2e-6),
 )
 
 
 def frequencies(vane, casing):
     """First six of the joined sector at one nodal diameter, Hz, nothing reduced."""
     models = (fem.assemble(part, STEEL) for part in (vane, casing))
-    omega2, _ = fem.eigenpairs(*rom.unreduced(*models, JOINTS, 1), 6)
+    omega2, _ = fem.eigenpairs(*unreduced(*models, JOINTS, 1), 6)
     return np.sqrt(omega2) / (2 * np.pi)
 
 

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
+from benchmarks.unreduced import unreduced_segment as unreduced
 from tests.rom.block_in_rim import BLOCK, HOOK, LOCK, RIM
 from vanelock import fem, rom
 from vanelock.common.errors import InputError
-from vanelock.rom.joining.vane_and_casing import joined_dofs
+from vanelock.stages.parts.segment import Joint, Segment
 
 N = 8
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
@@ -25,14 +26,14 @@ def reduced(small_ring):
     def build(*, ratio=None, **options):
         vane = rom.reduce(small_ring[0], BLOCK, **options)
         casing = rom.reduce(small_ring[1], RIM, nodal_diameters=DIAMETERS, **options)
-        excitation = rom.Excitation(1, force=10.0)
-        return rom.join(vane, casing, (HOOK, LOCK), excitation, ratio), vane, casing
+        segment = Segment((HOOK, LOCK), 1, 10.0, damping_ratio=ratio)
+        return segment.join(vane, casing), {"block": vane, "rim": casing}
 
     return build
 
 
 def truth(small_ring, k, joints=(HOOK, LOCK)):
-    K, M = (A.toarray() for A in rom.unreduced(*small_ring, joints, k))
+    K, M = (A.toarray() for A in unreduced(*small_ring, joints, k))
     return np.sqrt(sl.eigvalsh(K, M, subset_by_index=[0, 39])) / (2 * np.pi)
 
 
@@ -41,17 +42,17 @@ def truth(small_ring, k, joints=(HOOK, LOCK)):
 def test_frequency_errors_against_the_sector(small_ring, reduced, k, stuck):
     exact = truth(small_ring, k, (HOOK, LOCK) if stuck else (HOOK,))[:10]
     for modes in (4, 16, 40):
-        system, vane, casing = reduced(modes=modes)
-        assert_errors(system, vane, casing, exact, k, modes, stuck)
+        system, parts = reduced(modes=modes)
+        assert_errors(system, parts, exact, k, modes, stuck)
 
 
-def assert_errors(system, vane, casing, exact, k, modes, stuck):
+def assert_errors(system, parts, exact, k, modes, stuck):
     closed = None if stuck else np.array([name == "hook" for name in system.contacts.joint])
-    errors = rom.frequency_errors(system, vane, casing, k, 10, closed)
+    errors = rom.frequency_errors(system, parts, k, 10, closed)
     found = errors.frequency / exact - 1
     assert np.all(found > -1e-9)
-    np.testing.assert_allclose(errors.total, errors.vane + errors.casing)
-    complete = min(vane.at(k).complete, casing.at(k).complete)
+    np.testing.assert_allclose(errors.total, sum(errors.parts.values()))
+    complete = min(each.at(k).complete for each in parts.values())
     compared = np.isfinite(errors.total) & (errors.frequency < 0.7 * complete) & (found > 1e-10)
     ratio = errors.total[compared] / found[compared]
     assert np.all(ratio > 0.95)
@@ -64,12 +65,12 @@ def assert_errors(system, vane, casing, exact, k, modes, stuck):
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-6])
 def test_errors_of_an_accuracy_are_within_it(small_ring, reduced, accuracy):
-    system, vane, casing = reduced(accuracy=accuracy, band=6000.0)
+    system, parts = reduced(accuracy=accuracy, band=6000.0)
     for k in DIAMETERS:
         exact = truth(small_ring, k)
         count = int(np.sum(exact < 6000.0))
         assert count >= 3
-        errors = rom.frequency_errors(system, vane, casing, k, count)
+        errors = rom.frequency_errors(system, parts, k, count)
         found = errors.frequency / exact[:count] - 1
         assert np.all(found < accuracy)
         assert np.all(errors.total < 2 * accuracy)  # each part brings its own
@@ -89,30 +90,33 @@ def beams(bar, modes, spring=0.0, seed=0):
     frames = {"hook_front": np.tile(np.eye(3), (4, 1, 1)), "hook_rear": np.empty((0, 3, 3))}
     model = replace(model, part=replace(part, node_sets=sets, frames=frames))
     names = ("held", "key", "hook_front", "hook_rear", "force")
-    first, second = (rom.reduce(model, names, count) for count in modes)
-    joints = (rom.Joint("hook", spring, spring, 0.3, 0.0),) if spring else ()
-    system = rom.join(first, second, joints, rom.Excitation(0, force=1.0))
+    first, second = (
+        rom.reduce(replace(model, part=replace(model.part, name=name)), names, count)
+        for name, count in zip(("first", "second"), modes, strict=True)
+    )
+    joints = (Joint("hook", spring, spring, 0.3, 0.0),) if spring else ()
+    system = Segment(joints, 0, force=1.0).join(first, second)
     rows = model.dofs[held[:4]].ravel()
     K, M = (sl.block_diag(A.toarray(), A.toarray()) for A in (model.K, model.M))
     n = model.K.shape[0]
     for row in rows:
         K[np.ix_([row, n + row], [row, n + row])] += spring * np.array([[1, -1], [-1, 1]])
-    return system, first, second, K, M
+    return system, {"first": first, "second": second}, K, M
 
 
 @pytest.mark.parametrize("modes", [(12, 12), (30, 14)])
 @pytest.mark.parametrize("spring", [0.0, 1e2, 1e8])
 def test_free_bodies_with_repeated_and_close_modes(bar, exact, modes, spring):
     """Zero frequencies have no error; equal and nearly equal ones have theirs, in order."""
-    system, first, second, K, M = beams(bar, modes, spring)
-    errors = rom.frequency_errors(system, first, second, 0, 20)
+    system, parts, K, M = beams(bar, modes, spring)
+    errors = rom.frequency_errors(system, parts, 0, 20)
     expected = exact.frequencies(K, M, 20)
     rigid = errors.frequency < 1.0
     assert rigid.sum() == (12 if spring == 0 else np.sum(expected < 1.0))
     assert np.all(errors.total[rigid] < 1e-6)
     found = errors.frequency[~rigid] / expected[~rigid] - 1
     estimate = errors.total[~rigid]
-    complete = min(first.at(0).complete, second.at(0).complete)
+    complete = min(each.at(0).complete for each in parts.values())
     # Far below the highest frequency the dense solution is no better than this.
     known = (found > 1e-8) & (errors.frequency[~rigid] > 20.0)
     seen = known & (errors.frequency[~rigid] < 0.7 * complete)
@@ -122,12 +126,12 @@ def test_free_bodies_with_repeated_and_close_modes(bar, exact, modes, spring):
 
 
 def test_infinite_where_modes_are_left_out_below(bar):
-    system, first, second, _, _ = beams(bar, (0, 2))
-    errors = rom.frequency_errors(system, first, second, 0, 16)
+    system, parts, _, _ = beams(bar, (0, 2))
+    errors = rom.frequency_errors(system, parts, 0, 16)
     elastic = errors.frequency > 1.0
     assert elastic.sum() == 4
-    for part, found in ((first, errors.vane), (second, errors.casing)):
-        beyond = elastic & (errors.frequency > part.at(0).complete)
+    for name, found in errors.parts.items():
+        beyond = elastic & (errors.frequency > parts[name].at(0).complete)
         assert beyond.any()
         assert np.all(np.isinf(found[beyond]))
     assert not np.any(np.isnan(errors.total))
@@ -142,8 +146,9 @@ def test_nothing_is_left_out_of_a_whole_part(lattice, exact):
     model = fem.assemble(part, STEEL, fixed=None)
     whole = rom.reduce(model, ("held", "key", "force"), cutoff=1e9)
     assert whole.at(0).complete == np.inf
-    system = rom.join(whole, whole, (), rom.Excitation(0, force=1.0))
-    errors = rom.frequency_errors(system, whole, whole, 0, 20)
+    other = replace(whole, masters=replace(whole.masters, part="other"))
+    system = Segment((), 0, force=1.0).join(whole, other)
+    errors = rom.frequency_errors(system, {part.name: whole, "other": other}, 0, 20)
     expected = np.repeat(exact.frequencies(model.K.toarray(), model.M.toarray(), 10), 2)
     np.testing.assert_allclose(errors.frequency[12:], expected[12:20], rtol=1e-8)
     assert np.all(errors.total < 1e-6)
@@ -154,14 +159,14 @@ def test_nothing_is_left_out_of_a_whole_part(lattice, exact):
 def test_response_errors_against_the_sector(small_ring, reduced, exact, modes, stuck):
     """Output and estimate against a dense solution of the sector with the model's damping."""
     ratio = 0.01
-    system, vane, casing = reduced(modes=modes, ratio=ratio)
+    system, parts = reduced(modes=modes, ratio=ratio)
     joints = (HOOK, LOCK)
-    K_all, M = (A.toarray() for A in rom.unreduced(*small_ring, joints, 1))
-    K = K_all if stuck else rom.unreduced(*small_ring, joints[:1], 1)[0].toarray()
+    K_all, M = (A.toarray() for A in unreduced(*small_ring, joints, 1))
+    K = K_all if stuck else unreduced(*small_ring, joints[:1], 1)[0].toarray()
     closed = None if stuck else np.array([name == "hook" for name in system.contacts.joint])
     resonance = truth(small_ring, 1)[:4]
     frequencies = np.sort(np.concatenate([resonance[:3], 0.5 * (resonance[1:] + resonance[:-1])]))
-    output, error = rom.response_errors(system, vane, casing, frequencies, closed)
+    output, error = rom.response_errors(system, parts, frequencies, closed)
     # Nodes of loads and outputs in the sector's coordinates.
     casing_model, n = small_ring[1], K.shape[0]
     T = exact.transform(casing_model, 1).tocsr()
@@ -213,29 +218,33 @@ def test_errors_that_no_route_estimates_are_refused(small_ring):
     model = small_ring[1]
     vane = rom.reduce(small_ring[0], BLOCK, 4)
     casing = rom.reduce(model, RIM, 4, nodal_diameters=[1], route="paper", interface_modes=5)
-    system = rom.join(vane, casing, (HOOK,), rom.Excitation(1, force=1.0))
-    with pytest.raises(InputError, match='rim: reduced by the route "paper", which gives'):
-        rom.frequency_errors(system, vane, casing, 1, 3)
-    with pytest.raises(InputError, match='rim: reduced by the route "paper", which gives'):
-        rom.response_errors(system, vane, casing, np.array([100.0]))
+    system, parts = (
+        Segment((HOOK,), 1, force=1.0).join(vane, casing),
+        {"block": vane, "rim": casing},
+    )
+    with pytest.raises(InputError, match="rim: reduced by a route that gives no estimate"):
+        rom.frequency_errors(system, parts, 1, 3)
+    with pytest.raises(InputError, match="rim: reduced by a route that gives no estimate"):
+        rom.response_errors(system, parts, np.array([100.0]))
 
 
 def test_more_modes_than_there_are_are_refused(reduced):
-    system, vane, casing = reduced(modes=2)
+    system, parts = reduced(modes=2)
     n = len(system.at(0).K)
-    assert len(rom.frequency_errors(system, vane, casing, 0, n).total) == n
+    assert len(rom.frequency_errors(system, parts, 0, n).total) == n
     for count in (0, -1, n + 1):
         with pytest.raises(InputError, match=f"{count} modes of a system of {n} coordinates"):
-            rom.frequency_errors(system, vane, casing, 0, count)
+            rom.frequency_errors(system, parts, 0, count)
 
 
 def test_conjugate_diameter_has_the_same_errors(reduced):
-    system, vane, casing = reduced(modes=8)
-    a, b = (rom.frequency_errors(system, vane, casing, k, 6).total for k in (3, N - 3))
+    system, parts = reduced(modes=8)
+    a, b = (rom.frequency_errors(system, parts, k, 6).total for k in (3, N - 3))
     np.testing.assert_allclose(a, b, rtol=1e-6)
 
 
 def test_key_coordinates_are_shared(reduced):
-    _, vane, casing = reduced(modes=2)
-    shared = joined_dofs(vane, casing)
-    assert np.sum(shared < casing.size) == 9
+    system, parts = reduced(modes=2)
+    places = system.at(1).parts
+    assert np.array_equal(places["rim"], np.arange(parts["rim"].size))
+    assert np.isin(places["block"], places["rim"]).sum() == 9

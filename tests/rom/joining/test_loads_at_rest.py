@@ -1,18 +1,16 @@
 """Loads at rest of vane and casing, joined: displacements, reactions, nodal diameters in turn."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from benchmarks.unreduced import unreduced_segment as unreduced
 from tests.rom.block_in_rim import BLOCK, HOOK, LOCK, RIM, N
 from vanelock import fem, rom
-from vanelock.rom.joining.joined import merged
-from vanelock.rom.joining.pairs import key_tie
+from vanelock.rom.joining.assembly import merged
+from vanelock.stages.parts.segment import Segment
 
 JOINTS = HOOK, LOCK
-LOAD = rom.Excitation(1, force=30.0)
 
 
 @pytest.fixture(scope="module")
@@ -44,13 +42,13 @@ def loaded(ring_scene):
 def test_joined_parts_move_at_rest_as_the_unreduced_sector(ring_scene, loaded):
     loads, vane, casings = loaded
     casing = casings[0]
-    system = rom.join(vane, casing, JOINTS, replace(LOAD, engine_order=N))
-    K, _ = rom.unreduced(ring_scene.vane_model, ring_scene.casing_model, JOINTS, 0)
+    system = Segment(JOINTS, N, 30.0).join(vane, casing)
+    K, _ = unreduced(ring_scene.vane_model, ring_scene.casing_model, JOINTS, 0)
     T = sp.csr_array(fem.cyclic_transform(ring_scene.casing_model, 0))
     f = {part: sum(each.values()) for part, each in loads.items()}
-    tie = key_tie(vane.masters, casing.masters)
-    mate = T.indices[T.indptr[ring_scene.casing_model.dofs[tie.mate_nodes]]]
-    own = T.shape[1] + ring_scene.vane_model.dofs[tie.own_nodes]
+    mates, keys = casing.masters.node_sets["key"], vane.masters.node_sets["key"]
+    mate = T.indices[T.indptr[ring_scene.casing_model.dofs[mates]]]
+    own = T.shape[1] + ring_scene.vane_model.dofs[keys]
     places = merged(
         (T.shape[1], len(f["vane"])), [np.column_stack([mate.ravel(), own.ravel()])]
     ).places
@@ -64,14 +62,14 @@ def test_joined_parts_move_at_rest_as_the_unreduced_sector(ring_scene, loaded):
     held = one.K + np.einsum("cdi,cd,cdj->ij", rows.conj(), system.contacts.stiffness, rows)
     x = np.linalg.solve(held, system.force[0].vector)
     for part, q, model, u in (
-        (vane, rom.split(vane, casing, x)[0], ring_scene.vane_model, full[places[1]]),
-        (casing, rom.split(vane, casing, x)[1], ring_scene.casing_model, T @ full[places[0]]),
+        (vane, one.split(x)["block"], ring_scene.vane_model, full[places[1]]),
+        (casing, one.split(x)["rim"], ring_scene.casing_model, T @ full[places[0]]),
     ):
         found = rom.recovery(part, model).displacement(q, 0)
         assert np.abs(found - model.field(u)).max() < 1e-10 * np.abs(full).max()
 
     # Forces of contacts and ties on the vane balance what loads it: along the axis, and about it.
-    q = rom.split(vane, casing, x)[0]
+    q = one.split(x)["block"]
     reaction = vane.at(0).K @ q - sum(vane.loads.values())
     nodes = vane.masters.nodes
     force = reaction[vane.dofs(nodes)].real
@@ -85,10 +83,10 @@ def test_joined_parts_move_at_rest_as_the_unreduced_sector(ring_scene, loaded):
 
 def test_loads_are_those_of_nodal_diameter_0_however_diameters_come(loaded):
     _, vane, casings = loaded
-    alone = {k: rom.join(vane, casing, JOINTS, LOAD) for k, casing in casings.items()}
-    assert set(alone[0].force) == {0, 1}
+    alone = {k: Segment(JOINTS, 1, 30.0).join(vane, casing) for k, casing in casings.items()}
+    assert set(alone[0].force) == {0}
     assert set(alone[1].force) == {1}
-    by_name = rom.rest_loads(vane, casings[0])
+    by_name = Segment(JOINTS).assembly(vane, casings[0]).rest_loads()
     assert list(by_name) == ["heat", "gas"]
     for order in ((0, 1), (1, 0)):
         united = rom.united([alone[k] for k in order])

@@ -17,13 +17,14 @@ def excess_of(ring_scene, k):
     hertz, shapes = rom.linear_modes(ring_scene.system, k, MODES)
     random = np.random.default_rng(k)
     parts, forces = [], []
-    for K, share in zip(
-        rom.joined_stiffness(ring_scene.vane, ring_scene.casing, k), SHARES, strict=True
-    ):
+    one = ring_scene.system.at(k)
+    for part, share in zip((ring_scene.vane, ring_scene.casing), SHARES, strict=True):
+        K = one.joined(part.masters.part, part.at(k).K.astype(complex))
         turned = random.normal(size=(MODES, MODES)) + 1j * random.normal(size=(MODES, MODES))
         root = sl.cholesky(shapes.conj().T @ K @ shapes + 1e-9 * np.eye(MODES))
-        one = np.linalg.qr(turned.real if k == 4 else turned)[0]
-        parts.append(root.conj().T @ (one * (share * (1 + np.arange(MODES)))) @ one.conj().T @ root)
+        unitary = np.linalg.qr(turned.real if k == 4 else turned)[0]
+        energy = (unitary * (share * (1 + np.arange(MODES)))) @ unitary.conj().T
+        parts.append(root.conj().T @ energy @ root)
         forces.append(K @ shapes)
     return shapes, rom.modal_excess(shapes, hertz, parts, forces)
 

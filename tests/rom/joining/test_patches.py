@@ -9,14 +9,16 @@ import scipy.linalg
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
+from benchmarks.unreduced import unreduced_segment
 from tests.rom.block_in_rim import patched
 from vanelock import fem, rom
 from vanelock.common.errors import InputError
 from vanelock.mesh.contact.patch_means import averages, plane
 from vanelock.mesh.contact.patches import Patch
-from vanelock.rom.joining.pairs import contact_pairs, key_tie
+from vanelock.rom.joining.connections import tied_nodes
 from vanelock.rom.joining.patches import patch_transform, patch_weights, with_means
 from vanelock.rom.masters import choose, everything
+from vanelock.stages.parts.segment import Joint, Segment
 
 HOOKS = ("hook_front", "hook_rear")
 INTERLOCK = ("interlock_left", "interlock_right")
@@ -124,11 +126,19 @@ def parts(coarse):
     return SimpleNamespace(vane=coarse[0], casing=coarse[1])
 
 
+STIFF = [Joint(name, 1e7, 1e7, 0.3, 1e-5) for name in ("hook", "interlock")]
+
+
+def with_masters(parts, of_vane, of_casing):
+    means = (parts.vane, of_vane), (parts.casing, of_casing)
+    return [SimpleNamespace(masters=everything(*each)) for each in means]
+
+
 def test_mates_stand_at_their_patches_centroids(parts):
     """There the pairs of both parts coincide to round-off, 1 mm from the band."""
     vane, casing = everything(parts.vane, HOOKS + INTERLOCK), everything(parts.casing, HOOKS)
-    joints = [rom.Joint(name, 1e7, 1e7, 0.3, 1e-5) for name in ("hook", "interlock")]
-    pairs = contact_pairs(vane, casing, joints)
+    pieces = SimpleNamespace(masters=vane), SimpleNamespace(masters=casing)
+    pairs = [each for joint in STIFF for each in joint.pairs(*pieces)]
     assert sum(len(each.own_nodes) for each in pairs) == 66
     front = vane.node_sets["hook_front"]
     assert vane.points[front, 2] == pytest.approx(np.full(30, 0.075))
@@ -137,19 +147,18 @@ def test_mates_stand_at_their_patches_centroids(parts):
 
 
 def test_patches_on_one_side_of_a_joint_are_refused(parts):
-    joints = [rom.Joint(name, 1e7, 1e7, 0.3, 1e-5) for name in ("hook", "interlock")]
     for of_vane, of_casing, joint, name in (
         (HOOKS, (), 0, "hook_front"),
         (HOOKS, HOOKS[:1], 0, "hook_rear"),
         ((), HOOKS[1:], 0, "hook_rear"),
         (INTERLOCK[:1], (), 1, "interlock_right"),
     ):
-        pieces = everything(parts.vane, of_vane), everything(parts.casing, of_casing)
+        pieces = with_masters(parts, of_vane, of_casing)
         with pytest.raises(InputError, match=f"{name}: a patch on one side and a node on the"):
-            contact_pairs(*pieces, joints[joint : joint + 1])
-    pieces = everything(parts.vane, HOOKS[:1]), everything(parts.casing, HOOKS[1:])
+            list(STIFF[joint].pairs(*pieces))
+    vane, casing = with_masters(parts, HOOKS[:1], HOOKS[1:])
     with pytest.raises(InputError, match="key: a patch on one side and a node on the other"):
-        key_tie(*pieces)
+        tied_nodes(vane, "key", casing, "key")
 
 
 @pytest.fixture(scope="module")
@@ -164,8 +173,8 @@ def test_unreduced_means_move_rigidly(small, k):
     """Springs between means leave the ring's translations along and across its axis free."""
     free = replace(small.casing, node_sets={**small.casing.node_sets, "fixed": np.empty(0, int)})
     models = fem.assemble(small.vane, STEEL), fem.assemble(free, STEEL)
-    joints = [rom.Joint(name, 1e9, 1e9, 0.3, 1e-5) for name in ("hook", "interlock")]
-    K, M = rom.unreduced(*models, joints, k, HOOKS + INTERLOCK)
+    joints = [Joint(name, 1e9, 1e9, 0.3, 1e-5) for name in ("hook", "interlock")]
+    K, M = unreduced_segment(*models, joints, k, HOOKS + INTERLOCK)
     values, _ = fem.eigenpairs(K, M, 4, shift=-1e4)
     # ND 0: translation along the axis and rotation about it; ND 1: across it, and tilt.
     assert np.abs(values[:2]).max() < 1e-2  # (rad/s)²
@@ -173,8 +182,8 @@ def test_unreduced_means_move_rigidly(small, k):
 
 
 SPRINGS = (
-    rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 2e-5),
-    rom.Joint("interlock", 1e6, 1e6, 0.3, 0),
+    Joint("hook", 1.67e7, 1.67e7, 0.3, 2e-5),
+    Joint("interlock", 1e6, 1e6, 0.3, 0),
 )
 
 
@@ -182,7 +191,7 @@ SPRINGS = (
 def unreduced(small):
     """Models of both parts, and six frequencies of the sector, rad/s."""
     models = fem.assemble(small.vane, STEEL), fem.assemble(small.casing, STEEL)
-    squared, _ = fem.eigenpairs(*rom.unreduced(*models, SPRINGS, 1, HOOKS + INTERLOCK), 6)
+    squared, _ = fem.eigenpairs(*unreduced_segment(*models, SPRINGS, 1, HOOKS + INTERLOCK), 6)
     return models, np.sqrt(squared)
 
 
@@ -201,14 +210,14 @@ def test_reduced_sector_with_means_matches_the_unreduced_one(unreduced, keep, ho
     masters = (*HOOKS, *INTERLOCK, "key"), (*HOOKS, "key", "force")
     vane = rom.reduce(models[0], masters[0], **keep, averaged=HOOKS + INTERLOCK)
     casing = rom.reduce(models[1], masters[1], **keep, **how, nodal_diameters=[1], averaged=HOOKS)
-    system = rom.join(vane, casing, SPRINGS, rom.Excitation(1, force=1.0))
+    system = Segment(SPRINGS, 1, force=1.0).join(vane, casing)
     found, shapes = rom.linear_modes(system, 1, 6)
     error = found / (exact / (2 * np.pi)) - 1
     assert np.all(error > -1e-9)
     assert np.all(error < close)
-    for component, model, q in zip(
-        (vane, casing), models, rom.split(vane, casing, shapes), strict=True
-    ):
+    own = system.at(1).split(shapes)
+    for component, model in zip((vane, casing), models, strict=True):
+        q = own[component.masters.part]
         recovery = rom.recovery(component, model)
         u = recovery.displacement(q, 1)
         contact = component.masters.averaged

@@ -1,13 +1,14 @@
 """Contact stiffness as a stiffness per area times the area of the vane's node."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.rom import Joint
 from vanelock.rom.joining.elements import properties
-from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.rom.masters import Masters
+from vanelock.stages.parts.segment import Joint
 
 AREAS = {"hook_front": np.array([1e-6, 2e-6, 4e-6]), "hook_rear": np.array([3e-6])}
 
@@ -28,7 +29,9 @@ def side(name, areas):
 
 def stiffness(areas, **options):
     joint = Joint("hook", kn=7.0, kt=5.0, mu=0.3, interference=0.0, **options)
-    return properties(contact_pairs(side("vane", areas), side("casing", {}), [joint]))
+    vane, casing = side("vane", areas), side("casing", {})
+    pairs = joint.pairs(SimpleNamespace(masters=vane), SimpleNamespace(masters=casing))
+    return properties(list(pairs))
 
 
 def test_each_pair_has_its_nodes_area():

@@ -19,8 +19,7 @@ from vanelock.pipeline.progress import Done, PointDone
 from vanelock.pipeline.step import Stages, Step, reachable
 from vanelock.results.reading.contents import load_run
 from vanelock.rom import Contacts, Diameter, Force, System
-from vanelock.stages.matrices.gather import gathered
-from vanelock.stages.matrices.steps import system_step
+from vanelock.stages.matrices.scene_structure import SceneStructure
 from vanelock.stages.response.responses import static_bounds_step
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -254,7 +253,7 @@ def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_
     )
     (found,) = run_scene(scene, tmp_path / "run")
     stages = Stages(Cache(tmp_path / "other", print), lambda event: None)
-    system = stages.get(system_step(scene, gathered(scene), at=(0, 1, 2, 3)))
+    system = stages.get(SceneStructure(scene).system((0, 1, 2, 3)))
     with h5py.File(tmp_path / "run" / "results.h5") as file:
         response = nonlinear.Response.load(file["response/nominal"])
         kept = nonlinear.Stability.load(file["response/nominal/stability"])

@@ -17,7 +17,6 @@ from vanelock.analyses.solved_case import with_analyses
 from vanelock.analyses.wear import WornCase
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Begun, PointDone
-from vanelock.stages.parts.ring_modes import whole_step
 
 N, HOUR = 8, 3600.0
 
@@ -124,7 +123,7 @@ def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
         planned.system.key: system,
         planned.linear.system.key: system,
         planned.linear.responses["free"].key: response,
-        whole_step(planned).key: system,
+        planned.structure.whole.key: system,
     }
     monkeypatch.setattr(type(planned), "solved", lambda self, response: self)
     assert step.compute(lambda step: known[step.key]).reason == "enough"

@@ -11,7 +11,6 @@ from tests.vanelock.stages.conftest import planned_of
 from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundedPeak
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts.ring_modes import whole_step
 
 
 def test_a_study_has_both_on_its_page(
@@ -28,7 +27,7 @@ def test_a_study_has_both_on_its_page(
     assert bounded.found is not None
     assert found.lowest.amplitude == found.highest.amplitude == bounded.found.amplitude[0]
     assert found.highest.amplitude == pytest.approx(found.peak.amplitude, rel=5e-3)
-    whole = kept_by("everything").get(whole_step(planned_of(run.text)))
+    whole = kept_by("everything").get(planned_of(run.text).structure.whole)
     assert sorted(whole.diameters) == list(range(5))
     top = int(response.amplitude[:, 0].max(axis=1).argmax())
     again = nonlinear.stability(whole, response, [top])

@@ -103,7 +103,7 @@ def test_what_systems_are_made_of_names_what_is_of_another_kind() -> None:
     M, K = 0.1 * np.eye(2), np.array([[1e4, -1e4], [-1e4, 1e4]])
     for make, line in (
         (lambda: Options(tolerance="a"), "Options.tolerance: given 'a': needs a number"),
-        (lambda: rom.Joint("hook", 1e6, None, 0.3, 0.0), "Joint.kt: given None: needs a number"),
+        (lambda: rom.united(5), "systems: given 5: needs a list"),
         (lambda: mesh.VaneDimensions(chord="a"), 'chord = "a": expected .*number in m'),
         (lambda: nonlinear.Unlike.scatter(5, {}), "system: given 5: needs a System"),
         (lambda: System.from_matrices(M, K, CONTACT), "contacts: given a Contact: needs a list"),

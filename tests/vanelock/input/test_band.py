@@ -7,21 +7,17 @@ import numpy as np
 import pytest
 import scipy.sparse.linalg as spl
 
+from benchmarks.unreduced import UnreducedPart, unreduced
 from tests.small_study import SMALL
 from vanelock import nonlinear, parse_study
 from vanelock.common.errors import InputError
-from vanelock.fem import cyclic_transform
 from vanelock.input.band import asked_by, least_band, softest
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
-from vanelock.rom.errors.unreduced_sector import unreduced
-from vanelock.rom.joining.joined import merged
-from vanelock.rom.joining.pairs import key_tie
-from vanelock.rom.masters import everything
-from vanelock.stages.parts.components import reduced_step, reference_step
-from vanelock.stages.parts.systems import joints, without_friction
-from vanelock.stages.plan import fixed
+from vanelock.stages.parts.components import model_step, part_step
+from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import frequencies, limits
 
 
@@ -36,26 +32,27 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     )
     stages = Stages(Cache(tmp_path, print), lambda event: None)
     (case,) = cases(study)
-    planned = fixed(case, [0, 1], lambda *notice: None)
+    (planned,) = plan([case])
     system = stages.get(planned.linear.system)
     assert system.band is not None
     assert system.band > 3060
     f = 3060.0
     found = nonlinear.linear_response(system, [f]).output[0, 1, 0]
-    blade, shell = (stages.get(reference_step(study, part)) for part in ("vane", "casing"))
-    models = blade, shell
-    K, M = unreduced(blade, shell, joints(without_friction(study)), 1)
-    casing = stages.get(planned.rom["casing"])
-    force = shell.dofs[casing.masters.set("force")].ravel()
-    own = system.force[1].vector[casing.dofs(casing.masters.set("force")).ravel()]
+    blade, shell = (stages.get(model_step(study, part, True)) for part in ("vane", "casing"))
+    parts = UnreducedPart(blade), UnreducedPart(shell, 1)
+    sector = StudyStructure(study).bare.segment.assembly(*parts)
+    K, M = unreduced(sector, 1)
+    casing = stages.get(planned.part("casing", 1))
+    nodes = casing.masters.set("force")
+    own = system.force[1].vector[casing.dofs(nodes).ravel()]
     load = np.zeros(K.shape[0], complex)
-    load[columns(shell, force)] = own
+    load[sector.places("casing", nodes, "").ravel()] = own
     seen = blade.part.node_sets["output"][0]
     assert system.output_names[0] == "vane output 1"
     dynamic = (K - (2 * np.pi * f) ** 2 * M).tocsc()
     x = spl.splu(dynamic, "MMD_AT_PLUS_A", 0.01, options={"SymmetricMode": True}).solve(load)
     assert np.linalg.norm(dynamic @ x - load) < 1e-9 * np.linalg.norm(load)
-    true = np.linalg.norm(x[of_vane(models, seen)])
+    true = np.linalg.norm(x[sector.places("vane", np.array([seen]), "").ravel()])
     assert np.linalg.norm(found) == pytest.approx(true, rel=1e-4)
 
 
@@ -73,7 +70,7 @@ def test_what_a_study_asks_for() -> None:
 
 def test_a_little_wider_range_needs_no_new_models() -> None:
     keys = {
-        reduced_step(parse_study(f"[response]\nrange = [240, {high}]"), "vane", ()).key
+        part_step(parse_study(f"[response]\nrange = [240, {high}]"), "vane").key
         for high in (315, 340, 380)
     }
     assert len(keys) == 1
@@ -147,20 +144,3 @@ def test_a_system_with_a_band_refuses_frequencies_beyond_it(ring, tmp_path: Path
         with pytest.raises(InputError, match=line):
             ask(known)
     assert nonlinear.linear_response(known, [300.0]).converged.all()
-
-
-def columns(model, rows):
-    """Coordinates of the cyclic casing that are rows of its model, off the faces."""
-    T = cyclic_transform(model, 1).tocsr()
-    return T.indices[T.indptr[rows]]
-
-
-def of_vane(models, node):
-    """Coordinates of a node of the vane in the unreduced sector."""
-    vane, casing = models
-    pieces = [everything(each.part, ()) for each in models]
-    n_casing, n_vane = cyclic_transform(casing, 1).shape[1], vane.K.shape[0]
-    tie = key_tie(*pieces)
-    mates = columns(casing, casing.dofs[tie.mate_nodes].ravel())
-    pairs = np.column_stack([mates, n_casing + vane.dofs[tie.own_nodes].ravel()])
-    return merged((n_casing, n_vane), [pairs]).of(1, vane.dofs[node])

@@ -12,10 +12,11 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock import load_scene
+from vanelock.input.cases.values import diameters_of
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.rom import System
-from vanelock.stages.matrices.steps import system_step
+from vanelock.stages.matrices.scene_structure import SceneStructure
 
 Matrix = NDArray[np.float64]
 Write: TypeAlias = Callable[[str], Path]
@@ -62,7 +63,8 @@ def chain(
 def joined(path: Path) -> System:
     """The system of a scene file."""
     stages = Stages(Cache(path.parent / "cache", print), lambda event: None)
-    return stages.get(system_step(load_scene(path)))
+    scene = load_scene(path)
+    return stages.get(SceneStructure(scene).system(diameters_of(scene)))
 
 
 @pytest.fixture

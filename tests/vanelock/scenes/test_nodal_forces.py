@@ -14,7 +14,7 @@ from vanelock.fem.matrix_files import load_pairs
 from vanelock.pipeline.progress import Done, Event
 from vanelock.rom import System
 from vanelock.stages.matrices.gather import gathered
-from vanelock.stages.matrices.steps import motions_step, piece_step, system_step
+from vanelock.stages.matrices.scene_structure import SceneStructure, motions_step
 
 Floats = NDArray[np.float64]
 
@@ -229,8 +229,9 @@ def keys_of(path: Path, name: str = "one") -> tuple[str, str, str]:
     """Keys of a component, its rigid motions and the system."""
     given = load_scene(path)
     lists = gathered(given)
-    steps = piece_step(given, name, lists), motions_step(given, name, lists)
-    return steps[0].key, steps[1].key, system_step(given, lists).key
+    own = SceneStructure(given)
+    steps = own.component(name, 0), motions_step(given, name, lists)
+    return steps[0].key, steps[1].key, own.system((0,)).key
 
 
 def test_keys_follow_contents_alone(tmp_path: Path, scene_file: Write) -> None:

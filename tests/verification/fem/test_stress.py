@@ -10,6 +10,7 @@ import pytest
 from tests.verification.small_vane import DIMENSIONS
 from vanelock import fem, mesh, rom
 from vanelock.fem import Material, assemble, factorise, gauge, stress
+from vanelock.stages.parts.segment import Segment
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
@@ -120,7 +121,7 @@ def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(
     vane, casing = scene.vane_model, scene.casing_model
     frequency, vectors = scene.truth(1, interlock)
     blade, other = reduced(modes)
-    system = rom.join(blade, other, scene.joints, rom.Excitation(1, force=30.0))
+    system = Segment(scene.joints, 1, force=30.0).join(blade, other)
     closed = ~scene.interlock if interlock == "free" else None
     found, shapes = rom.linear_modes(system, 1, 2, closed)
     of_frequency = found[1] / frequency[1] - 1

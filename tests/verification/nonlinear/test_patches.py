@@ -16,7 +16,8 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 from skfem import MeshTet
 
-from vanelock import fem, mesh, rom
+from benchmarks.unreduced import unreduced_segment as unreduced
+from vanelock import fem, mesh
 from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
 from vanelock.mesh.checks.tetrahedra import quadratic_shapes
@@ -24,6 +25,7 @@ from vanelock.mesh.contact.patch_means import averages, cylinder, plane
 from vanelock.mesh.contact.patches import Patch, hook_patches, interlock_patches
 from vanelock.mesh.geometry import contact_places as mesh_sets
 from vanelock.rom.joining.patches import with_means
+from vanelock.stages.parts.segment import Joint
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 E, NU, SIDE = 210e9, 0.3, 0.02
@@ -32,8 +34,8 @@ COARSE = 0.025 if FULL else 0.05
 MODES = 6 if FULL else 3
 DESIGN = VaneDimensions() if FULL else VaneDimensions(aerofoils=1, root_fillet=0.0)
 HOOKS, INTERLOCK = ("hook_front", "hook_rear"), ("interlock_left", "interlock_right")
-HOOK = rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6)
-LOCK = rom.Joint("interlock", 1e6, 1e6, 0.3, 2e-6)
+HOOK = Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6)
+LOCK = Joint("interlock", 1e6, 1e6, 0.3, 2e-6)
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
 
 
@@ -306,7 +308,7 @@ def of_coarse(joints, averaged):
 def computed(parts, joints, averaged):
     steel = fem.Material(E=170e9, nu=0.3, rho=8200.0)
     models = [fem.assemble(part, steel) for part in parts]
-    squared, _ = fem.eigenpairs(*rom.unreduced(*models, joints, 1, averaged), MODES)
+    squared, _ = fem.eigenpairs(*unreduced(*models, joints, 1, averaged), MODES)
     return np.sqrt(squared) / (2 * np.pi)
 
 

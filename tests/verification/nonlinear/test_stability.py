@@ -35,6 +35,7 @@ from vanelock.nonlinear.floquet.motions import WINDOW
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure
 from vanelock.nonlinear.fourier.trigonometric import to_real
 from vanelock.rom.system.system import Contacts, Diameter, Force
+from vanelock.stages.parts.segment import Joint, Segment
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
@@ -262,16 +263,12 @@ def vane(request):
     segment, casing = (fem.assemble(part, steel) for part in (sharp, coarse[1]))
     shared = ("hook_front", "hook_rear", "key", "output")
     joints = (
-        rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
-        rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
+        Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
+        Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
     )
-    return rom.join(
+    return Segment(joints, 1, force=30.0, damping_ratio=0.003).join(
         rom.reduce(segment, (*shared, "interlock_left", "interlock_right")),
         rom.reduce(casing, (*shared, "force"), modes=10, nodal_diameters=range(9)),
-        joints,
-        rom.Excitation(1, force=30.0),
-        0.003,
-        diameters="all",
     )
 
 

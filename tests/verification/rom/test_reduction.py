@@ -11,8 +11,10 @@ import scipy.linalg as sl
 from scipy.spatial import KDTree
 
 from benchmarks.rom.direct import direct
+from benchmarks.unreduced import unreduced_segment as unreduced
 from vanelock import fem, mesh, rom
 from vanelock.common.cyclic import turn
+from vanelock.stages.parts.segment import Segment
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
@@ -26,14 +28,14 @@ CLEAR = 0.0 if FULL else 400.0
 
 
 @pytest.fixture(scope="module")
-def vane_and_casing(scene):
+def both_parts(scene):
     """Both models, their reductions, and frequencies of the unreduced sector."""
     vane, casing = scene.vane_model, scene.casing_model
     joints = {"free": scene.joints[:1], "stuck": scene.joints}
 
     @lru_cache
     def truth(k, interlock):
-        K, M = rom.unreduced(vane, casing, joints[interlock], k)
+        K, M = unreduced(vane, casing, joints[interlock], k)
         return np.sqrt(fem.eigenpairs(K, M, COUNT)[0]) / (2 * np.pi)
 
     @lru_cache
@@ -42,7 +44,7 @@ def vane_and_casing(scene):
         shell = rom.reduce(
             casing, CASING, nodal_diameters=DIAMETERS, accuracy=accuracy, band=blade.band
         )
-        return blade, shell, rom.join(blade, shell, joints["stuck"], rom.Excitation(1, force=1.0))
+        return blade, shell, Segment(joints["stuck"], 1, force=1.0).join(blade, shell)
 
     @lru_cache
     def vane_by_modes(modes):
@@ -71,12 +73,10 @@ def closed(system, interlock):
 @pytest.mark.parametrize("interlock", ["free", "stuck"])
 @pytest.mark.parametrize("k", DIAMETERS)
 @pytest.mark.parametrize("accuracy", [None, 1e-6])
-def test_ten_frequencies_and_their_estimates(
-    vane_and_casing, accuracy, k, interlock, record_property
-):
+def test_ten_frequencies_and_their_estimates(both_parts, accuracy, k, interlock, record_property):
     """Default settings within 1e-4, an accuracy of 1e-6 within that; estimates near the truth."""
-    vane, casing, system = vane_and_casing.by_accuracy(accuracy)
-    truth = vane_and_casing.truth(k, interlock)
+    vane, casing, system = both_parts.by_accuracy(accuracy)
+    truth = both_parts.truth(k, interlock)
     errors = rom.frequency_errors(system, vane, casing, k, COUNT, closed(system, interlock))
     found = errors.frequency / truth - 1
     record_property("coordinates", len(system.at(k).K))
@@ -102,11 +102,11 @@ def orthonormal(model, x):
 
 
 @pytest.mark.parametrize("k", DIAMETERS)
-def test_paper_and_direct_are_the_same_model(vane_and_casing, k, record_property):
+def test_paper_and_direct_are_the_same_model(both_parts, k, record_property):
     """Of the route "paper" and of the way that forms no column for a node of the faces."""
-    model = vane_and_casing.casing
+    model = both_parts.casing
     bases, values = [], []
-    paper = casing_by_modes(vane_and_casing, "paper", 10, 10)
+    paper = casing_by_modes(both_parts, "paper", 10, 10)
     for part in (paper, direct(model, CASING, 10, DIAMETERS)):
         values.append(sl.eigvalsh(part.at(k).K, part.at(k).M))
         u = rom.recovery(part, model).displacement(np.eye(part.size), k)
@@ -137,21 +137,19 @@ def casing_by_modes(parts, route, modes, interface_modes):
 
 @pytest.mark.parametrize("route", ["cyclic", "paper"])
 @pytest.mark.parametrize("k", DIAMETERS)
-def test_no_frequency_rises_as_modes_are_added(vane_and_casing, route, k, record_property):
+def test_no_frequency_rises_as_modes_are_added(both_parts, route, k, record_property):
     """Rayleigh and Ritz: more of anything lowers every frequency, and none below the truth."""
     steps = [(5, 5, 5), (10, 10, 5), (10, 10, 10), (20, 20, 10), (20, 20, 40), (40, 40, 40)]
     if not FULL:
         steps = [(5, 5, 10), (10, 10, 10), (10, 10, 20)]
     if route == "cyclic":
         steps = [(5, 5, 0), (10, 10, 0), (20, 20, 0), (40, 40, 0)][: 4 if FULL else 2]
-    truth = vane_and_casing.truth(k, "stuck")
+    truth = both_parts.truth(k, "stuck")
     last, second = np.full(COUNT, np.inf), []
     for blade_modes, shell_modes, faces in steps:
-        blade = vane_and_casing.vane_by_modes(blade_modes)
-        shell = casing_by_modes(vane_and_casing, route, shell_modes, faces or None)
-        system = rom.join(
-            blade, shell, vane_and_casing.joints["stuck"], rom.Excitation(1, force=1.0)
-        )
+        blade = both_parts.vane_by_modes(blade_modes)
+        shell = casing_by_modes(both_parts, route, shell_modes, faces or None)
+        system = Segment(both_parts.joints["stuck"], 1, force=1.0).join(blade, shell)
         found = rom.linear_modes(system, k, COUNT)[0]
         second.append(found[1] / truth[1] - 1)
         assert np.all(found < last * (1 + rounding(truth)))
@@ -162,17 +160,15 @@ def test_no_frequency_rises_as_modes_are_added(vane_and_casing, route, k, record
 
 @pytest.mark.parametrize("interlock", ["free", "stuck"] if FULL else ["free"])
 @pytest.mark.parametrize("accuracy", [1e-2, None] if FULL else [None])
-def test_response_and_its_estimated_error(vane_and_casing, accuracy, interlock, record_property):
+def test_response_and_its_estimated_error(both_parts, accuracy, interlock, record_property):
     """Outputs around the lowest resonances at ND 1 against the unreduced sector's."""
-    vane, casing, system = vane_and_casing.by_accuracy(accuracy)
-    K, M = rom.unreduced(
-        vane_and_casing.vane, vane_and_casing.casing, vane_and_casing.joints[interlock], 1
-    )
-    resonance = vane_and_casing.truth(1, interlock)[0 if FULL else 1 : 3]
+    vane, casing, system = both_parts.by_accuracy(accuracy)
+    K, M = unreduced(both_parts.vane, both_parts.casing, both_parts.joints[interlock], 1)
+    resonance = both_parts.truth(1, interlock)[0 if FULL else 1 : 3]
     frequencies = np.concatenate([resonance * 0.99, resonance * 1.02, resonance * 1.2])
     chosen = closed(system, interlock)
     output, error = rom.response_errors(system, vane, casing, frequencies, chosen)
-    load, rows = load_and_outputs(vane_and_casing)
+    load, rows = load_and_outputs(both_parts)
     # The lowest modes by themselves, what is left by iteration on statics: all of it definite.
     factor = fem.factorise(K)
     squared, V = fem.eigenpairs(K, M, 24, factor=factor)

@@ -10,6 +10,7 @@ from vanelock.common.errors import InputError, raised
 from vanelock.common.tables import counted
 from vanelock.fem.matrix_files import Matrices
 from vanelock.input.cases.sweep import cases
+from vanelock.input.cases.values import diameters_of
 from vanelock.input.measured.curve import curve_mistakes, load_measured
 from vanelock.input.schema.scene import ND, ComponentKeys, Scene
 from vanelock.input.settings import unusual
@@ -17,8 +18,7 @@ from vanelock.stages.matrices.gather import gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
 from vanelock.stages.matrices.nodal_forces import on_rows
 from vanelock.stages.matrices.pieces import refuse_unknown
-from vanelock.stages.matrices.steps import at_rest, clamped, matrices, system_step
-from vanelock.stages.parts.components import diameters
+from vanelock.stages.matrices.scene_structure import SceneStructure, at_rest, clamped, matrices
 from vanelock.stages.parts.load_lines import load_lines
 from vanelock.stages.response.monitor import output_of
 
@@ -33,7 +33,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
     mistakes = curve_mistakes(scene)
     curves = () if mistakes else load_measured(scene)
     if scene.system is not None:
-        system = system_step(scene).compute()
+        system = SceneStructure(scene).system(()).compute()
         rows, _ = stored(Path(scene.system.file))
         names = system.output_names
         mistakes += raised(lambda: output_of(scene.outputs.monitor, names, system.sectors))
@@ -43,7 +43,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         return
     given, first = gathered(scene), {}
     for name, keys in scene.components.items():
-        all_of = diameters([scene]) if ND in keys.stiffness else (0,)
+        all_of = diameters_of(scene) if ND in keys.stiffness else (0,)
         try:
             read = [matrices(name, keys, k) for k in all_of]
         except InputError as error:

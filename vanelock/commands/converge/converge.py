@@ -10,7 +10,7 @@ import json
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -31,14 +31,8 @@ from vanelock.pipeline.step import Stages, Step
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
-from vanelock.stages.parts.nodal_diameters import LinearSteps, linear_steps
-from vanelock.stages.parts.systems import united_step, without_load
-from vanelock.stages.plan import plan
+from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.monitor import monitor
-from vanelock.stages.response.responses import (
-    response_step,
-    stuck_modes_step,
-)
 
 NEAR = 9
 """Frequencies between the neighbours of the largest point, where the peak is located."""
@@ -104,11 +98,11 @@ def pinned(case: Case, stages: Stages) -> Study:
     """The study of a case with all that its accuracy chooses set, if it has one."""
     if case.study.accuracy is None:
         return case.study
-    chosen_mesh = choose_mesh(case.study, stages)
-    (planned,) = plan([case], _unheard, [chosen_mesh])
+    choice = choose_mesh(case.study, stages)
+    (planned,) = plan([case], choices=[choice])
     response = stages.get(planned.response)
     chosen = {"accuracy": None, "response.harmonics": response.harmonics}
-    return with_values(chosen_mesh.study, chosen)
+    return with_values(choice.study, chosen)
 
 
 @dataclass(frozen=True)
@@ -123,8 +117,8 @@ class _Measuring:
 
     def __init__(self, study: Study, stages: Stages, listener: Listener) -> None:
         self.study, self.stages, self.listener = study, stages, listener
-        base = chain(study, "as it stands")
-        free = self.stages.get(base.linear.response(study, "free"))
+        base = _planned(study, "as it stands")
+        free = self.stages.get(base.linear.responses["free"])
         self.monitor = monitor(study.outputs.monitor, stages.get(base.system), free)
         self._warm_up(base)
         self.stages.get(base.response)
@@ -152,7 +146,7 @@ class _Measuring:
         except (OSError, ValueError, AttributeError, TypeError):
             return {}
 
-    def _warm_up(self, base: "Chain") -> None:
+    def _warm_up(self, base: Planned) -> None:
         """Load what the first response loads, which is no cost of its own."""
         limits, system = self.stages.get(base.linear.limits), self.stages.get(base.system)
         options = self.study.response
@@ -165,7 +159,7 @@ class _Measuring:
     def _setting(self, setting: NumericalSetting) -> list[Outcome]:
         """All values of one; what cannot be computed is reported and left out."""
         runs: list[tuple[str, bool, _Peak, dict[str, float]]] = []
-        chains = [chain(level.study, f"{setting.key} = {level.shown}") for level in setting.levels]
+        chains = [_planned(each.study, f"{setting.key} = {each.shown}") for each in setting.levels]
         for i, (level, made) in enumerate(zip(setting.levels, chains, strict=True)):
             try:
                 response = self.stages.get(made.response)
@@ -205,7 +199,7 @@ class _Measuring:
             )
         return outcomes
 
-    def _cpu(self, made: "Chain") -> dict[str, float]:
+    def _cpu(self, made: Planned) -> dict[str, float]:
         """Processor time of the stages behind a response, by key, s."""
         found: dict[str, float] = {}
         waiting: list[Step[Any]] = [made.response]
@@ -216,7 +210,7 @@ class _Measuring:
                 waiting += step.needs
         return found
 
-    def _peak(self, made: "Chain", response: Response, located: bool) -> _Peak:
+    def _peak(self, made: Planned, response: Response, located: bool) -> _Peak:
         """The largest response, between the frequencies computed if asked."""
         lost = int((~response.converged).sum())
         order = np.argsort(response.frequency, kind="stable")
@@ -225,19 +219,19 @@ class _Measuring:
             return _Peak(float("nan"), float("nan"), lost)
         top = int(np.nanargmax(a))
         inside = 0 < top < len(f) - 1
-        if not located or not inside or made.study.response.frequencies is not None:
+        if not located or not inside or made.case.study.response.frequencies is not None:
             return _Peak(float(a[top]), float(f[top]), lost)
         lead = f[max(top - 1 - LEAD, 0) : top - 1]
         listed = np.unique([*lead, *np.linspace(f[top - 1], f[top + 1], NEAR)])
         near = with_values(
-            made.study,
+            made.case.study,
             {
                 "response.frequencies": listed.tolist(),
                 "response.range": None,
                 "response.points": None,
             },
         )
-        fine = self.stages.get(replace_response(made, near).response)
+        fine = self.stages.get(_planned(near, "near the peak").response)
         amplitude, frequency = vertex(fine.frequency, self.monitor.amplitude(fine))
         return _Peak(amplitude, frequency, lost)
 
@@ -261,33 +255,6 @@ def vertex(frequency: NDArray[np.float64], amplitude: NDArray[np.float64]) -> tu
     return float(raised), place + float(moved)
 
 
-@dataclass(frozen=True)
-class Chain:
-    """The steps to a response whose casing is reduced at one nodal diameter after the other."""
-
-    study: Study
-    linear: LinearSteps
-    system: Step[Any]
-    modes: Step[Any]
-    response: Step[Response]
-
-
-def chain(study: Study, name: str) -> Chain:
-    """The steps of a case."""
-    linear = linear_steps(study)
-    H = study.response.harmonics
-    system, still = united_step(study, H), united_step(without_load(study), H)
-    modes = stuck_modes_step(still, H)
-    response = response_step(name, study, system, linear.limits, modes, _unheard)
-    return Chain(study, linear, system, modes, response)
-
-
-def replace_response(made: Chain, study: Study) -> Chain:
-    """The same with a response at other frequencies."""
-    given = made.system, made.linear.limits, made.modes
-    response = response_step("near the peak", study, *given, _unheard)
-    return replace(made, study=study, response=response)
-
-
-def _unheard(done: int, total: int, frequency: float, amplitude: float) -> None:
-    """Points are too many to be reported one by one."""
+def _planned(study: Study, name: str) -> Planned:
+    """The steps of a study's only case."""
+    return plan([Case(name, {}, study)])[0]

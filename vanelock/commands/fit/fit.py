@@ -34,8 +34,6 @@ from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial,
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
-from vanelock.stages.parts.loads import loads_of
-from vanelock.stages.parts.systems import excess_steps
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.monitor import monitor
@@ -129,11 +127,10 @@ def planned_alone(study: Study, stages: Stages, listener: Listener = silent) -> 
     (case,) = with_temperature_speeds(cases(study), stages)
     if text := described(case.study):
         listener(Notice(text))
-    chosen_mesh = pinned(case, stages)
+    chosen = pinned(case, stages)
     if study.accuracy is not None:
-        (case,) = cases(chosen_mesh)
-    (planned,) = plan([case], lambda *_: None, [None])
-    return planned
+        (case,) = cases(chosen)
+    return plan([case])[0]
 
 
 def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:
@@ -147,11 +144,9 @@ def model_of(planned: Planned, stages: Stages) -> Rejoined:
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
     gauges = None if planned.gauges is None else stages.get(planned.gauges)
-    parts = [planned.rom[part] for part in ("vane", "casing")]
-    vane, casing = map(stages.get, parts)
-    steps = excess_steps(study, parts[0], parts[1:], parts[1:])
-    excess = stages.get(steps[0]) if steps else None
-    return Rejoined(study, vane, casing, watched, gauges, excess, loads_of(study))
+    found = Rejoined(planned, stages.get, watched, gauges)
+    found.system({})  # computes what is not yet
+    return found
 
 
 def _fitted(
@@ -247,7 +242,7 @@ def _other_correction(
     after = dict(zip((each.key for each in found.parameters), found.value.tolist(), strict=True))
     joints = {key: value for key, value in after.items() if key.startswith("joints.")}
     there = rejoined(with_values(model.study, joints), stages)
-    if there.excess is model.excess:
+    if there.reduced == model.reduced:
         return
     for curve in curves:
         spread = curve.amplitude.max() if curve.sigma is None else curve.sigma

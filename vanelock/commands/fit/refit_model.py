@@ -1,18 +1,18 @@
 """The response of a case with other joints, load, damping or moduli, without reducing anything.
 
-What `[fit]` may vary enters when reduced parts are scaled (`rom.stiffened`) and joined
-(`rom.join`); the parts are those of the case. Modes of the stuck structure are computed again only
+What `[fit]` may vary enters when the reduced parts of the case are scaled and joined
+(`StudyStructure.rejoined`). Modes of the stuck structure are computed again only
 where stiffness or damping changed.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import nonlinear, rom
+from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundsKeys
 from vanelock.common.cyclic import folded
 from vanelock.input.cases.values import value_at, with_values
@@ -26,12 +26,12 @@ from vanelock.nonlinear.following.amplitude_gradient import (
     solution_at,
 )
 from vanelock.nonlinear.forced_response.options import PreparedSystem
+from vanelock.pipeline.step import Step
 from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
-from vanelock.rom import Component, MeshExcess
-from vanelock.rom.system.system import common_band
 from vanelock.stages.parts.gauges import Gauges
-from vanelock.stages.parts.loads import RestLoad, loaded_at_rest, strained
-from vanelock.stages.parts.systems import joining
+from vanelock.stages.parts.segment import segment_of
+from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 
 Floats = NDArray[np.float64]
@@ -44,35 +44,40 @@ KEPT = 8
 class Rejoined:
     """A case whose joints, load, damping and moduli may be others."""
 
-    study: Study
-    vane: Component
-    casing: Component
+    planned: Planned
+    get: Callable[[Step[Any]], Any]
     monitor: Monitor
     gauges: Gauges | None = None
-    excess: MeshExcess | None = None
-    loads: tuple[RestLoad, ...] = ()
+    study: Study = field(init=False)
     _stiff: tuple[Any, ...] = ()
     _modes: Mapping[int, Any] = field(default_factory=dict)
     _known: dict[Any, "SolvedCurve"] = field(default_factory=dict)
 
-    def system(self, values: Mapping[str, float]) -> tuple[System, Component, Component]:
-        """The system with some keys changed, and its parts."""
+    def __post_init__(self) -> None:
+        """The study is that of the case."""
+        self.study = self.planned.case.study
+
+    @property
+    def structure(self) -> StudyStructure:
+        """Its reduced parts."""
+        found = self.planned.structure
+        assert isinstance(found, StudyStructure)
+        return found
+
+    @property
+    def reduced(self) -> set[str]:
+        """Keys of all that its systems are made from."""
+        return {step.key for step in self.structure.reduced(self.planned.diameters)}
+
+    def system(self, values: Mapping[str, float]) -> System:
+        """The system with some keys changed."""
         changed = with_values(self.study, dict(values))
-        moduli = [
-            value_at(changed, f"material.{name}.E") / value_at(self.study, f"material.{name}.E")
-            for name in ("vane", "casing")
-        ]
-        grown = strained(self.loads)
-        vane, casing = (
-            part if factor == 1 else rom.stiffened(part, factor, grown)
-            for part, factor in zip((self.vane, self.casing), moduli, strict=True)
-        )
-        system = joining(changed).join(vane, casing)
-        if self.excess is not None:
-            system = self.excess.taken_off(system, moduli)
-        system = loaded_at_rest(system, vane, casing, self.loads)
+        moduli = self._moduli_over(changed)
+        diameters, own = self.planned.diameters, self.structure
+        segment = replace(segment_of(changed), at_rest=own.segment.at_rest)
+        system = own.rejoined(self.get, diameters, segment, moduli)
         # Moduli that are tried move the band with them; the study's own is what is to hold.
-        system = replace(system, band=common_band((self.vane.reach, self.casing.reach)))
+        system = replace(system, band=self.get(self.planned.system).band)
         stiff = (
             system.contacts.stiffness.tobytes(),
             *changed.damping.model_dump().values(),
@@ -80,7 +85,13 @@ class Rejoined:
         )
         if stiff != self._stiff:
             self._stiff, self._modes = stiff, {}
-        return system, vane, casing
+        return system
+
+    def _moduli_over(self, changed: Study) -> tuple[float, float]:
+        """Moduli of vane and casing over the study's own."""
+        keys = (f"material.{name}.E" for name in ("vane", "casing"))
+        vane, casing = (value_at(changed, key) / value_at(self.study, key) for key in keys)
+        return vane, casing
 
     def solved(
         self,
@@ -94,7 +105,7 @@ class Rejoined:
         asked = (tuple(sorted(values.items())), hertz.tobytes(), direction, load, jumps)
         if asked in self._known:
             return self._known[asked]
-        system, vane, casing = self.system(values)
+        system = self.system(values)
         if load != 1:
             forces = {  # of the excitation; what acts at rest stays
                 h: replace(force, vector=load * force.vector) if h else force
@@ -105,7 +116,7 @@ class Rejoined:
         response = nonlinear.frequency_response(
             system, hertz, options, modes=modes, find_jumps=jumps
         )
-        found = SolvedCurve(system, response, vane, casing, modes)
+        found = SolvedCurve(system, response, modes)
         while len(self._known) >= KEPT:
             self._known.pop(next(iter(self._known)))
         self._known[asked] = found
@@ -115,7 +126,7 @@ class Rejoined:
         self, values: Mapping[str, float], near: tuple[float, float], slider: Floats | None = None
     ) -> PreparedSystem:
         """The system ready to be solved over a range, Hz, sliders (c, 2) m assembled elsewhere."""
-        system = self.system(values)[0]
+        system = self.system(values)
         if slider is not None:
             system = replace(system, contacts=replace(system.contacts, slider=slider))
         ready: PreparedSystem = self._options("up").prepare(system, near, 1000, self._stuck(system))
@@ -125,7 +136,7 @@ class Rejoined:
         self, values: Mapping[str, float], near: tuple[float, float], keys: BoundsKeys
     ) -> PeakBounds:
         """Between which values static friction may move the peak of a range, Hz."""
-        system = self.system(values)[0]
+        system = self.system(values)
         return nonlinear.peak_bounds(
             system,
             near,
@@ -140,8 +151,9 @@ class Rejoined:
 
     def with_harmonics(self, highest: int) -> "Rejoined":
         """The same case with another highest harmonic."""
-        study = with_values(self.study, {"response.harmonics": highest})
-        return replace(self, study=study, _stiff=(), _modes={}, _known={})
+        found = replace(self, _stiff=(), _modes={}, _known={})
+        found.study = with_values(self.study, {"response.harmonics": highest})
+        return found
 
     def _stuck(self, system: System) -> Mapping[int, Any]:
         """Modes with all contacts stuck, of the stiffness that was asked for last."""
@@ -175,7 +187,7 @@ class Rejoined:
             found = self.monitor.amplitude(response)
         else:
             assert self.gauges is not None
-            strain = self.gauges.read(response, solved.vane, lambda _: solved.casing)
+            strain = self.gauges.read(response, solved.system)
             found = np.where(response.converged, strain.amplitude[:, curve.gauge], np.nan)
         return np.asarray(found[places])
 
@@ -187,7 +199,7 @@ class Rejoined:
         if curve.quantity != DISPLACEMENT:
             assert self.gauges is not None
             assert curve.gauge is not None
-            system = self.gauges.watched(system, solved.vane, solved.casing, curve.gauge)
+            system = self.gauges.watched(system, curve.gauge)
             component = (0, 0)
         ready = prepared_again(system, solved.response, solved.modes)
         modal = {}
@@ -207,12 +219,10 @@ class Rejoined:
         return found[places]
 
     def _moduli(self, values: Mapping[str, float], solved: "SolvedCurve") -> Moduli:
-        own = {key: value_at(self.study, key) for key in ("material.vane.E", "material.casing.E")}
-        factors = [values.get(key, value) / value for key, value in own.items()]
+        moduli = self._moduli_over(with_values(self.study, dict(values)))
         sectors = self.study.ring.sectors
         wanted = {folded(int(k), sectors) for k in solved.response.harmonic_diameters}
-        parts = [(k, solved.casing) for k in sorted(wanted)]
-        return by_moduli(solved.vane, parts, [self.excess] * len(parts), factors)
+        return by_moduli(self.structure, self.get, solved.system, sorted(wanted), moduli)
 
     def jumps(self, values: Mapping[str, float], curve: Measured) -> list[tuple[float, float]]:
         """Neighbouring frequencies of a curve, Hz, that no curve of solutions joins."""
@@ -234,10 +244,8 @@ class Rejoined:
 
 
 class SolvedCurve(NamedTuple):
-    """A response, the system and the parts that it is of, and their modes, all contacts stuck."""
+    """A response, the system that it is of, and its modes, all contacts stuck."""
 
     system: System
     response: Response
-    vane: Component
-    casing: Component
     modes: Mapping[int, Any]

@@ -102,7 +102,7 @@ def worn(
     peaks: Peaks, x: Floats, known: Sequence[PeakPoint], coefficient: Mapping[str, float]
 ) -> Floats:
     """(j,) volume worn in a second at each of the known peaks at x, m³/s."""
-    contacts = peaks.model.system(peaks.values(x))[0].contacts
+    contacts = peaks.model.system(peaks.values(x)).contacts
     lost = volume_by_work(contacts, coefficient)
     work = np.array([each.solution.deviation.dissipation for each in known])
     rate = np.array([each.solution.omega for each in known]) / TURN

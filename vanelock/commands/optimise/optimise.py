@@ -146,7 +146,7 @@ def corrected(
         keys = [each.key for each in found.parameters]
         values = dict(zip(keys, found.value.tolist(), strict=True))
         model = model_of(planned_alone(with_values(study, values), stages), stages)
-        if model.excess is peaks.model.excess:
+        if model.reduced == peaks.model.reduced:
             return peaks, found
         begun = [replace(each, start=values[each.key]) for each in found.parameters]
         peaks = Peaks(model, begun, peaks.near)

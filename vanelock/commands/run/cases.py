@@ -38,7 +38,6 @@ from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.files import results_file
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.record import Record
-from vanelock.rom import Component
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.accuracy.errors import error_table
 from vanelock.stages.accuracy.evidence import judged
@@ -47,10 +46,11 @@ from vanelock.stages.accuracy.mesh_sizes import most_dofs
 from vanelock.stages.campbell.campbell import Campbell, campbell
 from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
-from vanelock.stages.matrices.steps import at_rest, motions_step
+from vanelock.stages.linear import Linear
+from vanelock.stages.matrices.scene_structure import at_rest, motions_step
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.temperatures import described
-from vanelock.stages.plan import Linear, Planned, plan
+from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, not_held, undetermined
@@ -94,16 +94,14 @@ class OngoingRun:
         studies = [case.given for case in found if isinstance(case.given, Study)]
         self._say(*unusual(given), *filter(None, dict.fromkeys(map(described, studies))))
         most = most_dofs(memory)
-        chosen_mesh = [
-            None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies
-        ]
-        planned = plan(found, self._point, chosen_mesh)
+        choices = [None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies]
+        planned = plan(found, self._point, choices)
         self.planned = tuple(
             with_analyses(each, planned[0], ANALYSES, self._count) for each in planned
         )
         givens = [case.given for case in found]
         hanging = at_rest(givens, lambda *of: stages.get(motions_step(*of)))
-        self._say(*self.planned[0].apart, *hanging)  # what joins what is not swept
+        self._say(*self.planned[0].structure.apart, *hanging)  # what joins what is not swept
         self.record = Record(folder, stages)
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
@@ -185,7 +183,9 @@ class OngoingRun:
             self.record.parts(planned)
             system = self.stages.get(planned.system)
             if not planned.meshes:
-                pieces = [self.stages.get(step) for step in planned.rom.values()]
+                pieces = [
+                    self.stages.get(planned.part(name, 0)) for name in planned.structure.names
+                ]
                 self.listener(listing.components_table(pieces, system))
             self._say(*load_lines_of(planned, self.stages))
             for name, count in constant_loads(system).items():
@@ -255,7 +255,7 @@ class OngoingRun:
         found = [self._response(planned, step) for step in planned.responses]
         planned, response = self._as_solved(planned, found)
         strain, errors = self._strain(planned, response), None
-        if planned.chosen_mesh is not None:
+        if planned.choice is not None:
             errors = judged(planned, response, self.stages, self.run.monitor)
         diagram = self._campbell(planned)
         for analysed in planned.analysed:
@@ -310,7 +310,7 @@ class OngoingRun:
         self.run.cases[case.name] = case
         self.record.case(case, ANALYSES)
         if case.campbell is not None:
-            self._lines.add(lines_step(planned, self.stages).key)
+            self._lines.add(lines_step(planned).key)
             self.record.campbell(case.name, case.campbell)
         if (peak := case.peak) is not None:
             given = case.given.response
@@ -335,7 +335,7 @@ class OngoingRun:
         given = planned.case.given
         if not isinstance(given, Study) or given.campbell is None:
             return None
-        key = lines_step(planned, self.stages).key
+        key = lines_step(planned).key
         if key in self._lines:
             return None
         return campbell(planned, self.stages, self.run.monitor)
@@ -343,12 +343,7 @@ class OngoingRun:
     def _strain(self, planned: Planned, response: Response) -> Strain | None:
         if planned.gauges is None:
             return None
-
-        def casing(nodal_diameter: int) -> Component:
-            return self.stages.get(planned.part("casing", nodal_diameter))
-
-        vane = self.stages.get(planned.rom["vane"])
-        return self.stages.get(planned.gauges).read(response, vane, casing)
+        return self.stages.get(planned.gauges).read(response, self.stages.get(planned.system))
 
     def _count(self, done: int, total: int | None, amplitude: float) -> None:
         """How far the analyses of a case are."""

@@ -45,7 +45,7 @@ def doubts(result: CaseResult, static: Response, first: bool) -> Iterator[str]:
         nodes, points = vane.points, places_on(given, vane).points
         small = _thin(given, vane)
     else:
-        pieces = [stages.get(step) for step in planned.rom.values()]
+        pieces = [stages.get(planned.part(name, 0)) for name in planned.structure.names]
         nodes = np.concatenate([np.empty((0, 3)), *(piece.positions for piece in pieces)])
         points, small = None, warnings.tenth(nodes)
     yield from warnings.implausible(limits.stuck_frequency, nodes)
@@ -56,7 +56,7 @@ def doubts(result: CaseResult, static: Response, first: bool) -> Iterator[str]:
             bounds = None
             if contacts.count <= MOST:
                 friction = given.response.friction
-                bounds = stages.get(static_bounds_step(friction, planned.system, planned.at_rest))
+                bounds = stages.get(static_bounds_step(friction, *planned.preload.needs))
             yield from warnings.static_friction(bounds, contacts.joints, response, peak)
         if isinstance(given, Study) and given.mesh.correction != "none":
             closed = contacts.always_closed

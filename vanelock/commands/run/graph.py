@@ -13,20 +13,13 @@ from typing import Any, NamedTuple
 from vanelock.analyses import ANALYSES
 from vanelock.analyses.solved_case import with_analyses
 from vanelock.input.cases.sweep import Case
-from vanelock.input.schema.scene import Scene
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Listener
 from vanelock.pipeline.step import Stages, Step
 from vanelock.pipeline.tasks import Task, TaskQueue, Work, Workers
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
-from vanelock.stages.plan import (
-    Planned,
-    adaptive,
-    fixed,
-    free_step,
-    from_matrices,
-)
-from vanelock.stages.response.responses import LIMITS, silent_progress
+from vanelock.stages.plan import Planned, plan
+from vanelock.stages.response.responses import LIMITS
 
 
 @contextmanager
@@ -61,35 +54,22 @@ class CaseWork:
     ----------
     case : Case
         As given, before an accuracy chooses; files of a scene are read where it is computed.
-    diameters : tuple of int
-        Nodal diameters at which the cases have their parts reduced, without an accuracy.
-    chosen_mesh : MeshChoice or None
-        With one: what it chose for this case.
+    choice : MeshChoice or None
+        What an accuracy chose for this case.
     first : CaseWork or None
         That of the first case, whose linear response says what is monitored; None: its own does.
     """
 
     case: Case
-    diameters: tuple[int, ...]
-    chosen_mesh: MeshChoice | None = None
+    choice: MeshChoice | None = None
     first: "CaseWork | None" = None
 
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
-        planned = self._planned()
-        first = planned if self.first is None else self.first._planned()
-        planned = with_analyses(planned, first, ANALYSES)
+        works = [self] if self.first is None else [self.first, self]
+        found = plan([work.case for work in works], choices=[work.choice for work in works])
+        planned = with_analyses(found[-1], found[0], ANALYSES)
         return [*steps_of(planned), *planned.pieces]
-
-    def _planned(self) -> Planned:
-        """All steps to its response."""
-        first = self.first or self
-        if isinstance(self.case.given, Scene):
-            return from_matrices(self.case, silent_progress)
-        if self.chosen_mesh is None or first.chosen_mesh is None:
-            return fixed(self.case, self.diameters, silent_progress)
-        free = free_step(first.chosen_mesh)
-        return adaptive(self.case, self.chosen_mesh, free, silent_progress)
 
 
 class Job(NamedTuple):
@@ -108,7 +88,8 @@ def steps_of(planned: Planned) -> list[Step[Any]]:
 
 def parts_of(planned: Planned) -> list[Step[Any]]:
     """Those before preload and response."""
-    found: list[Step[Any]] = [*planned.meshes.values(), *planned.rom.values()]
+    found: list[Step[Any]] = [*planned.meshes.values()]
+    found += planned.structure.reduced(planned.diameters)
     found += [planned.linear.limits, *(planned.linear.responses[which] for which in LIMITS)]
     if planned.gauges is not None:
         found.append(planned.gauges)
@@ -119,7 +100,7 @@ def jobs(planned: Sequence[Planned]) -> list[Job]:
     """Of each case what a run shows, and what its analyses need; their pieces by themselves."""
     found, first = list[Job](), None
     for each in planned:
-        work = CaseWork(each.case, each.held, each.chosen_mesh, first)
+        work = CaseWork(each.case, each.choice, first)
         first, pieces = first or work, {*each.pieces}
         needs = (need for step in (*each.analysed, *each.pieces) for need in step.needs)
         steps = [need for need in needs if need not in pieces]

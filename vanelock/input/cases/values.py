@@ -5,6 +5,7 @@ from collections.abc import Hashable
 from typing import Any, TypeAlias, TypeVar, cast, get_origin
 
 from vanelock.common.checked import Location, dotted
+from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
 from vanelock.input.schema.scene import Scene
@@ -100,3 +101,14 @@ def _put(data: dict[str, Any], path: Location, value: Any, schema: type[KeyTable
     if not isinstance(table, dict) or isinstance(path[-1], int):
         raise InputError(f"{dotted(path)}: there is nothing of that name to change")
     table[path[-1]] = value
+
+
+def diameter_of(given: Given, harmonic: int) -> int:
+    """Nodal diameter of a harmonic, 0 to N/2: k and N - k are one another's conjugates."""
+    return folded(harmonic * given.excitation.engine_order, given.ring.sectors)
+
+
+def diameters_of(given: Given, harmonics: int | None = None) -> tuple[int, ...]:
+    """Nodal diameters of harmonics 0 to `harmonics`, those of its response unless said."""
+    highest = given.response.harmonics if harmonics is None else harmonics
+    return tuple(sorted({diameter_of(given, h) for h in range(highest + 1)}))

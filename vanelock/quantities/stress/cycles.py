@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import rom
 from vanelock.common.product import Product
 from vanelock.fem.stresses.skin import skin
 from vanelock.mesh import Part
@@ -50,8 +49,7 @@ class Stressed(Product):
 def stressed_step(run: RunResult, planned: Planned, point: int) -> Step[Stressed]:
     """Stress cycles of a case, `solved`, at a point of its response."""
     inputs = {"point": point, "code": code_of("quantities.stress")}
-    parts = [planned.part(part, k) for part in PARTS for k in planned.diameters]
-    needs: list[Step[Any]] = [planned.response, *planned.rom.values(), *parts]
+    needs: list[Step[Any]] = [planned.response, *planned.structure.reduced(planned.diameters)]
     needs += [model_step(planned.case.study, part) for part in PARTS]
     if planned.gauges is not None:
         needs.append(planned.gauges)
@@ -81,11 +79,10 @@ def harmonics_of(
 
     Harmonics above `highest` are left out.
     """
-    found = []
+    found, system = [], run.stages.get(planned.system)
     for h in range(min(top.harmonics, highest or top.harmonics) + 1):
         k = int(top.harmonic_diameters[h])
-        joined = [run.stages.get(planned.part(each, k)) for each in PARTS]
-        own = rom.split(*joined, np.asarray(top.x[h][0], complex))[PARTS.index(part)]
+        own = system.at(k).split(np.asarray(top.x[h][0], complex))[part]
         recovery = run.recovery(planned, part, k)
         grown = None if h else growth(planned.case.study, part, recovery.model.part)
         found.append(recovery.stress(own, k, growth=grown))

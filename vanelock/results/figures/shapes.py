@@ -100,7 +100,8 @@ def _mode_key(run: RunResult, each: Planned) -> tuple[Any, ...]:
     """What tells modes apart; a load or a damping ratio does not."""
     limits = run.stages.get(each.linear.limits)
     places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
-    parts = tuple(step.key for step in each.rom.values())
+    k = limits.nodal_diameter
+    parts = tuple(each.part(name, k).key for name in each.structure.names)
     return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 

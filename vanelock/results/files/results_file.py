@@ -2,8 +2,8 @@
 
     /                    format, version, complete (false while the run goes on)
     /mesh/<part>         mesh.Part
-    /rom/<part>          matrices of a rom.Component, also as /rom/<part>/<nodal diameter>; with an
-                         accuracy the casing's at the load's diameter, others in /rom/casing_nd<k>
+    /rom/<part>          matrices of a rom.Component, also as /rom/<part>/<nodal diameter>; of the
+                         casing at the load's diameter, others in /rom/casing_nd<k>
     /component/<name>    of a scene, in place of these: matrices.Piece
     /system              nonlinear.System
     /limits/<name>       linear modes with contacts free and stuck; "all" if cases share them

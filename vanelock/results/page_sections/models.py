@@ -10,6 +10,7 @@ import vanelock
 from vanelock.common.process.version import installed
 from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.names import words
+from vanelock.input.cases.values import diameter_of
 from vanelock.quantities.meshes.mesh_tables import quality_table
 from vanelock.quantities.meshes.quality import figures
 from vanelock.quantities.run_result import RunResult
@@ -33,7 +34,7 @@ def models(run: RunResult) -> Section:
     if first.meshes:
         tables = [_meshes(run), _reduced(run)]
     else:
-        pieces = [stages.get(step) for step in first.rom.values()]
+        pieces = [stages.get(first.part(name, 0)) for name in first.structure.names]
         tables = [components_table(pieces, stages.get(first.system))]
     sets = {each.linear.key: each.linear for each in run.planned}.values()
     limits = limits_table({words(each.name): stages.get(each.limits) for each in sets})
@@ -89,7 +90,7 @@ def _reduced(run: RunResult) -> Table:
     first = run.planned[0]
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:
-        component = run.stages.get(first.rom[part])
+        component = run.stages.get(first.part(part, diameter_of(first.case.given, 1)))
         masters = 3 * len(component.masters.nodes)
         rows.append((part, masters, component.fixed_modes, component.size, component.route))
     system = run.stages.get(first.system)

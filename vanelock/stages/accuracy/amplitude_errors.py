@@ -10,7 +10,7 @@ an error besides.
 One harmonic is enough to know a gradient to some tens of per cent.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,14 +19,15 @@ from numpy.typing import NDArray
 from vanelock import nonlinear
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.input.schema.study import Study
+from vanelock.input.cases.values import diameter_of
 from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Component, MeshExcess, System
+from vanelock.rom import MeshExcess, System
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.parts.components import PARTS, diameter_of
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.mesh_excess import ESTIMATED
 from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.parts.systems import ESTIMATED, excess_steps
+from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits, frequencies
 from vanelock.stages.response.responses import frequency_keys
 
@@ -67,19 +68,14 @@ class AmplitudeErrors(Product):
 
 
 def amplitude_errors_step(
-    study: Study,
-    system: Step[System],
-    limits: Step[Limits],
-    vane: Step[Component],
-    casings: Sequence[Step[Component]],
-    base: Sequence[Step[Component]] = (),
+    structure: StudyStructure, system: Step[System], limits: Step[Limits]
 ) -> Step[AmplitudeErrors]:
-    """Estimates for a case whose system is joined of a vane and of casings, `base` as there."""
+    """Estimates for a case by its system and its limits."""
+    study = structure.given
     corrects = study.mesh.correction != "none"
     k, response = diameter_of(study, 1), study.response
     options = {"harmonics": 1, "coupling": response.coupling, "friction": response.friction}
-    mesh = study.mesh.model_copy(update={"correction": "modal"})
-    excess = excess_steps(study.model_copy(update={"mesh": mesh}), vane, casings, base)
+    excess = tuple(map(structure.mesh_excess, structure.loaded))
     meshes = tuple(mesh_step(study, part) for part in PARTS)
 
     def compute(system: System, limits: Limits, *others: Part | MeshExcess) -> AmplitudeErrors:

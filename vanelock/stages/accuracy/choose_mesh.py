@@ -26,16 +26,10 @@ from vanelock.stages.accuracy.amplitude_errors import amplitude_error, amplitude
 from vanelock.stages.accuracy.budget import Budget, budget, pins
 from vanelock.stages.accuracy.mesh_errors import mesh_errors_step
 from vanelock.stages.accuracy.mesh_sizes import DOFS, most_dofs, unknowns
-from vanelock.stages.parts.components import (
-    PARTS,
-    casing_step,
-    diameter_of,
-    model_step,
-    reference_step,
-)
+from vanelock.stages.linear import linear_of
+from vanelock.stages.parts.components import PARTS, model_step
 from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.parts.nodal_diameters import linear_steps
-from vanelock.stages.parts.systems import united_step
+from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits
 
 Floats = NDArray[np.float64]
@@ -137,7 +131,7 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
         shares = budget(study, max(float(each) for each in own))
     if "mesh" in shares.shares and not short:
         shares = shares.meshed(min(rounds[-1].largest, shares.bearable))
-    stages.drop(model(chosen, "vane").key for model in (model_step, reference_step))
+    stages.drop(model_step(chosen, "vane", each).key for each in (False, True))
     return MeshChoice(chosen, study, shares, tuple(rounds), short)
 
 
@@ -230,10 +224,11 @@ def _coarsest(study: Study) -> Any:
 
 def _tried(study: Study, stages: Stages) -> tuple[Round, Limits]:
     """A study's mesh with its estimated errors, and the modes by it."""
-    steps = linear_steps(study)
-    casings = [casing_step(study, k) for k in sorted({0, diameter_of(study, 1)})]
-    own = amplitude_errors_step(study, united_step(study, 1), steps.limits, steps.vane, casings)
-    errors, limits = stages.get(mesh_errors_step(study, steps.limits)), stages.get(steps.limits)
+    structure = StudyStructure(study)
+    linear = linear_of(structure)
+    own = amplitude_errors_step(structure, structure.system(structure.loaded), linear.limits)
+    errors = stages.get(mesh_errors_step(study, linear.system, linear.limits))
+    limits = stages.get(linear.limits)
     shown = words_of(study.mesh.size)
     if "mesh" in pins(study) and pins(study)["mesh"].endswith(".mesh"):
         shown = "as given"

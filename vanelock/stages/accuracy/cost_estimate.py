@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vanelock.common.process import memory
 from vanelock.input.cases.sweep import Case
+from vanelock.input.cases.values import diameters_of
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.stages.accuracy.budget import budget, pins
@@ -102,9 +103,7 @@ def _further(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> int:
     """Nodal diameters that are reduced for what is asked for beyond the responses."""
     if not any(each.whole_ring(study, keys) for each, keys in _asked(study, analyses)):
         return 0
-    from vanelock.stages.parts.components import diameters  # and all that reduces
-
-    return study.ring.sectors // 2 + 1 - len(diameters([study]))
+    return study.ring.sectors // 2 + 1 - len(diameters_of(study))
 
 
 def _analyses(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> float:

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from vanelock import fem, rom
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, heads
+from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Component, System
-from vanelock.stages.parts.components import PARTS, diameter_of
-from vanelock.stages.parts.recoveries import recovery_step
+from vanelock.rom import System
+from vanelock.stages.parts.components import PARTS, recovery_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 
@@ -89,21 +89,19 @@ def error_places_step(planned: Planned) -> Step[ErrorPlaces]:
     """The places of a study's case."""
     study = planned.case.study
     k = diameter_of(study, 1)
-    parts = [planned.part(name, k) for name in PARTS]
-    recovered = [recovery_step(study, *each) for each in zip(PARTS, parts, strict=True)]
+    recovered = [recovery_step(study, part, k) for part in PARTS]
 
-    def compute(
-        system: System, limits: Limits, vane: Component, casing: Component, *whole: rom.Recovery
-    ) -> ErrorPlaces:
+    def compute(system: System, limits: Limits, *whole: rom.Recovery) -> ErrorPlaces:
         k = limits.nodal_diameter
         shape = rom.linear_modes(system, k, limits.stuck_mode + 1)[1][:, -1]
+        own = system.at(k).split(np.asarray(shape, complex))
         energies = [
-            fem.excess_by_element(each.model, each.displacement(np.asarray(q, complex), k))
-            for each, q in zip(whole, rom.split(vane, casing, shape), strict=True)
+            fem.excess_by_element(each.model, each.displacement(own[part], k))
+            for part, each in zip(PARTS, whole, strict=True)
         ]
         return error_places([each.model.part for each in whole], energies)
 
-    needs = (planned.linear.system, planned.linear.limits, *parts, *recovered)
+    needs = (planned.linear.system, planned.linear.limits, *recovered)
     inputs: dict[str, Any] = {"count": COUNT, "around": AROUND}
     return step("mesh error by place", "fem", inputs, ErrorPlaces, needs, compute)
 

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from vanelock import fem, rom
 from vanelock.common.product import Product
+from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Component, System
+from vanelock.rom import System
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.parts.components import casing_step, diameter_of, rom_step
-from vanelock.stages.parts.recoveries import recovery_step
-from vanelock.stages.parts.systems import ESTIMATED, joined_step, without_friction
+from vanelock.stages.parts.components import PARTS, recovery_step
+from vanelock.stages.parts.mesh_excess import ESTIMATED
 from vanelock.stages.response.limits import Limits
 
 Floats = NDArray[np.float64]
@@ -73,30 +73,22 @@ class MeshErrors(Product):
         return np.asarray(np.interp(frequency, self.frequency, errors))
 
 
-def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
-    """Estimates for the meshes of a case."""
+def mesh_errors_step(study: Study, system: Step[System], limits: Step[Limits]) -> Step[MeshErrors]:
+    """Estimates for the meshes of a case, by its linear system and limits."""
     k = diameter_of(study, 1)
-    system = joined_step(without_friction(study), {0, k})
-    vane, casing = rom_step(study, "vane", ()), casing_step(study, k)
-    recovered = recovery_step(study, "vane", vane), recovery_step(study, "casing", casing)
+    recovered = [recovery_step(study, part, k) for part in PARTS]
     corrects = study.mesh.correction != "none"
 
-    def compute(
-        system: System,
-        limits: Limits,
-        vane: Component,
-        casing: Component,
-        *recoveries: rom.Recovery,
-    ) -> MeshErrors:
+    def compute(system: System, limits: Limits, *recoveries: rom.Recovery) -> MeshErrors:
         count = min(max(MODES, limits.stuck_mode + 3), len(system.at(k).K))
         closed = ~system.contacts.opens
         stuck, shapes = rom.linear_modes(system, k, count)
         free, free_shapes = rom.linear_modes(system, k, limits.free_mode + 1, closed)
         x = np.hstack([shapes, free_shapes[:, -1:]])
         omega2 = (2 * np.pi * np.append(stuck, free[-1])) ** 2
-        raised = []
-        for recovery, q in zip(recoveries, rom.split(vane, casing, x), strict=True):
-            u = recovery.displacement(q, k)
+        raised, own = [], system.at(k).split(x)
+        for name, recovery in zip(PARTS, recoveries, strict=True):
+            u = recovery.displacement(own[name], k)
             taken_off = corrects and recovery.model.part.cell_type == ESTIMATED
             share = DOUBT if taken_off else 1.0
             raised.append(share * np.diagonal(fem.excess_stiffness(recovery.model, u)).real)
@@ -106,6 +98,6 @@ def mesh_errors_step(study: Study, limits: Step[Limits]) -> Step[MeshErrors]:
         )  # fmt: skip
         return MeshErrors(stuck, errors[:-1], errors[-1], limits.stuck_mode)
 
-    needs = (system, limits, vane, casing, *recovered)
+    needs = (system, limits, *recovered)
     inputs = {"corrects": corrects}
     return step("mesh errors", "fem", inputs, MeshErrors, needs, compute)

@@ -73,12 +73,12 @@ def campbell(planned: Planned, stages: Stages, monitor: Monitor) -> Campbell:
     """The diagram of a case; what it takes beyond the case's own stages is cached as they are."""
     study = planned.case.study
     limits, response = stages.get(planned.linear.limits), stages.get(planned.response)
-    lines = stages.get(lines_step(planned, stages))
+    lines = stages.get(lines_step(planned))
     linear = _condition(limits, response, monitor)
     own = abs(study.excitation.engine_order)
     found = []
     for order in lines.engine_orders.tolist():
-        along = stages.get(along_step(planned, stages, order, linear, monitor))
+        along = stages.get(along_step(planned, order, linear, monitor))
         curve = (response, monitor) if order == own else None
         found.append(_circles(lines, order, along, curve))
     orders, speed, frequency, amplitude, by_friction = (

@@ -4,22 +4,21 @@ At speed n the load turns with the frequency |EO| n / 60 and acts with the study
 force node. The parts have the temperatures of the nearest crossing.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import nonlinear, rom
-from vanelock.common.cyclic import folded
+from vanelock import nonlinear
 from vanelock.common.product import Product
-from vanelock.input.schema.study import Study
-from vanelock.pipeline.step import Stages, Step, step
-from vanelock.rom import Component, MeshExcess, System
-from vanelock.stages.campbell.speed_lines import Lines, at_diameter, casings, lines_step
+from vanelock.pipeline.step import Step, step
+from vanelock.rom import System
+from vanelock.stages.campbell.speed_lines import Lines, lines_step
 from vanelock.stages.campbell.temperature_speed import factors
-from vanelock.stages.parts.systems import Joining, excess_steps, joining, without_friction
+from vanelock.stages.parts.segment import Segment
+from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import fine
@@ -49,35 +48,26 @@ class Along(Product):
     amplitude: Floats = field(metadata={"unit": "m"})
 
 
-def along_step(
-    planned: Planned, stages: Stages, order: int, closed: Limit, monitor: Monitor
-) -> Step[Along]:
+def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) -> Step[Along]:
     """Response to one engine order, the interlock free or stuck."""
-    study, N = planned.case.study, planned.case.study.ring.sectors
-    k, bare = folded(order, N), joining(without_friction(study))
-    every = sorted({0, *(folded(each, N) for each in _orders(planned, stages))})
-    parts = casings(planned, stages, every)
-    used = sorted({0, k})
+    study, structure = planned.case.study, planned.structure
+    assert isinstance(structure, StudyStructure)
+    used, lines_of = {0, structure.folded(order)}, lines_step(planned)
+    bare = structure.bare.segment
     inputs: dict[str, Any] = {
         "order": order,
-        "backward": study.excitation.engine_order < 0,
         "closed": closed,
         "monitor": [monitor.node, monitor.component],
-        "load": [study.excitation.force_per_node, study.excitation.unbalance],
-        "damping": study.damping.model_dump(),
-        "joints": [asdict(joint) for joint in bare.joints],
+        "segment": bare.keys,
     }
 
-    shells, blade = [parts[each] for each in used], planned.rom["vane"]
-
-    def compute(lines: Lines, vane: Component, *others: Any) -> Along:
-        found = zip(used, others, strict=False)
-        shell = {each: at_diameter(part, each) for each, part in found}
-        taken = dict(zip(used, others[len(used) :], strict=False))
-        pieces = []
+    def compute(get: Callable[[Step[Any]], Any]) -> Along:
+        pieces, lines = [], get(lines_of)
+        nodes = len(get(structure.component("casing", 0)).masters.set("force"))
+        turning = of_order(bare, order, nodes, study.ring.sectors)
         for low, high, centre, peaks in segments(lines, order, closed == "stuck"):
             scale = factors(study, lambda part: modulus(study, part))(centre)
-            system = joined_at(study, order, vane, shell, bare, scale, taken)
+            system = with_unbalance(structure.rejoined(get, used, turning, scale), bare)
             mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             hertz = hertz[hertz <= (system.band or np.inf)]
@@ -87,14 +77,27 @@ def along_step(
             pieces.append((60 * hertz / order, hertz, monitor.amplitude(found)))
         return Along(*(np.concatenate(each) for each in zip(*pieces, strict=True)))
 
-    excesses = excess_steps(study, blade, shells, planned.base)
-    needs = (lines_step(planned, stages), blade, *shells, *excesses)
+    needs = (lines_of, *structure.reduced(used))
     name = f"Campbell response, EO {order}"
-    return step(name, "nonlinear", inputs, Along, needs, compute)
+    return step(name, "nonlinear", inputs, Along, needs, compute, pulls=True)
 
 
-def _orders(planned: Planned, stages: Stages) -> Sequence[int]:
-    return [int(each) for each in stages.get(lines_step(planned, stages)).engine_orders]
+def of_order(segment: Segment, order: int, nodes: int, sectors: int) -> Segment:
+    """A segment loaded by another engine order, as much at each of the force nodes of a sector.
+
+    An unbalance becomes the force that it has at 1 rad/s, see `with_unbalance`.
+    """
+    force = segment.force or 2 * segment.unbalance / (sectors * nodes)
+    turns = -order if segment.engine_order < 0 else order
+    return replace(segment, engine_order=turns, force=force, unbalance=0.0)
+
+
+def with_unbalance(system: System, segment: Segment) -> System:
+    """The system with its force growing with the square of the speed where an unbalance acts."""
+    if not segment.unbalance:
+        return system
+    power = {h: replace(force, omega_power=2) for h, force in system.force.items()}
+    return replace(system, force=power)
 
 
 def segments(
@@ -125,31 +128,3 @@ def _frequencies(
     parts += [fine(speed * order / 60, damping) for speed in peaks]
     found = np.unique(np.concatenate(parts))
     return np.asarray(found[(found >= ends[0]) & (found <= ends[1])])
-
-
-def joined_at(
-    study: Study,
-    order: int,
-    vane: Component,
-    shells: dict[int, Component],
-    bare: Joining,
-    scale: tuple[float, float],
-    excess: Mapping[int, MeshExcess],
-) -> System:
-    """The joined parts at a temperature, loaded by an engine order."""
-    sign = -1 if study.excitation.engine_order < 0 else 1
-    unbalance = study.excitation.unbalance
-    load = rom.Excitation(sign * order, force=study.excitation.force_per_node)
-    if unbalance is not None:  # as much at each force node as of engine order 1
-        nodes = len(next(iter(shells.values())).masters.set("force"))
-        load = rom.Excitation(sign * order, force=2 * unbalance / (study.ring.sectors * nodes))
-    given, blade = bare._replace(excitation=load), rom.stiffened(vane, scale[0])
-    found = []
-    for k, shell in shells.items():
-        joined = given.join(blade, rom.stiffened(shell, scale[1]))
-        found.append(excess[k].taken_off(joined, scale) if k in excess else joined)
-    system = rom.united(found)
-    if unbalance is None:
-        return system
-    power = {h: replace(force, omega_power=2) for h, force in system.force.items()}
-    return replace(system, force=power)

@@ -9,7 +9,7 @@ where f_j(n) = |EO| n / 60, which is solved on the modes themselves, not between
 line. Lines are numbered by ascending frequency at every speed.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +17,7 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from vanelock.rom import Component, MeshExcess, System, joined_stiffness
+from vanelock.rom import Component, MeshExcess, System
 
 Floats = NDArray[np.float64]
 Factors = Callable[[float], tuple[float, float]]
@@ -45,8 +45,7 @@ class ModesOverSpeed:
     """Two joined parts at one nodal diameter."""
 
     system: System
-    vane: Component
-    casing: Component
+    parts: Mapping[str, Component]
     nodal_diameter: int
     factors: Factors
     ends: tuple[float, float]
@@ -59,7 +58,7 @@ class ModesOverSpeed:
         k, matrices = self.nodal_diameter, self.system.at(self.nodal_diameter)
         n = len(matrices.K)
         lower = sl.cholesky(matrices.M, lower=True)
-        blade, shell = joined_stiffness(self.vane, self.casing, k)
+        blade, shell = (matrices.joined(p, self.parts[p].at(k).K) for p in ("vane", "casing"))
         if self.excess is not None and k in self.excess.diameters:
             off = self.excess.diameters[k].stiffness
             blade, shell = blade - off[0], shell - off[1]

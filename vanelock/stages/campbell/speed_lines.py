@@ -6,26 +6,24 @@ its temperature there.
 """
 
 import math
-from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import rom
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.schema.comparison import CampbellKeys
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
-from vanelock.pipeline.step import Stages, Step, step
-from vanelock.rom import Component, System
+from vanelock.pipeline.step import Step, step
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
 from vanelock.stages.campbell.temperature_speed import bends, factors
-from vanelock.stages.parts.components import rom_step, shared_step
-from vanelock.stages.parts.systems import excess_steps, joints, without_friction
+from vanelock.stages.parts.segment import Segment
+from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
@@ -90,38 +88,13 @@ def keys_of(study: Study) -> CampbellKeys:
     return given.model_copy(update={"engine_orders": orders})
 
 
-def casings(
-    planned: Planned, stages: Stages, diameters: Iterable[int]
-) -> dict[int, Step[Component]]:
-    """The reduced casing at nodal diameters 0 to N/2, by diameter.
-
-    That of the response as far as it goes; those beyond are reduced together, and leave it as it
-    is.
-    """
-    wanted = sorted(set(diameters))
-    if planned.chosen_mesh is not None:
-        return {k: planned.part("casing", k) for k in wanted}
-    own = planned.rom["casing"]
-    have = stages.get(own).diameters
-    missing = [k for k in wanted if k not in have]
-    study = planned.case.study
-    others = rom_step(study, "casing", missing, shared_step(study)) if missing else own
-    return {k: others if k in missing else own for k in wanted}
-
-
-def at_diameter(casing: Component, nodal_diameter: int) -> Component:
-    """The casing with one of its nodal diameters alone."""
-    k = nodal_diameter
-    return replace(casing, diameters={k: casing.at(k)}) if casing.cyclic else casing
-
-
-def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
+def lines_step(planned: Planned) -> Step[Lines]:
     """Lines and crossings of a case."""
-    study, N = planned.case.study, planned.case.study.ring.sectors
+    study, structure = planned.case.study, planned.structure
     keys = keys_of(study)
-    diameters = sorted({folded(order, N) for order in keys.engine_orders})
-    parts = casings(planned, stages, diameters)
-    joined = joints(without_friction(study))
+    diameters = sorted({*map(structure.folded, keys.engine_orders)})
+    assert isinstance(structure, StudyStructure)
+    bare = Segment(structure.bare.segment.joints)
     inputs: dict[str, Any] = {
         **keys.model_dump(),
         "temperature": study.temperature.model_dump(),
@@ -129,24 +102,24 @@ def lines_step(planned: Planned, stages: Stages) -> Step[Lines]:
             p: getattr(study.material, p).model_dump(include={"E", "nu", "rho", "E_at"})
             for p in PARTS
         },
-        "joints": [asdict(joint) for joint in joined],
+        "joints": [asdict(joint) for joint in bare.joints],
         "engine_order": study.excitation.engine_order,
     }
 
-    blade, used = planned.rom["vane"], [parts[k] for k in diameters]
-
-    def compute(limits: Limits, vane: Component, *others: Any) -> Lines:
+    def compute(get: Callable[[Step[Any]], Any]) -> Lines:
+        limits = get(planned.linear.limits)
         over_speed, ends = {}, _speeds(study, keys, limits)
-        shells, excesses = others[: len(used)], others[len(used) :] or (None,) * len(used)
-        for k, shell, excess in zip(diameters, shells, excesses, strict=True):
-            casing = at_diameter(shell, k)
-            system: System = rom.join(vane, casing, joined, rom.Excitation(1, force=1.0))
-            scale = factors(study, lambda part: modulus(study, part))
-            over_speed[k] = ModesOverSpeed(system, vane, casing, k, scale, ends, excess)
+        scale = factors(study, lambda part: modulus(study, part))
+        for k in diameters:
+            parts = {part: get(planned.part(part, k)) for part in PARTS}
+            excess = structure.excess(k)
+            taken = None if excess is None else get(excess)
+            system = structure.rejoined(get, (k,), bare)
+            over_speed[k] = ModesOverSpeed(system, parts, k, scale, ends, taken)
         return _lines(study, keys, limits, over_speed, grid(*ends, bends(study)))
 
-    needs = (planned.linear.limits, blade, *used, *excess_steps(study, blade, used, planned.base))
-    return step("Campbell lines", "rom", inputs, Lines, needs, compute)
+    needs = (planned.linear.limits, *structure.reduced(diameters))
+    return step("Campbell lines", "rom", inputs, Lines, needs, compute, pulls=True)
 
 
 def _lines(

@@ -12,23 +12,15 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
-from vanelock.input.cases.values import with_values
+from vanelock.input.cases.values import diameter_of, with_values
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.structure.piecewise import ends
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages
-from vanelock.rom import Component, System
 from vanelock.stages.campbell.frequencies import Meeting, ModesOverSpeed, grid
-from vanelock.stages.parts.components import reduced_step, reference_step
-from vanelock.stages.parts.systems import (
-    excess_steps,
-    meshed_step,
-    system_step,
-    without_friction,
-)
+from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.parts.temperatures import modulus, reference
-from vanelock.stages.plan import shared_diameters
 from vanelock.stages.response.limits import limits
 
 HIGHEST = 1e6
@@ -39,13 +31,12 @@ def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]
     """The cases, each with the speed of its temperatures determined."""
     if isinstance(cases[0].given, Scene) or not any(needs_speed(case.study) for case in cases):
         return list(cases)
-    shared = shared_diameters(cases)
     found = []
-    for case, wanted in zip(cases, shared, strict=True):
+    for case in cases:
         if not needs_speed(case.study):
             found.append(case)
             continue
-        speed = _crossing(case.study, wanted, stages)
+        speed = _crossing(case.study, stages)
         study = with_values(case.study, {"temperature.speed": speed})
         found.append(replace(case, given=study))
     return found
@@ -82,22 +73,18 @@ def bends(study: Study) -> list[float]:
     return found
 
 
-def _crossing(study: Study, wanted: Sequence[int], stages: Stages) -> float:
+def _crossing(study: Study, stages: Stages) -> float:
     """Rotor speed at which the study's engine order meets its mode of interest, rpm."""
-    vane = reduced_step(study, "vane", ())
-    casing = reduced_step(study, "casing", wanted)
+    structure, k = StudyStructure(study, at_reference=True), diameter_of(study, 1)
     order = study.excitation.engine_order
-    parts: tuple[Component, Component] = (stages.get(vane), stages.get(casing))
-    excess = excess_steps(study, vane, [casing], [casing], reference_step)
-    taken = [stages.get(each) for each in excess]
-    bare = without_friction(study), vane, casing
-    system: System = stages.get(meshed_step(*bare) or system_step(*bare))
+    parts = {part: stages.get(structure.component(part, k)) for part in PARTS}
+    excess = structure.excess(k)
+    taken = None if excess is None else stages.get(excess)
+    system = stages.get(structure.uncorrected or structure.bare.at(k))
     low, high = study.temperature.speeds
     low, high = max(low, 1.0), min(high, HIGHEST)
     scale = factors(study, lambda part: reference(study, part))
-    over_speed = ModesOverSpeed(
-        system, *parts, system.nodal_diameter(1), scale, (low, high), *taken
-    )
+    over_speed = ModesOverSpeed(system, parts, k, scale, (low, high), taken)
     mode = limits(system, study.response.mode).free_mode + 1
     found = over_speed.meetings(order, False, mode, grid(low, high, bends(study)))
     met = [each for each in found if each.mode == mode - 1]

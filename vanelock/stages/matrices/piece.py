@@ -59,6 +59,11 @@ class Piece(Product):
     outputs: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3, 0)))
 
     @property
+    def rest_loads(self) -> dict[str, NDArray[np.float64]]:
+        """None: loads at rest are those of harmonic 0."""
+        return {}
+
+    @property
     def size(self) -> int:
         """Number of coordinates r."""
         return len(self.node)

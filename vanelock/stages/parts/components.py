@@ -1,18 +1,16 @@
-"""Models and reduced parts of a study, each a step from the products before it to its own.
+"""Models, reduced parts and recoveries of a study, each a step from the products before it.
 
 A step's key is the hash of the study's keys that it reads, of its upstream steps' keys and of the
 code behind it.
 """
 
-from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
 from vanelock import fem, rom
-from vanelock.common.cyclic import folded
 from vanelock.fem import Model
 from vanelock.input.band import LEAST, asked_by, least_band, softest
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.structure.structure import Rom
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
@@ -29,13 +27,13 @@ MASTERS = {
 }
 
 
-def model_step(study: Study, part: str, E: float | None = None) -> Step[Model]:
+def model_step(study: Study, part: str, at_reference: bool = False) -> Step[Model]:
     """Stiffness and mass of a part; assembling takes no longer than reading would.
 
-    With the modulus of its temperature in the response, or another, Pa.
+    With the modulus of its temperature in the response, or with that at which it is reduced.
     """
     metal = getattr(study.material, part)
-    E = modulus(study, part) if E is None else E
+    E = reference(study, part) if at_reference else modulus(study, part)
     return _assembled(part, E, metal.nu, metal.rho, mesh_step(study, part))
 
 
@@ -49,45 +47,26 @@ def _assembled(name: str, E: float, nu: float, rho: float, mesh: Step[Part]) -> 
     )
 
 
-def reference_step(study: Study, part: str) -> Step[Model]:
-    """The model of a part that is reduced, whatever its temperature."""
-    return model_step(study, part, reference(study, part))
-
-
-def rom_step(
-    study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
+def part_step(
+    study: Study, part: str, nodal_diameter: int = 0, at_reference: bool = False
 ) -> Step[Component]:
-    """Reduced model of a part at its temperature; the casing's at the given nodal diameters.
+    """Reduced model of a part at its temperature, or with its modulus of reference.
 
-    With loads at rest in unit size, see `vanelock.stages.parts.loads`.
+    The vane's serves all nodal diameters, and has loads at rest in unit size, see
+    `vanelock.stages.parts.loads`; the casing is reduced at one, 0 to N/2.
     """
-    reduced = reduced_step(study, part, diameters, prepared)
-    loads = loads_of(study) if part == "vane" else ()
-    factor = modulus(study, part) / reference(study, part)
-    return stiffened_step(reduced, part, factor, strained(loads))
-
-
-def casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
-    """The casing reduced at one nodal diameter, 0 to N/2, so that a run may stop in time.
-
-    Each is a step of its own; what all of them share is computed when the first of them is.
-    """
-    return rom_step(study, "casing", [nodal_diameter], shared_step(study))
-
-
-def shared_step(study: Study) -> Step[Any] | None:
-    """What all nodal diameters of the casing share, None by a route that has no such thing."""
-    return None if study.rom.route == "paper" else prepared_step(study, "casing")
-
-
-def diameter_of(study: Study, harmonic: int) -> int:
-    """Nodal diameter of a harmonic, 0 to N/2: k and N - k are one another's conjugates."""
-    return folded(harmonic * study.excitation.engine_order, study.ring.sectors)
+    if part == "vane":
+        loads = loads_of(study)
+        reduced, names = _vane_step(study, loads), strained(loads)
+    else:
+        reduced, names = _casing_step(study, nodal_diameter), ()
+    factor = 1.0 if at_reference else modulus(study, part) / reference(study, part)
+    return _stiffened(reduced, part, factor, names)
 
 
 @lru_cache(maxsize=SHARED)
-def stiffened_step(
-    reduced: Step[Component], part: str, factor: float, strained: tuple[str, ...] = ()
+def _stiffened(
+    reduced: Step[Component], part: str, factor: float, strained: tuple[str, ...]
 ) -> Step[Component]:
     """A reduced part whose modulus is another; scaling takes no time, so it is not kept.
 
@@ -104,15 +83,27 @@ def stiffened_step(
 
 
 def prepared_step(study: Study, part: str) -> Step[Any]:
-    """The factors that a part's reduction and its recovery share; too large to be kept."""
-    return _prepared(part, masters(study, part), averaged(study, part), reference_step(study, part))
+    """What a part's reductions share, and its recovery; too large to be kept.
+
+    The factors of its interior, or by the route "paper" the casing's Craig-Bampton model.
+    """
+    options, cyclic = study.rom, part == "casing"
+    inputs: dict[str, Any] = {"cyclic": cyclic}
+    if cyclic and options.route == "paper":
+        inputs |= {"route": options.route, **options.of(part)}
+    kept = masters(study, part), averaged(study, part)
+    return _prepared(part, *kept, tuple(inputs.items()), model_step(study, part, True))
 
 
 @lru_cache(maxsize=SHARED)
 def _prepared(
-    part: str, kept: tuple[str, ...], means: tuple[str, ...], model: Step[Model]
+    part: str,
+    kept: tuple[str, ...],
+    means: tuple[str, ...],
+    options: tuple[tuple[str, Any], ...],
+    model: Step[Model],
 ) -> Step[Any]:
-    inputs = {"masters": kept, "averaged": means, "cyclic": part == "casing"}
+    inputs = {"masters": kept, "averaged": means, **dict(options)}
 
     def compute(model: Model) -> Any:
         return rom.prepare(model, **inputs)
@@ -120,28 +111,28 @@ def _prepared(
     return step(f"rom {part}, condensed", "rom", inputs, object, (model,), compute, False)
 
 
-def reduced_step(
-    study: Study, part: str, diameters: Iterable[int], prepared: Step[Any] | None = None
-) -> Step[Component]:
-    """Reduced model of a part with its modulus of reference.
-
-    With what its nodal diameters share `prepared`, see `casing_step`.
+def _least(study: Study, part: str) -> tuple[bool, float | None]:
+    """Whether a part's band follows from the study, and what it reaches at least, Hz.
 
     Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both, or
     the highest frequency that the study asks for (`vanelock.input.band`) where that is higher; a
     vane that is reduced to a number of modes gives no band, and the casing then takes its own.
     """
-    options, model = study.rom, reference_step(study, part)
-    wants = options.of(part)
-    follows = wants.get("accuracy") is not None and options.band is None
-    least = least_band(asked_by(study), softest(study), LEAST) if follows else None
-    own = (masters(study, part), averaged(study, part), options, least, model)
-    if part == "vane":
-        shape = study.vane if isinstance(study.vane, VaneDimensions) else None
-        loads = tuple(load.unit for load in loads_of(study))
-        return _reduced_vane(*own, prepared_step(study, part), loads, shape)
-    vane = reduced_step(study, "vane", ()) if follows else None
-    return _reduced_casing(*own, tuple(sorted(diameters)), vane, prepared)
+    options = study.rom
+    follows = options.of(part).get("accuracy") is not None and options.band is None
+    return follows, least_band(asked_by(study), softest(study), LEAST) if follows else None
+
+
+def _vane_step(study: Study, loads: tuple[RestLoad, ...]) -> Step[Component]:
+    return _reduced_vane(
+        masters(study, "vane"),
+        averaged(study, "vane"),
+        study.rom,
+        _least(study, "vane")[1],
+        (model_step(study, "vane", True), prepared_step(study, "vane")),
+        tuple(load.unit for load in loads),
+        study.vane if isinstance(study.vane, VaneDimensions) else None,
+    )
 
 
 @lru_cache(maxsize=SHARED)
@@ -150,8 +141,7 @@ def _reduced_vane(
     means: tuple[str, ...],
     options: Rom,
     least: float | None,
-    model: Step[Model],
-    prepared: Step[Any],
+    needs: tuple[Step[Model], Step[Any]],
     loads: tuple[RestLoad, ...],
     shape: VaneDimensions | None,
 ) -> Step[Component]:
@@ -164,7 +154,28 @@ def _reduced_vane(
         return rom.reduce(model, **inputs, prepared=prepared, loads=found).shortened()
 
     given = {**inputs, "loads": [load.name for load in loads]} if loads else inputs
-    return step("rom vane", "rom", given, Component, (model, prepared), compute)
+    return step("rom vane", "rom", given, Component, needs, compute)
+
+
+def _casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
+    follows, least = _least(study, "casing")
+    needs: list[Step[Any]] = [model_step(study, "casing", True), prepared_step(study, "casing")]
+    if follows:
+        needs.append(_vane_step(study, loads_of(study)))
+    return _reduced_casing(
+        masters(study, "casing"),
+        averaged(study, "casing"),
+        study.rom,
+        least,
+        nodal_diameter,
+        tuple(needs),
+        study.accuracy is None and nodal_diameter == _highest(study),
+    )
+
+
+def _highest(study: Study) -> int:
+    """The last nodal diameter that a response takes of those that are reduced one by one."""
+    return max(diameter_of(study, h) for h in range(study.response.harmonics + 1))
 
 
 @lru_cache(maxsize=SHARED)
@@ -173,28 +184,42 @@ def _reduced_casing(
     means: tuple[str, ...],
     options: Rom,
     least: float | None,
-    model: Step[Model],
-    chosen: tuple[int, ...],
-    vane: Step[Component] | None,
-    prepared: Step[Any] | None,
+    nodal_diameter: int,
+    needs: tuple[Step[Any], ...],
+    is_last: bool,
 ) -> Step[Component]:
     inputs: dict[str, Any] = {"masters": kept, **options.of("casing"), "averaged": means}
     if least is not None:
         inputs["least"] = least
-    inputs |= {"nodal_diameters": list(chosen), "route": options.route}
+    inputs |= {"nodal_diameters": [nodal_diameter], "route": options.route}
 
-    def compute(model: Model, *others: Any) -> Component:
-        band = {} if vane is None else {"band": others[0].band}
-        if prepared is None:
-            return rom.reduce(model, **inputs | band).shortened()
-        component = rom.reduce(model, **inputs | band, prepared=others[-1])
-        if len(chosen) > 1:  # no further one is to come
-            others[-1].forget_answers()
+    def compute(model: Model, prepared: Any, *vane: Component) -> Component:
+        band = {"band": vane[0].band} if vane else {}
+        component = rom.reduce(model, **inputs | band, prepared=prepared)
+        if is_last:
+            prepared.forget_answers()
         return component.shortened()
 
-    needs = (model, *(each for each in (vane, prepared) if each is not None))
-    name = "rom casing" if len(chosen) > 1 else f"rom casing, ND {chosen[0]}"
-    return step(name, "rom", inputs, Component, needs, compute)
+    return step(f"rom casing, ND {nodal_diameter}", "rom", inputs, Component, needs, compute)
+
+
+def recovery_step(
+    study: Study, part: str, nodal_diameter: int = 0, at_reference: bool = False
+) -> Step[rom.Recovery]:
+    """Recovery of a part at a nodal diameter; moduli as of `part_step`."""
+    needs: list[Step[Any]] = [
+        part_step(study, part, nodal_diameter, at_reference),
+        model_step(study, part, at_reference),
+    ]
+    if part == "vane" or study.rom.route != "paper":
+        needs.append(prepared_step(study, part))
+    return _recovered(part, tuple(needs))
+
+
+@lru_cache(maxsize=SHARED)
+def _recovered(part: str, needs: tuple[Step[Any], ...]) -> Step[rom.Recovery]:
+    """Factors are too large to be kept, and made when first used."""
+    return step(f"recovery {part}", "rom", {}, rom.Recovery, needs, rom.recovery, False, True)
 
 
 def masters(study: Study, part: str) -> tuple[str, ...]:
@@ -208,13 +233,3 @@ def averaged(study: Study, part: str) -> tuple[str, ...]:
     """Those of a part's masters whose contacts act on patches."""
     on_patches = [joint for joint, patch in study.patches.items() if patch == "area"]
     return tuple(name for name in masters(study, part) if name.partition("_")[0] in on_patches)
-
-
-def diameters(cases: Iterable[Given]) -> tuple[int, ...]:
-    """Nodal diameters (h·EO) mod N of all harmonics of some cases, k and N-k once."""
-    found = {
-        folded(h * each.excitation.engine_order, each.ring.sectors)
-        for each in cases
-        for h in range(each.response.harmonics + 1)
-    }
-    return tuple(sorted(found))

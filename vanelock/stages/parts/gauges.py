@@ -1,6 +1,5 @@
 """Strain gauges of a study: where they sit, and what they read in a response."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -17,8 +16,8 @@ from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Component, System
-from vanelock.stages.parts.recoveries import recovery_step
+from vanelock.rom import System
+from vanelock.stages.parts.components import recovery_step
 
 
 @dataclass(frozen=True)
@@ -40,21 +39,19 @@ class Gauges(Product):
     directions: NDArray[np.float64]
     rows: NDArray[np.float64] = field(metadata={"unit": "1/m"})
 
-    def watched(self, system: System, vane: Component, casing: Component, gauge: int) -> System:
-        """The system of the joined parts with a gauge's strain as its only output, direction 0."""
-        dofs, diameters = rom.joined_dofs(vane, casing), {}
+    def watched(self, system: System, gauge: int) -> System:
+        """The system with a gauge's strain as its only output, direction 0."""
+        diameters = {}
         for k, matrices in system.diameters.items():
             output = np.zeros((1, 3, len(matrices.K)))
-            np.add.at(output[0, 0], dofs, self.rows[gauge])
+            np.add.at(output[0, 0], matrices.parts["vane"], self.rows[gauge])
             diameters[k] = replace(matrices, output=output)
         return replace(system, diameters=diameters, output_names=(self.names[gauge],))
 
-    def read(
-        self, response: Response, vane: Component, casing: Callable[[int], Component]
-    ) -> "Strain":
-        """What they read in a response of the joined parts; the casing by nodal diameter."""
+    def read(self, response: Response, system: System) -> "Strain":
+        """What they read in a response of a system."""
         parts = [
-            (self.rows @ rom.split(vane, casing(int(k)), response.x[h].T)[0]).T
+            (self.rows @ system.at(int(k)).split(response.x[h].T)["vane"]).T
             for h, k in enumerate(response.harmonic_diameters)
         ]
         return Strain(self, np.stack(parts, axis=1).astype(complex))
@@ -80,7 +77,7 @@ class Strain:
         return half_peak_to_peak(self.harmonics.swapaxes(0, 1))
 
 
-def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
+def gauges_step(study: Study) -> Step[Gauges]:
     """The gauges of a study on its vane; costs a factorisation and a solve for each gauge."""
     wanted = study.outputs.gauges
     dimensions = study.vane
@@ -120,7 +117,7 @@ def gauges_step(study: Study, vane: Step[Component]) -> Step[Gauges]:
             np.ascontiguousarray(rows.real),
         )
 
-    needs = (recovery_step(study, "vane", vane),)
+    needs = (recovery_step(study, "vane"),)
     return step("gauges", "rom", inputs, Gauges, needs, compute)
 
 

@@ -10,9 +10,8 @@ loads nor other temperatures reduce anything again, but for those that a file ho
 without them change.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +29,6 @@ from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.files.nodal_field import nodal_field
 from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 from vanelock.pipeline.cache import content_digest
-from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import Component, Force, System, rest_loads
-from vanelock.rom.component import carrying
-from vanelock.rom.system.system import Matrix
 
 Array = NDArray[np.float64]
 
@@ -161,36 +156,3 @@ def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Array:
 def strained(loads: Iterable[RestLoad]) -> tuple[str, ...]:
     """Names of those that grow with the modulus."""
     return tuple(load.name for load in loads if load.cause == HEAT)
-
-
-@lru_cache(maxsize=SHARED)
-def at_rest_step(
-    system: Step[System],
-    parts: tuple[Step[Component], Step[Component]],
-    loads: tuple[RestLoad, ...],
-) -> Step[System]:
-    """A system of vane and casing that holds nodal diameter 0, with loads at rest."""
-    if not loads:
-        return system
-
-    def compute(system: System, vane: Component, casing: Component) -> System:
-        return loaded_at_rest(system, vane, casing, loads)
-
-    inputs = {"loads": [(load.name, load.size) for load in loads]}
-    return step("system", "rom", inputs, System, (system, *parts), compute, False, True)
-
-
-def loaded_at_rest(
-    system: System, vane: Component, casing: Component, loads: Sequence[RestLoad]
-) -> System:
-    """A system of vane and casing with loads at rest, if there are any."""
-    if not loads:
-        return system
-    found = sum(by_cause(vane, casing, loads).values())
-    return replace(system, force={0: Force(np.asarray(found)), **system.force})
-
-
-def by_cause(vane: Component, casing: Component, loads: Iterable[RestLoad]) -> dict[str, Matrix]:
-    """(n,) of each cause, in joined coordinates of nodal diameter 0, N."""
-    given = [(load.cause, load.name, load.size) for load in loads]
-    return dict(rest_loads(carrying(vane, given), casing))

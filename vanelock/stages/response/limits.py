@@ -6,9 +6,8 @@ even then aside, and followed to the free structure by the modal assurance crite
 their coordinates, so their shapes compare directly.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +18,14 @@ from vanelock.input.band import advice, asked_by, refuse_beyond
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 from vanelock.rom import (
-    Reduced,
     System,
+    frequency_errors,
     linear_damping,
     linear_modes,
     mac,
-    reduction_errors,
     unheld_motions,
 )
+from vanelock.rom.errors.frequency_errors import ReducedPart
 from vanelock.rom.system.system import Matrix
 
 SHOWN = 6
@@ -39,20 +38,10 @@ LIKE = 0.3
 """Least modal assurance criterion of a free mode that counts as the one of interest."""
 FAR = 0.3
 """Of the stuck mode's frequency, below which the free one is another motion, a loose part's."""
+ALIKE = 1e-6
+"""Relative distance of assurance criteria of double modes, of which the first one counts."""
 MARGIN = 0.03
 """Least margin of the default range, relative."""
-
-
-class ReducedPart(Protocol):
-    """What has matrices by nodal diameter."""
-
-    def at(self, nodal_diameter: int) -> Reduced:
-        """Those of one."""
-        ...
-
-
-Placed: TypeAlias = tuple[ReducedPart, NDArray[np.int64]]
-"""A part and its coordinates among the joined ones."""
 
 
 @dataclass(frozen=True)
@@ -122,9 +111,13 @@ class Limits(Product):
 
 
 def limits(
-    system: System, mode: int, parts: Sequence[Placed] = (), meshed: System | None = None
+    system: System,
+    mode: int,
+    parts: Mapping[str, ReducedPart] | None = None,
+    meshed: System | None = None,
 ) -> Limits:
     """Modes of both limits, and the mode of interest in both."""
+    parts = parts or {}
     k = system.nodal_diameter(1)
     size = len(system.at(k).K)
     if mode > size:
@@ -143,7 +136,7 @@ def limits(
     if place >= len(stuck):
         raise InputError(f"response.mode = {mode}: only {len(stuck) - rigid} modes have a mass")
     likeness = mac(stuck_shapes[:, [place]], free_shapes, system.at(k).M)[0]
-    partner = int(likeness.argmax())
+    partner = int(np.argmax(likeness >= (1 - ALIKE) * likeness.max()))
     lowered = float("nan"), float("nan")
     if meshed is not None:
         raised = linear_modes(meshed, k, count, closed=closed)[0], linear_modes(meshed, k, count)[0]
@@ -183,17 +176,18 @@ def _ratio(system: System, closed: NDArray[np.bool_] | None, shape: Matrix, hert
 
 def _errors(
     system: System,
-    parts: Sequence[Placed],
+    parts: Mapping[str, ReducedPart],
     count: int,
     closed: NDArray[np.bool_] | None,
 ) -> NDArray[np.float64]:
     k = system.nodal_diameter(1)
-    blocks = [(part.at(k), dofs) for part, dofs in parts]
-    estimated = [each for each in blocks if each[0].neglected is not None]
-    unknown = any(block.neglected is None and block.complete != np.inf for block, _ in blocks)
-    if unknown or not blocks:
+    blocks = {name: part.at(k) for name, part in parts.items()}
+    estimated = {name: parts[name] for name, each in blocks.items() if each.neglected is not None}
+    if not blocks or any(
+        each.neglected is None and each.complete != np.inf for each in blocks.values()
+    ):
         return np.full(count, np.nan)
-    return np.asarray(reduction_errors(system, estimated, k, count, closed))
+    return np.asarray(frequency_errors(system, estimated, k, count, closed).total)
 
 
 def frequencies(given: Study | Scene, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:

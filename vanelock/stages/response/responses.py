@@ -1,6 +1,6 @@
 """Steps behind the reduced models: linear limits, preload, linear and nonlinear responses."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Literal, TypeAlias
@@ -12,8 +12,8 @@ from vanelock.input.cases.values import Given
 from vanelock.input.schema.scene import DAMPING
 from vanelock.nonlinear import HarmonicModes, PointStore, Response, StaticBounds
 from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import System, joined_coordinates
-from vanelock.stages.response.limits import Limits, Placed, dense, frequencies, limits
+from vanelock.rom import System
+from vanelock.stages.response.limits import Limits, dense, frequencies, limits
 
 Limit: TypeAlias = Literal["free", "stuck"]
 LIMITS: tuple[Limit, ...] = ("free", "stuck")
@@ -36,18 +36,17 @@ def silent_progress(done: int, total: int, frequency: float, amplitude: float) -
 def limits_step(
     mode: int,
     system: Step[System],
+    names: tuple[str, ...] = (),
     parts: tuple[Step[Any], ...] = (),
     meshed: Step[System] | None = None,
-    placed: Callable[..., Sequence[Placed]] = joined_coordinates,
 ) -> Step[Limits]:
-    """Modes with contacts free and stuck, and their errors by the reduced `parts`.
+    """Modes with contacts free and stuck, and their errors by the reduced `parts` and their names.
 
-    A system that is corrected comes with what it was as `meshed`; `placed` gives the parts their
-    coordinates among the joined ones.
+    A system that is corrected comes with what it was as `meshed`.
     """
 
     def compute(system: System, *others: Any) -> Limits:
-        own = placed(*others[: len(parts)]) if parts else ()
+        own = dict(zip(names, others[: len(parts)], strict=True))
         return limits(system, mode, own, *others[len(parts) :])
 
     needs = (system, *parts, *(() if meshed is None else (meshed,)))
@@ -80,25 +79,6 @@ def static_bounds_step(
 
     inputs = {"friction": friction}
     return step("static bounds", "nonlinear", inputs, StaticBounds, (system, modes), compute)
-
-
-@lru_cache(maxsize=SHARED)
-def stuck_modes_step(system: Step[System], harmonics: int) -> Step[HarmonicModes]:
-    """Modes with all contacts stuck, shared by cases whose system is this one but for friction.
-
-    Each harmonic adds its own to those below it, which the state at rest and the linear responses
-    take, too. They are large, and reading them takes about as long as making them: they are not
-    kept.
-    """
-    below = (stuck_modes_step(system, harmonics - 1),) if harmonics else ()
-
-    def compute(system: System, *below: HarmonicModes) -> HarmonicModes:
-        known = below[0].diameters if below else None
-        return nonlinear.harmonic_modes(system, harmonics, known)
-
-    inputs = {"harmonics": harmonics}
-    kind, needs = HarmonicModes, (system, *below)
-    return step("stuck modes", "nonlinear", inputs, kind, needs, compute, kept=False, quick=True)
 
 
 def linear_step(

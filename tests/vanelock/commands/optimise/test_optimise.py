@@ -52,7 +52,7 @@ def test_the_optimum_is_that_of_a_map(small_model, tmp_path):
     assert table.rows[0][0] == "interlock.mu"
     assert len(front.rows) == len(found.front)
     model = small_model
-    system = model.system({FORCE: 3.0})[0]
+    system = model.system({FORCE: 3.0})
     output = system.output_names[model.monitor.node], model.monitor.component
     interlock = np.array(system.contacts.joint) == "interlock"
     grid = found.value[0] * 1.1 ** np.arange(-2, 3)

@@ -63,10 +63,10 @@ def test_every_stage_ran_once(first):
             "fem casing",
             "rom vane, condensed",
             "rom vane",
-            "rom casing",
+            *(f"rom casing, ND {k}" for k in range(4)),
             "rom casing, condensed",
             "mesh excess, vane",
-            "mesh correction",
+            *4 * ["mesh correction"],
             "linear limits",
             "linear response, free",
             "linear response, stuck",
@@ -94,8 +94,10 @@ def test_results_hold_the_whole_chain(first):
     with open_results(first.folder / "results.h5") as file:
         assert file.attrs["complete"]
         assert set(file) == {"mesh", "rom", "system", "limits", "response", "provenance"}
-        assert set(file["mesh"]) == set(file["rom"]) == {"vane", "casing"}
-        assert {"0", "1"} <= set(file["rom/casing"])
+        assert set(file["mesh"]) == {"vane", "casing"}
+        assert set(file["rom"]) == {"vane", "casing", *(f"casing_nd{k}" for k in (0, 2, 3))}
+        assert "1" in file["rom/casing"]
+        assert set(file["system/nd/1/part"]) == {"vane", "casing"}
         assert set(file["response"]) == {"free", "stuck", "nominal"}
         assert file["provenance"].attrs["study"] == first.text
         assert json.loads(file["provenance"].attrs["settings"])["mesh"]["size"] == 0.04

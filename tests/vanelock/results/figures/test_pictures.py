@@ -36,7 +36,8 @@ def run_data(text, limits=(), linear=None, peaks=()):
         SimpleNamespace(
             case=case,
             analyses={},
-            rom={part: SimpleNamespace(key=part) for part in ("vane", "casing")},
+            structure=SimpleNamespace(names=("vane", "casing")),
+            part=lambda name, k: SimpleNamespace(key=name),
             linear=SimpleNamespace(limits=found, system=None),
         )
         for case, found in zip(cases(study), limits, strict=False)

@@ -9,7 +9,7 @@ from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import nonlinear
 from vanelock.stages.accuracy.amplitude_errors import AmplitudeErrors, amplitude_error
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
-from vanelock.stages.parts.systems import excess_steps
+from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import frequencies
 
 PARTS = np.array([[0.01, -0.03], [0.02, -0.04]])
@@ -27,15 +27,14 @@ def test_each_part_moves_the_peak_as_a_stiffer_structure_says(stages, ring_text)
     text = ring_text("tetra10", COARSER) + "[response]\nharmonics = 1\n"
     planned = planned_of(text)
     found = errors_of(planned, stages)
-    system, casing = stages.get(planned.system), planned.rom["casing"]
-    study = planned.case.study
-    excess = stages.get(excess_steps(study, planned.rom["vane"], [casing], (casing,))[0])
+    system, study = stages.get(planned.system), planned.case.study
     near = frequencies(study, stages.get(planned.linear.limits))
     options = nonlinear.Options(1)
     known = nonlinear.peak_response(system, "force", [1.0], near, options)
     for part in range(2):
         for column, k in enumerate((0, system.nodal_diameter(1))):
-            one, added = system.diameters[k], excess.diameters[k].stiffness[part]
+            excess = stages.get(StudyStructure(study).mesh_excess(k)).diameters[k]
+            one, added = system.diameters[k], excess.stiffness[part]
             K = one.K + SMALL * (added if np.iscomplexobj(one.K) else added.real)
             stiffer = replace(system, diameters={**system.diameters, k: replace(one, K=K)})
             moved = nonlinear.peak_response(stiffer, "force", [1.0], near, options)

@@ -25,7 +25,7 @@ NOWHERE = Stages(NOTHING, silent)
 """Stages that nothing is asked of."""
 
 
-def chosen_mesh(text):
+def choice_of(text):
     return choose_mesh.choose_mesh(parse_study(text), NOWHERE)
 
 
@@ -51,7 +51,7 @@ def estimating(monkeypatch, error_of, dofs=lambda size: 27_000 * (0.025 / size) 
 
 def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.02 * (size / 0.03) ** 1.0)
-    found = chosen_mesh(FREE)
+    found = choice_of(FREE)
     share, most = budget(parse_study(FREE)).shares["mesh"], budget(parse_study(FREE)).bearable
     amplitudes = [each.amplitude for each in found.rounds]
     assert [each <= most for each in amplitudes] == [False] * (len(asked) - 1) + [True]
@@ -87,7 +87,7 @@ def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatc
     assert shares.shares["mesh"] < shares.bearable < 0.05
     beyond = (shares.shares["mesh"] + shares.bearable) / 2 / RATIO
     asked = estimating(monkeypatch, lambda size: beyond)
-    found = chosen_mesh(FREE)
+    found = choice_of(FREE)
     assert len(asked) == 1
     assert found.short == ""
     assert found.budget.shares["mesh"] > shares.shares["mesh"]
@@ -97,7 +97,7 @@ def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatc
 
 def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.02)
-    found = chosen_mesh("accuracy = 0.2")
+    found = choice_of("accuracy = 0.2")
     assert len(asked) == 1
     assert found.study.mesh.size == "coarse"
 
@@ -105,7 +105,7 @@ def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
 def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
     monkeypatch.setattr(mesh_sizes, "DOFS", 250_000)
-    found = chosen_mesh("accuracy = 0.001")
+    found = choice_of("accuracy = 0.001")
     size = found.study.mesh.size
     assert all(0.003 < each < 0.009 for each in size)
     vane, casing = found.study.vane, found.study.casing
@@ -120,7 +120,7 @@ def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
     monkeypatch.setattr(memory, "bounds", lambda: [memory.Bound(4e9, 1e9, "a test's memory")])
     most = mesh_sizes.most_dofs()
     assert mesh_sizes.peak_memory(most) == pytest.approx(mesh_sizes.SHARE * 4e9)
-    found = chosen_mesh("accuracy = 0.001")
+    found = choice_of("accuracy = 0.001")
     dofs = mesh_sizes.unknowns(found.study, found.study.mesh.size)
     assert 0.9 * most < dofs <= 1.001 * most
     assert f"none larger than {most:,.0f} fit the memory" in found.short
@@ -132,7 +132,7 @@ def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
 
 def test_errors_that_do_not_fall_end_the_search(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.07)
-    found = chosen_mesh(FREE)
+    found = choice_of(FREE)
     assert len(asked) <= choose_mesh.ROUNDS
     assert found.short
 
@@ -140,12 +140,12 @@ def test_errors_that_do_not_fall_end_the_search(monkeypatch):
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
     refusal = InputError("vane: the mesh is too coarse to resolve the contact patches")
     asked = estimating(monkeypatch, lambda size: refusal if size > 0.022 else 0.01)
-    found = chosen_mesh(FREE)
+    found = choice_of(FREE)
     assert [study.mesh.size for study in asked] == ["coarse", (0.0212, 0.0113)]
     assert len(found.rounds) == 1
     estimating(monkeypatch, lambda size: InputError("vane: something else"))
     with pytest.raises(InputError, match="something else"):
-        chosen_mesh(FREE)
+        choice_of(FREE)
 
 
 def test_fillets_begin_with_elements_that_hold_them():
@@ -156,15 +156,15 @@ def test_fillets_begin_with_elements_that_hold_them():
 
 def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
-    assert chosen_mesh(FREE).study.stretch == 3
-    assert chosen_mesh(f"{FREE}\n[mesh]\nstretch = 1").study.stretch == 1
-    assert chosen_mesh(f"{FREE}\n[casing]\nbosses = 1").study.stretch == 1
-    assert chosen_mesh(f'{FREE}\n[mesh]\nsize = "coarse"').study.stretch == 3
+    assert choice_of(FREE).study.stretch == 3
+    assert choice_of(f"{FREE}\n[mesh]\nstretch = 1").study.stretch == 1
+    assert choice_of(f"{FREE}\n[casing]\nbosses = 1").study.stretch == 1
+    assert choice_of(f'{FREE}\n[mesh]\nsize = "coarse"').study.stretch == 3
 
 
 def test_contacts_act_on_areas_by_default(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
-    assert chosen_mesh(FREE).study.patches == {"hook": "area", "interlock": "area"}
+    assert choice_of(FREE).study.patches == {"hook": "area", "interlock": "area"}
     study = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
     chosen = choose_mesh.choose_mesh(study, NOWHERE).study
     assert chosen.patches == {"hook": "node", "interlock": "area"}
@@ -172,7 +172,7 @@ def test_contacts_act_on_areas_by_default(monkeypatch):
 
 def test_a_given_mesh_is_kept_and_estimated(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.07)
-    found = chosen_mesh(f'{FREE}\n[mesh]\nsize = "medium"')
+    found = choice_of(f'{FREE}\n[mesh]\nsize = "medium"')
     assert [study.mesh.size for study in asked] == ["medium"]
     assert found.rounds[0].error == 0.07
     assert found.short == ""
@@ -181,9 +181,9 @@ def test_a_given_mesh_is_kept_and_estimated(monkeypatch):
 
 def test_modes_get_their_share_or_take_their_error_off(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
-    open_to = chosen_mesh(FREE)
+    open_to = choice_of(FREE)
     assert open_to.study.rom.accuracy == pytest.approx(open_to.budget.shares["modes"])
-    pinned = chosen_mesh(f"{FREE}\n[rom]\naccuracy = 1e-3")
+    pinned = choice_of(f"{FREE}\n[rom]\naccuracy = 1e-3")
     assert pinned.study.rom.accuracy == 1e-3
     assert sum(pinned.budget.shares.values()) == pytest.approx(0.05 - 3e-4)
     assert sum(budget(parse_study(FREE)).shares.values()) == pytest.approx(0.05)

@@ -1,6 +1,7 @@
 """The Campbell diagram of a run on a small ring, and a system made anew to compare with."""
 
 import csv
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -8,14 +9,14 @@ import pytest
 import scipy.linalg as sl
 
 from tests.vanelock.stages.conftest import COARSER, planned_of
-from vanelock import parse_study, rom, run_study
+from vanelock import parse_study, run_study
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Notice
 from vanelock.stages.campbell.campbell import Campbell
-from vanelock.stages.campbell.engine_orders import joined_at
-from vanelock.stages.campbell.speed_lines import at_diameter, lines_step
-from vanelock.stages.parts.systems import joining
+from vanelock.stages.campbell.engine_orders import of_order, with_unbalance
+from vanelock.stages.campbell.speed_lines import lines_step
+from vanelock.stages.parts.segment import Segment, segment_of
 from vanelock.stages.response.limits import Limits
 
 HOT = """
@@ -133,9 +134,10 @@ def test_tables_and_files(ran):
 def test_a_linear_circle_by_a_dense_solve(scene):
     """The response to another engine order, C from all modes of the open structure."""
     study = parse_study('[ring]\nsectors = 12\n[excitation]\nunbalance = "1.5 kg*mm"')
-    shells = {k: at_diameter(scene.casing, k) for k in (0, 2)}
-    bare = joining(study)._replace(joints=scene.joints)
-    system = joined_at(study, 2, scene.vane, shells, bare, (1.0, 1.0), {})
+    bare = replace(segment_of(study), joints=scene.joints)
+    nodes = len(scene.casing_model.part.node_sets["force"])
+    joined = of_order(bare, 2, nodes, 12).join(scene.vane, scene.casing)
+    system = with_unbalance(joined, bare)
     assert system.engine_order == 2
     D, f = system.at(2), 273.0
     n, omega = len(D.K), 2 * np.pi * f
@@ -151,9 +153,8 @@ def test_a_linear_circle_by_a_dense_solve(scene):
     MV = D.M @ V
     C = (MV * (2 * 0.003 * np.sqrt(squared))) @ MV.conj().T
     # Every force node of the ring of 12 shares U ω² as a pressure with the angle's cosine.
-    nodes = len(scene.casing_model.part.node_sets["force"])
     per_node = 2 * 1.5e-3 / (12 * nodes) * omega**2
-    unit = rom.join(scene.vane, shells[2], scene.joints, rom.Excitation(2, force=1.0)).force[1]
+    unit = Segment(scene.joints, 2, force=1.0).join(scene.vane, scene.casing).force[1]
     matrix = with_springs(closed) - omega**2 * D.M + 1j * omega * C
     x = np.linalg.solve(matrix, per_node * unit.vector)
     expected = np.abs(D.output @ x)
@@ -166,7 +167,7 @@ def test_other_reductions_give_the_same_diagram(ran, stages, ring_text, rom_tabl
     """Twelve modes a part instead of six, and Tran's faces, differ by less than a per cent."""
     text = ring_text("tetra10", COARSER).partition("[rom]")[0] + f"[rom]\n{rom_table}\n{AS_IT_IS}"
     planned = planned_of(text + HOT.replace("[temperature]", TEMPERATURE) + DIAGRAM)
-    lines = stages.get(lines_step(planned, stages))
+    lines = stages.get(lines_step(planned))
     expected = ran[2]["diagram"].lines
     assert lines.diameters.tolist() == expected.diameters.tolist()
     for own, other in ((lines.free, expected.free), (lines.stuck, expected.stuck)):

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.unreduced import unreduced_segment as unreduced
 from vanelock import fem, rom
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
+from vanelock.stages.parts.segment import Segment
 
 SPEEDS = (0.0, 20000.0)
 
@@ -20,8 +22,8 @@ def factors(speed):
 def over_speed(scene):
     def build(k=1, moduli=factors):
         casing = replace(scene.casing, diameters={k: scene.casing.at(k)})
-        system = rom.join(scene.vane, casing, scene.joints, rom.Excitation(1, force=1.0))
-        return ModesOverSpeed(system, scene.vane, casing, k, moduli, SPEEDS)
+        system = Segment(scene.joints, 1, force=1.0).join(scene.vane, casing)
+        return ModesOverSpeed(system, {"vane": scene.vane, "casing": casing}, k, moduli, SPEEDS)
 
     return build
 
@@ -34,11 +36,8 @@ def test_modes_at_a_few_speeds_span_those_at_all(scene, over_speed, k, stuck):
     for speed in (0.0, 3210.0, 12000.0, 17777.0, 20000.0):
         vane, casing = factors(speed)
         shell = replace(scene.casing, diameters={k: scene.casing.at(k)})
-        system = rom.join(
-            rom.stiffened(scene.vane, vane),
-            rom.stiffened(shell, casing),
-            scene.joints,
-            rom.Excitation(1, force=1.0),
+        system = Segment(scene.joints, 1, force=1.0).join(
+            rom.stiffened(scene.vane, vane), rom.stiffened(shell, casing)
         )
         closed = None if stuck else ~system.contacts.opens
         expected = rom.linear_modes(system, k, 6, closed)[0]
@@ -62,7 +61,7 @@ def test_crossings_are_those_of_the_unreduced_sector(scene, over_speed, stuck):
                 fem.assemble(model.part, fem.Material(factor * metal.E, metal.nu, metal.rho))
             )
         joints = scene.joints if stuck else scene.joints[:1]
-        omega2, _ = fem.eigenpairs(*rom.unreduced(*models, joints, 1), 3)
+        omega2, _ = fem.eigenpairs(*unreduced(*models, joints, 1), 3)
         hertz = np.sqrt(omega2) / (2 * np.pi)
         assert each.frequency == pytest.approx(hertz[each.mode], rel=1e-4)
 
@@ -74,10 +73,10 @@ def test_crossings_of_a_scene_with_one_modulus_by_closed_form(scene, over_speed)
     def both(speed):
         return 1 + slope * speed, 1 + slope * speed
 
-    joints = [replace(each, kn=1e-3, kt=1e-3) for each in scene.joints]  # as good as none
+    joints = tuple(replace(each, kn=1e-3, kt=1e-3) for each in scene.joints)  # as good as none
     casing = replace(scene.casing, diameters={1: scene.casing.at(1)})
-    system = rom.join(scene.vane, casing, joints, rom.Excitation(1, force=1.0))
-    found = ModesOverSpeed(system, scene.vane, casing, 1, both, SPEEDS)
+    system = Segment(joints, 1, force=1.0).join(scene.vane, casing)
+    found = ModesOverSpeed(system, {"vane": scene.vane, "casing": casing}, 1, both, SPEEDS)
     f = found.frequencies(0.0, True, 10)
     elastic = 0
     for order in (3, 5, 9):

@@ -79,6 +79,7 @@ def test_a_run_writes_the_strain_of_the_recovered_field(golden):
     study, (summary,) = parse_study(run.text), run.summaries
     with h5py.File(run.folder / "results.h5") as file:
         response = Response.load(file["response/nominal"])
+        system = rom.System.load(file["response/nominal/system"])
         dataset = file["response/nominal/gauge"]
         written, about = dataset[()], dict(dataset.attrs)
         part = mesh.Part.load(file["mesh/vane"])
@@ -90,17 +91,15 @@ def test_a_run_writes_the_strain_of_the_recovered_field(golden):
     model = fem.assemble(part, fem.Material(elastic.E, elastic.nu, elastic.rho))
     recovery = rom.recovery(components[0], model)
     two = parse_study(f"{COARSE}[[outputs.gauges]]\n{ONE.replace(', ', chr(10))}\n{OTHER}")
-    vane = planned_of(COARSE).rom["vane"]
-    found = gauges_step(two, vane).compute(recovery)
+    found = gauges_step(two).compute(recovery)
     assert found.names == (
         "aerofoil 2, suction side, span 0.1, chord 0.5, along span",
         "aerofoil 4, pressure side, span 0.8, chord 0.3, along 30 deg",
     )
     assert about["name"].tolist() == [found.names[0]]
     # The same from the displacements of all nodes at the peak, through the gauges' functionals.
-    # The casing of harmonic 3 has coordinates of its own, which this file does not have.
     top, known = summary.peak.point, range(3)
-    q = [rom.split(*components, response.x[h][top])[0] for h in known]
+    q = [system.at(h).split(response.x[h][top])["vane"] for h in known]
     fields = [recovery.displacement(q[h], int(response.harmonic_diameters[h])) for h in known]
     for g, (number, span, chord, side, direction) in enumerate(
         [(2, 0.1, 0.5, "suction", "span"), (4, 0.8, 0.3, "pressure", 30.0)]
@@ -116,7 +115,7 @@ def test_a_run_writes_the_strain_of_the_recovered_field(golden):
             np.testing.assert_allclose(written[top, known, 0], strain, rtol=0, atol=scale)
     # Half of one of 5 cm would lie beyond the trailing edge; it is refused before the response.
     long = 'aerofoil = 2, span = 0.5, chord = 1, direction = "chord", length = "50 mm"'
-    beyond = gauges_step(parse_study(f"{COARSE}[outputs]\ngauges = [{{ {long} }}]"), vane)
+    beyond = gauges_step(parse_study(f"{COARSE}[outputs]\ngauges = [{{ {long} }}]"))
     line = r"^outputs.gauges\[0\]: vane: gauge of .* off the surface$"
     with pytest.raises(InputError, match=line):
         beyond.compute(recovery)

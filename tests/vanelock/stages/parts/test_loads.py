@@ -13,9 +13,8 @@ from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.input.cases.sweep import cases
 from vanelock.rom import System
-from vanelock.stages.parts.components import model_step, reduced_step
+from vanelock.stages.parts.components import model_step, part_step, recovery_step
 from vanelock.stages.parts.loads import growth
-from vanelock.stages.parts.recoveries import recovery_step
 from vanelock.stages.plan import plan
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -76,7 +75,7 @@ def test_a_free_vane_grows_without_stress(ring, stages):
     inside = np.setdiff1d(np.arange(vane.size), at)
     x[inside] = np.linalg.solve(K[np.ix_(inside, inside)], load[inside])
     assert np.abs(load - K @ x).max() < 1e-9 * np.abs(load).max()
-    recovery = stages.get(recovery_step(study, "vane", planned.part("vane", 0)))
+    recovery = stages.get(recovery_step(study, "vane"))
     part = recovery.model.part
     assert np.abs(recovery.displacement(x, 0) - EPSILON * part.points).max() < 1e-6 * EPSILON
     stress = recovery.stress(x, 0, growth=growth(study, "vane", part))
@@ -87,7 +86,7 @@ def test_a_free_vane_grows_without_stress(ring, stages):
 def test_other_sizes_reduce_nothing_again(stages):
     study = parse_study(COARSE + GAS + HEAT + "vane = 620\n")
     other = parse_study(COARSE + GAS.replace("20", "30") + HEAT + "vane = 640\n")
-    assert reduced_step(study, "vane", ()).key == reduced_step(other, "vane", ()).key
+    assert part_step(study, "vane", 0, True).key == part_step(other, "vane", 0, True).key
     assert planned_of(study).system.key != planned_of(other).system.key
     assert planned_of(study).linear.key == planned_of(other).linear.key
 

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
+from benchmarks.unreduced import unreduced_segment as unreduced
 from tests.vanelock.stages.conftest import PARTS, STEEL
-from vanelock import fem, parse_study, rom
+from vanelock import fem, parse_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
 from vanelock.stages.parts.components import averaged
+from vanelock.stages.parts.segment import Joint
 from vanelock.stages.plan import plan
 
 SWEPT = """
@@ -52,9 +54,9 @@ def test_hooks_on_nodes_and_on_patches_side_by_side(stages):
     """Both cases have the frequencies of the unreduced sector, to the accuracy of the reduction."""
     planned = plan(cases(parse_study(SWEPT)), lambda *_: None)
     models = [fem.assemble(stages.get(planned[0].meshes[part]), STEEL) for part in PARTS]
-    hook, found = rom.Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6), []
+    hook, found = Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6), []
     for each, sets in zip(planned, ((), ("hook_front", "hook_rear")), strict=True):
-        squared, _ = fem.eigenpairs(*rom.unreduced(*models, [hook], 1, sets), 3)
+        squared, _ = fem.eigenpairs(*unreduced(*models, [hook], 1, sets), 3)
         truth = np.sqrt(squared) / (2 * np.pi)
         free = stages.get(each.linear.limits).free[:3]
         assert free == pytest.approx(truth, rel=1e-4)

@@ -7,7 +7,7 @@ import numpy as np
 from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import parse_study
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts.ring_modes import vane_modes_step, whole_step
+from vanelock.stages.parts.ring_modes import vane_modes_step
 
 RIGID = 6
 """Modes of a body that nothing holds."""
@@ -21,10 +21,10 @@ def test_modes_of_a_vane_alone_are_all_its_stiffness(
     modulus = parse_study(text).material.vane.E
     stiffer = f"[material.vane]\nE = {modulus * (1 + deviation) ** 2!r}\n"
     planned, other = planned_of(text), planned_of(text + stiffer)
-    whole = whole_step(planned)
-    vane = stages.get(planned.rom["vane"])
+    whole = planned.structure.whole
+    vane = stages.get(planned.part("vane", 0))
     modes = stages.get(vane_modes_step(planned, whole, vane.size - RIGID))
-    system, changed = stages.get(whole), stages.get(whole_step(other))
+    system, changed = stages.get(whole), stages.get(other.structure.whole)
     for k in range(7):
         g = modes.rows[k]
         added = changed.at(k).K - system.at(k).K

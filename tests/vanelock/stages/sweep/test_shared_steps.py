@@ -13,8 +13,9 @@ from vanelock.pipeline import step
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, reachable
-from vanelock.stages.parts import components, meshes, systems
-from vanelock.stages.plan import fixed, plan, shared_diameters
+from vanelock.stages import structure
+from vanelock.stages.parts import components, mesh_excess, meshes, study_structure
+from vanelock.stages.plan import plan
 from vanelock.stages.response import responses
 
 SWEPT = """
@@ -31,10 +32,9 @@ def test_cases_planned_together_have_the_keys_that_they_have_alone():
     """What workers rely on, who plan one case each, and so do runs that are taken up again."""
     found = cases(parse_study(SWEPT))
     planned = plan(found, lambda *_: None)
-    diameters = shared_diameters(found)
     for i in (0, 17, 30, 47):
         forget()
-        alone = fixed(found[i], diameters[i], lambda *_: None)
+        (alone,) = plan([found[i]])
         assert names_of(alone) == names_of(planned[i])
 
 
@@ -44,7 +44,8 @@ def names_of(planned):
 
 def forget():
     """All steps that cases share."""
-    for module in (meshes, components, systems, responses):
+    rooms = meshes, components, mesh_excess, study_structure, structure, responses
+    for module in rooms:
         for value in vars(module).values():
             if hasattr(value, "cache_clear"):
                 value.cache_clear()
@@ -57,22 +58,13 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
         made.append(given)
         return key_of(*given)
 
-    asked = []
-
-    def without_friction(study):
-        asked.append(study)
-        return forced_without(study)
-
-    forced_without = systems.without_friction
-    monkeypatch.setattr("vanelock.stages.plan.without_friction", without_friction)
     monkeypatch.setattr(step, "key_of", counted)
     forget()
     values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
     planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
     bundle(jobs(planned), Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
-    assert len(made) == len(distinct) == 22 + 4 * 40
-    assert len(asked) == 40
+    assert len(made) == len(distinct) == 40 + 12 * 40
 
 
 def test_cases_with_the_same_values_in_a_table_share_it():
@@ -114,5 +106,5 @@ def test_a_response_is_known_by_what_it_depends_on_and_not_by_its_case():
         {step.key for step in reachable([each.response]) if step.stage == "stuck modes"}
         for each in (alone, same, other, louder)
     ]
-    assert len(stuck[0]) == 4  # of the state at rest, and one more with each harmonic
+    assert len(stuck[0]) == 2  # of rest and load, and of all harmonics
     assert stuck[0] == stuck[1] == stuck[2] == stuck[3]

@@ -14,9 +14,8 @@ from vanelock.quantities.run_result import Floats, RunResult
 from vanelock.report import Picture
 from vanelock.results.figures.contacts.preload import numbers
 from vanelock.rom.joining.elements import properties
-from vanelock.rom.joining.pairs import contact_pairs
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.systems import joints
+from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.plan import Planned
 
 Integers = NDArray[np.int64]
@@ -70,11 +69,11 @@ def contacts(run: RunResult, each: Planned) -> Picture:
 
     def places() -> tuple[Integers, Floats, Floats, tuple[str, ...]]:
         """The vane's node of each contact, its place and frame, and its joint."""
-        vane, casing = (run.stages.get(each.part(part, 0)).masters for part in PARTS)
-        found = contact_pairs(vane, casing, joints(each.case.study))
+        vane, casing = (run.stages.get(each.part(part, 0)) for part in PARTS)
+        found = segment_of(each.case.study).assembly(vane, casing).contacts
         nodes = np.concatenate([touching.own_nodes for touching in found])
         frames = np.concatenate([touching.frames for touching in found])
-        return nodes, vane.position(nodes), frames, properties(found).joint
+        return nodes, vane.masters.position(nodes), frames, properties(found).joint
 
     def picture(path: Path) -> None:
         _, positions, frames, joint = places()

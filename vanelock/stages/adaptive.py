@@ -8,34 +8,30 @@ from collections.abc import Callable
 from typing import Any
 
 from vanelock import nonlinear, rom
-from vanelock.common.cyclic import folded
-from vanelock.input.schema.study import Study
+from vanelock.input.cases.values import diameter_of, diameters_of
 from vanelock.nonlinear import PointStore, Response
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.mesh_errors import MeshErrors
-from vanelock.stages.parts.components import casing_step
-from vanelock.stages.parts.nodal_diameters import LinearSteps
-from vanelock.stages.parts.systems import united_step
+from vanelock.stages.linear import Linear
 from vanelock.stages.response.limits import frequencies
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import Progress, frequency_keys
+from vanelock.stages.structure import CaseStructure
 
 
 def adaptive_step(
     name: str,
-    study: Study,
+    structure: CaseStructure,
     budget: Budget,
-    linear: LinearSteps,
+    linear: Linear,
     free: Step[Response],
     mesh: Step[MeshErrors],
     progress: Progress,
 ) -> Step[Response]:
     """Nonlinear response of a case to its budget."""
-    N = study.ring.sectors
-    casings = {k: casing_step(study, k) for k in range(N // 2 + 1)}
-    base = united_step(study, 1)
+    study, base = structure.given, structure.system(structure.loaded)
     given = budget.accuracy
     shares = {key: budget.shares.get(key, given) for key in ("harmonics", "frequencies")}
     fixed: dict[str, Any] = {
@@ -56,17 +52,18 @@ def adaptive_step(
         watched = monitor(study.outputs.monitor, system, get(free))
 
         def systems(harmonics: int) -> System:
-            found: System = get(united_step(study, harmonics))
+            found: System = get(structure.system(diameters_of(study, harmonics)))
             return found
 
         def neglected(nodal_diameter: int) -> Any:
-            casing = get(casings[folded(nodal_diameter, N)])
-            return rom.neglected_forms(get(linear.vane), casing, nodal_diameter)
+            k = nodal_diameter
+            parts = {name: get(structure.component(name, k)) for name in structure.names}
+            return rom.neglected_forms(get(structure.system([k])), parts, k)
 
-        modal = linear.vane, linear.casing  # parts by number of modes may have none
-        estimable = all(
-            next(iter(get(part).diameters.values())).neglected is not None for part in modal
-        )
+        k = diameter_of(study, 1)
+        modal = [get(structure.component(name, k)) for name in structure.names]
+        # parts by number of modes may have none
+        estimable = all(part.at(k).neglected is not None for part in modal)
         return nonlinear.adaptive_response(
             systems,
             frequencies(study, limits),
@@ -79,7 +76,8 @@ def adaptive_step(
             store=store,
         )
 
-    needs: tuple[Step[Any], ...] = (linear.limits, mesh, free, base, *casings.values())
+    needs: tuple[Step[Any], ...] = (linear.limits, mesh, free, base)
+    needs += structure.reduced(structure.every_diameter)
     return step(
         "response", "nonlinear", inputs, Response, needs, compute, pulls=True, resumes=True, of=name
     )

@@ -10,6 +10,7 @@ import pytest
 
 from vanelock import rom
 from vanelock.common.errors import InputError
+from vanelock.stages.parts.segment import Joint, Segment
 
 
 def test_the_scene_has_66_contacts(masters_alone):
@@ -25,11 +26,8 @@ def test_the_scene_has_66_contacts(masters_alone):
 def test_unbalance_resultant(ring_scene):
     """The casing's load, summed around the ring, is the unbalance's centrifugal force U ω²."""
     unbalance, omega, N = 1.5e-3, 1600.0, 8
-    system = rom.join(
-        ring_scene.vane,
-        ring_scene.casing,
-        ring_scene.joints,
-        rom.Excitation(1, unbalance=unbalance),
+    system = Segment(ring_scene.joints, 1, unbalance=unbalance).join(
+        ring_scene.vane, ring_scene.casing
     )
     f = system.force[1].at(omega)[
         ring_scene.casing.dofs(ring_scene.casing.masters.node_sets["force"])
@@ -48,11 +46,8 @@ def test_unbalance_resultant(ring_scene):
 def test_sixteen_loads_of_30_newton_are_about_1500_gram_millimetres(masters_alone):
     """30 N on each of 16 nodes of 16 sectors near 255 Hz is an unbalance of 1.5 kg mm."""
     omega = 2 * np.pi * 255
-    unbalance = rom.join(
-        masters_alone.vane,
-        masters_alone.casing,
-        masters_alone.joints,
-        rom.Excitation(1, unbalance=1.5e-3),
+    unbalance = Segment(masters_alone.joints, 1, unbalance=1.5e-3).join(
+        masters_alone.vane, masters_alone.casing
     )
     ratio = (
         np.abs(unbalance.force[1].at(omega)).max()
@@ -93,20 +88,15 @@ def test_component_file_round_trip(ring_scene, tmp_path):
 
 
 def test_what_does_not_fit_is_refused(ring_scene, tmp_path):
-    rivet = [rom.Joint("rivet", 1.0, 1.0, 0.1, 0.0)]
+    rivet = (Joint("rivet", 1.0, 1.0, 0.1, 0.0),)
     with pytest.raises(InputError, match='joint "rivet"'):
-        rom.join(ring_scene.vane, ring_scene.casing, rivet, rom.Excitation(1, force=1.0))
+        Segment(rivet, 1, force=1.0).join(ring_scene.vane, ring_scene.casing)
     with pytest.raises(InputError, match="not reduced at nodal diameter 3"):
         ring_scene.casing.at(3)
     with pytest.raises(InputError, match="no matrices for nodal diameter 3"):
         ring_scene.system.at(3)
     with pytest.raises(InputError, match="engine order 1 or -1, not 4"):
-        rom.join(
-            ring_scene.vane,
-            ring_scene.casing,
-            ring_scene.joints,
-            rom.Excitation(4, unbalance=1e-3),
-        )
+        Segment(ring_scene.joints, 4, unbalance=1e-3).join(ring_scene.vane, ring_scene.casing)
     (tmp_path / "noise.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(200)))
     with pytest.raises(InputError, match=r"noise\.h5: not a readable HDF5 file"):
         rom.System.load(tmp_path / "noise.h5")
@@ -117,18 +107,7 @@ def test_a_casing_without_nodal_diameters_is_refused(ring_scene):
     sets = tuple(ring_scene.casing.masters.node_sets)
     piece = rom.reduce(ring_scene.casing_model, sets, modes=2)
     with pytest.raises(InputError, match="rim: reduced in one piece.*give nodal_diameters"):
-        rom.join(ring_scene.vane, piece, ring_scene.joints, rom.Excitation(1, force=30.0))
-
-
-def test_all_nodal_diameters_are_insisted_on_if_asked(ring_scene):
-    order = rom.Excitation(1, force=1.0)
-    with pytest.raises(InputError, match="needs nodal diameters 0 to 4: not reduced at 3"):
-        rom.join(ring_scene.vane, ring_scene.casing, ring_scene.joints, order, diameters="all")
-    held = {min(k, 8 - k) for k in ring_scene.casing.diameters}
-    filled = {k: ring_scene.casing.diameters[k if k in held else 4] for k in range(5)}
-    casing = replace(ring_scene.casing, diameters=filled)
-    whole = rom.join(ring_scene.vane, casing, ring_scene.joints, order, diameters="all")
-    assert sorted(whole.diameters) == list(range(5))
+        Segment(ring_scene.joints, 1, force=30.0).join(ring_scene.vane, piece)
 
 
 def test_a_file_that_holds_a_system_in_its_group_says_so(ring_scene, tmp_path):

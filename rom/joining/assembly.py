@@ -6,7 +6,7 @@ S_p the 0-1 matrix from the joined coordinates to those of part p,
     K = Σ_p S_pᵀ K_p S_p.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -80,7 +80,7 @@ def merged(sizes: Sequence[int], ties: Sequence[Integers] = ()) -> Merged:
 
 
 @dataclass(frozen=True)
-class Joined:
+class Assembly:
     """Parts and what joins and loads them.
 
     Attributes
@@ -114,7 +114,8 @@ class Joined:
     damping_joints: str = "stuck"
 
     @cached_property
-    def _merged(self) -> Merged:
+    def merged(self) -> Merged:
+        """Joined coordinates: those that ties join are there once."""
         sizes = [part.size for part in self.parts.values()]
         start = dict(zip(self.parts, np.cumsum([0, *sizes]), strict=False))
         links = []
@@ -127,10 +128,8 @@ class Joined:
         return merged(sizes, links)
 
     def system(self, nodal_diameters: Sequence[int]) -> System:
-        """The system with matrices of nodal diameters."""
-        around = np.eye(3) if self.cylindrical else turn(self.sectors)
-        rows = relative_rows(self.contacts, self._merged, self.places, around)
-        own, following = (self._by_node(each) for each in rows)
+        """The system with matrices of nodal diameters, and the loads that act at these."""
+        own, following = (self._by_node(rows) for rows in self.relative_rows())
         self._refuse_still(own, following)
         output = self._output_rows()
         names = tuple(name for each in self.outputs for name in each.names)
@@ -139,6 +138,7 @@ class Joined:
                 own=own,
                 next=following if np.any(following) else None,
                 output=output if len(names) else None,
+                parts={name: self.coordinates(name) for name in self.parts},
                 **self._matrices(k),
             )
             for k in nodal_diameters
@@ -148,7 +148,7 @@ class Joined:
             engine_order=self.engine_order,
             diameters=diameters,
             contacts=_around(properties(self.contacts, self.always_closed), diameters),
-            force=self._forces(),
+            force=self._forces(diameters),
             output_names=names,
             damping_ratio=self.damping_ratio,
             damping_joints=self.damping_joints,
@@ -158,15 +158,49 @@ class Joined:
     def places(self, name: str, nodes: Integers, where: str) -> Integers:
         """(k, 3) joined coordinates of a part's nodes, -1 where one does not move."""
         own = self.parts[name].coordinates(nodes, where)
-        return self._merged.of(list(self.parts).index(name), own)
+        return self.merged.of(list(self.parts).index(name), own)
 
     def coordinates(self, name: str) -> Integers:
         """(r,) joined coordinates of a part."""
-        return self._merged.places[list(self.parts).index(name)]
+        return self.merged.places[list(self.parts).index(name)]
+
+    def rest_loads(self) -> dict[str, NDArray[np.complex128]]:
+        """(n,) of each load at rest that the parts hold, N, at nodal diameter 0.
+
+        Loads of one name on several parts are one.
+        """
+        found: dict[str, NDArray[np.complex128]] = {}
+        for name, part in self.parts.items():
+            for load, vector in part.rest_loads.items():
+                none = np.zeros(self.merged.size, complex)
+                np.add.at(found.setdefault(load, none), self.coordinates(name), vector)
+        return found
+
+    def relative_rows(self) -> tuple[sp.csr_array, sp.csr_array]:
+        """(3c, n) rows (normal, t1, t2) of every contact's relative displacement, closing positive.
+
+        From this sector's coordinates, and from the next sector's.
+        """
+        around = np.eye(3) if self.cylindrical else turn(self.sectors)
+        none = sp.csr_array((0, self.merged.size))
+        own, following = [none], [none]
+        for each in self.contacts:
+            where = each.where
+            here = self.merged.rows(each.frames, self.places(each.own, each.own_nodes, where))
+            there = sp.csr_array(here.shape)
+            if each.mate:
+                mate = self.places(each.mate, each.mate_nodes, where)
+                if each.next_sector:
+                    there = self.merged.rows(-each.frames @ around, mate)
+                else:
+                    here = here - self.merged.rows(each.frames, mate)
+            own.append(here)
+            following.append(there)
+        return sp.vstack(own, format="csr"), sp.vstack(following, format="csr")
 
     def _by_node(self, rows: sp.csr_array) -> Floats:
         """(c, 3, n) of rows (3c, n)."""
-        return np.asarray(rows.toarray().reshape(-1, 3, self._merged.size))
+        return np.asarray(rows.toarray().reshape(-1, 3, self.merged.size))
 
     def _matrices(self, k: int) -> dict[str, Matrix]:
         """The joined K and M, and C where a part has one; the others add nothing to it."""
@@ -174,7 +208,7 @@ class Joined:
         given = {name: [getattr(block, name, None) for block in blocks] for name in ("K", "M", "C")}
         still = [np.zeros_like(K) for K in given["K"]]
         return {
-            name: self._merged.sum([z if A is None else A for A, z in zip(own, still, strict=True)])
+            name: self.merged.sum([z if A is None else A for A, z in zip(own, still, strict=True)])
             for name, own in given.items()
             if any(A is not None for A in own)
         }
@@ -194,10 +228,15 @@ class Joined:
                     "nodes that a tie merges?)"
                 )
 
-    def _forces(self) -> dict[int, Force]:
+    def _forces(self, diameters: Collection[int]) -> dict[int, Force]:
+        acting, N = {*diameters, *(-k % self.sectors for k in diameters)}, self.sectors
         found: dict[int, NDArray[np.complex128]] = {}
+        if 0 in acting and (at_rest := self.rest_loads()):
+            found[0] = np.sum(list(at_rest.values()), axis=0)
         for load in self.loads:
-            vector = found.setdefault(load.harmonic, np.zeros(self._merged.size, complex))
+            if load.harmonic * self.engine_order % N not in acting:
+                continue
+            vector = found.setdefault(load.harmonic, np.zeros(self.merged.size, complex))
             if load.reduced is not None:
                 np.add.at(vector, self.coordinates(load.part), load.reduced)
                 continue
@@ -210,17 +249,17 @@ class Joined:
                     f"no {self._word(int(direction))} displacement among its rows"
                 )
             np.add.at(vector, places[places >= 0], forces[places >= 0])
-        power = {load.harmonic: load.omega_power for load in self.loads}
+        power = {0: 0, **{load.harmonic: load.omega_power for load in self.loads}}
         return {h: Force(vector, power[h]) for h, vector in sorted(found.items())}
 
     def _word(self, direction: int) -> str:
         return (COMPONENTS if self.cylindrical else "xyz")[direction]
 
     def _output_rows(self) -> Floats:
-        rows = [np.empty((0, 3, self._merged.size))]
+        rows = [np.empty((0, 3, self.merged.size))]
         for each in self.outputs:
             if each.reduced is not None:
-                moved = np.zeros((*each.reduced.shape[:2], self._merged.size))
+                moved = np.zeros((*each.reduced.shape[:2], self.merged.size))
                 np.add.at(moved.T, self.coordinates(each.part), each.reduced.T)
                 rows.append(moved)
                 continue
@@ -228,7 +267,7 @@ class Joined:
             frames = np.tile(np.eye(3), (len(at), 1, 1))
             if each.turned:
                 frames = self.parts[each.part].frames(each.nodes, each.where)
-            rows.append(self._by_node(self._merged.rows(frames, at)))
+            rows.append(self._by_node(self.merged.rows(frames, at)))
         return np.concatenate(rows)
 
 
@@ -240,28 +279,3 @@ def _around(contacts: Contacts, diameters: Mapping[int, Diameter]) -> Contacts:
     for i in contacts.elements:
         kn[i] = kt[i] = spring_along(first.own[i, 0], first.K, first.M)
     return replace(contacts, kn=kn, kt=kt)
-
-
-Places = Callable[[str, Integers, str], Integers]
-"""(k, 3) joined coordinates of the nodes of a part; the last argument is who asks."""
-
-
-def relative_rows(
-    contacts: Sequence[Touching], joined: Merged, places: Places, around: Floats
-) -> tuple[sp.csr_array, sp.csr_array]:
-    """Rows (normal, t1, t2) of every contact's relative displacement, closing positive."""
-    none = sp.csr_array((0, joined.size))
-    own, following = [none], [none]
-    for each in contacts:
-        where = each.where
-        here = joined.rows(each.frames, places(each.own, each.own_nodes, where))
-        there = sp.csr_array(here.shape)
-        if each.mate:
-            mate = places(each.mate, each.mate_nodes, where)
-            if each.next_sector:
-                there = joined.rows(-each.frames @ around, mate)
-            else:
-                here = here - joined.rows(each.frames, mate)
-        own.append(here)
-        following.append(there)
-    return sp.vstack(own, format="csr"), sp.vstack(following, format="csr")

@@ -1,39 +1,119 @@
-"""The steps of a scene to its components and its system."""
+"""Components of a scene and the system that they make at each nodal diameter, each a step."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import fields, replace
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock import rom
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Given, diameter_of, diameters_of
 from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Element, System
-from vanelock.rom.joining.joined import Joined
+from vanelock.rom import Assembly, Element, System
 from vanelock.rom.system.consistency import check_ring
 from vanelock.stages.matrices import pieces
 from vanelock.stages.matrices.gather import Gathered, gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
 from vanelock.stages.matrices.piece import Piece
-from vanelock.stages.parts.components import diameters
-from vanelock.stages.response.limits import Placed
+from vanelock.stages.structure import CaseStructure
 
 
-def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = ()) -> Step[Piece]:
-    """A component, reduced or as it is; `at` other nodal diameters than those of the response."""
+@dataclass(frozen=True)
+class SceneStructure(CaseStructure):
+    """The components of a scene, or the system that it names.
+
+    Attributes
+    ----------
+    given : Scene
+    without : bool
+        Whether its systems leave out friction, interference and loads at rest.
+    """
+
+    given: Scene
+    without: bool = False
+
+    @cached_property
+    def gathered(self) -> Gathered:
+        """What its lists and tables say."""
+        return gathered(self.given)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Of its components."""
+        return tuple(self.given.components)
+
+    @cached_property
+    def apart(self) -> tuple[str, ...]:  # type: ignore[override]
+        """A line for each component that nothing joins to another."""
+        return tuple(self.gathered.apart())
+
+    @cached_property
+    def bare(self) -> "SceneStructure":
+        """The same without friction, interference and loads at rest."""
+        found = replace(self, without=True)
+        found.__dict__["gathered"] = self.gathered
+        return found
+
+    @property
+    def loaded(self) -> tuple[int, ...]:
+        """Nodal diameters, 0 to N/2, of rest and of all loads."""
+        if self.given.system is not None:
+            return diameters_of(self.given)
+        own = self.gathered
+        harmonics = {0, 1} | {each.harmonic for each in own.loads}
+        harmonics |= {each.harmonic for each in own.forces}
+        return tuple(sorted({diameter_of(self.given, h) for h in harmonics}))
+
+    def component(self, name: str, nodal_diameter: int) -> Step[Piece]:
+        """A component as it is or reduced, by nodal diameter where that matters."""
+        keys = self.given.components[name]
+        by_diameter = keys.low is not None or ND in keys.stiffness
+        at = (self.folded(nodal_diameter),) if by_diameter else ()
+        return _piece_step(self.given, name, self.gathered, at)
+
+    def at(self, nodal_diameter: int) -> Step[System]:
+        """The system at a nodal diameter."""
+        return self.system((nodal_diameter,))
+
+    def system(self, diameters: Collection[int]) -> Step[System]:
+        """The system at some nodal diameters; that of a file has its own."""
+        if self.given.system is not None:
+            return _ready_step(self.given, Path(self.given.system.file), self.without)
+        chosen = tuple(sorted({*map(self.folded, diameters)}))
+        parts = [self.component(name, k) for k in chosen for name in self.names]
+        return _joined_step(self.given, self._acting, chosen, tuple(parts))
+
+    @property
+    def _acting(self) -> Gathered:
+        """What acts on the components."""
+        own = self.gathered
+        if not self.without:
+            return own
+        zero = [np.zeros_like(each.mu) for each in own.contacts]
+        return replace(
+            own,
+            contacts=tuple(
+                replace(c, mu=z, interference=z) for c, z in zip(own.contacts, zero, strict=True)
+            ),
+            loads=tuple(load for load in own.loads if load.harmonic > 0),
+            forces=tuple(each for each in own.forces if each.harmonic > 0),
+        )
+
+
+def _piece_step(
+    scene: Scene, name: str, given: Gathered, by_diameter: tuple[int, ...]
+) -> Step[Piece]:
     keys = scene.components[name]
     wanted, turned = given.kept[name]
     followed, forces = given.followed(name), given.forces_on(name)
-    by_diameter: tuple[int, ...] = ()
-    if keys.low is not None or ND in keys.stiffness:
-        by_diameter = at or diameters([scene])
     least = least_band(asked_for(scene.response))
     inputs = {
         "least": least,
@@ -78,7 +158,8 @@ def piece_step(scene: Scene, name: str, given: Gathered, at: tuple[int, ...] = (
             forces,
         )
 
-    return step(f"component {name}", "stages", inputs, Piece, (), compute)
+    of = f", ND {by_diameter[0]}" if by_diameter and len(diameters_of(scene)) > 1 else ""
+    return step(f"component {name}{of}", "stages", inputs, Piece, (), compute)
 
 
 def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]:
@@ -152,76 +233,62 @@ def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrice
         raise InputError(f"components.{name}: {error}") from None
 
 
-def system_step(
-    scene: Scene,
-    given: Gathered | None = None,
-    bare: bool = False,
-    at: tuple[int, ...] = (),
+def _joined_step(
+    scene: Scene, acting: Gathered, diameters: tuple[int, ...], parts: tuple[Step[Piece], ...]
 ) -> Step[System]:
-    """The system of a case; joining takes no time, so it is not kept."""
-    if scene.system is not None:
-        return _ready_step(scene, Path(scene.system.file), bare)
-    given = given or gathered(scene)
-    contacts, ties, outputs = given.contacts, given.ties, given.outputs
-    loads, forces = given.loads, given.forces
-    if bare:
-        zero = [np.zeros_like(each.mu) for each in contacts]
-        contacts = tuple(
-            replace(c, mu=z, interference=z) for c, z in zip(contacts, zero, strict=True)
-        )
-        loads = tuple(load for load in loads if load.harmonic > 0)
-        forces = tuple(each for each in forces if each.harmonic > 0)
-    needs = tuple(piece_step(scene, name, given, at) for name in scene.components)
-    wanted = at or diameters([scene])
+    """The system of a scene's components at some nodal diameters, one after the other in `parts`.
+
+    Joining takes no time, so it is not kept.
+    """
+    contacts, ties, outputs, loads = acting.contacts, acting.ties, acting.outputs, acting.loads
     inputs = {
         "ring": scene.ring.model_dump(),
         "engine_order": scene.excitation.engine_order,
         "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
         "forces": [
             [each.part, each.digest, each.factor.real, each.factor.imag, each.harmonic]
-            for each in forces
+            for each in acting.forces
         ],
         "outputs": [[each.part, each.nodes.tolist()] for each in outputs],
         "damping": scene.damping.model_dump(),
-        "diameters": wanted,
+        "diameters": diameters,
         "code": code_of("rom"),
     }
+    count = len(parts) // len(diameters)
 
     def compute(*found: Piece) -> System:
-        damped = any(block.C is not None for piece in found for block in piece.blocks.values())
-        ratio = scene.damping.ratio
-        if ratio is None and not damped:
-            ratio = DAMPING
-        parts = {piece.name: piece for piece in found}
-        joined = Joined(
-            sectors=scene.ring.sectors,
-            engine_order=scene.excitation.engine_order,
-            cylindrical=scene.ring.coordinates == "cylindrical",
-            parts=parts,
-            contacts=contacts,
-            ties=ties,
-            loads=(
-                *(parts[load.part].reduced_load(load) for load in loads),
-                *(parts[each.part].load_of(each) for each in forces),
-            ),
-            outputs=tuple(o for each in outputs for o in parts[each.part].reduced_outputs(each)),
-            damping_ratio=ratio,
-            damping_joints=scene.damping.joints or OPEN,
-        )
-        return joined.system(wanted)
+        rows = [found[i : i + count] for i in range(0, len(found), count)]
+        systems = [
+            _assembly(scene, acting, row).system((k,))
+            for k, row in zip(diameters, rows, strict=True)
+        ]
+        return rom.united(systems)
 
-    return step("system", "stages", inputs, System, needs, compute, False, True)
+    return step("system", "stages", inputs, System, parts, compute, False, True)
 
 
-def joined_coordinates(scene: Scene, given: Gathered) -> Callable[..., Sequence[Placed]]:
-    """What gives each of a scene's pieces its coordinates among the joined ones."""
-
-    def placed(*found: Piece) -> Sequence[Placed]:
-        parts = {piece.name: piece for piece in found}
-        whole = Joined(scene.ring.sectors, scene.excitation.engine_order, parts, ties=given.ties)
-        return [(piece, whole.coordinates(name)) for name, piece in parts.items()]
-
-    return placed
+def _assembly(scene: Scene, acting: Gathered, found: Sequence[Piece]) -> Assembly:
+    """A scene's components at a nodal diameter and all that acts on them."""
+    damped = any(block.C is not None for piece in found for block in piece.blocks.values())
+    ratio = scene.damping.ratio
+    if ratio is None and not damped:
+        ratio = DAMPING
+    parts = {piece.name: piece for piece in found}
+    return Assembly(
+        sectors=scene.ring.sectors,
+        engine_order=scene.excitation.engine_order,
+        cylindrical=scene.ring.coordinates == "cylindrical",
+        parts=parts,
+        contacts=acting.contacts,
+        ties=acting.ties,
+        loads=(
+            *(parts[load.part].reduced_load(load) for load in acting.loads),
+            *(parts[each.part].load_of(each) for each in acting.forces),
+        ),
+        outputs=tuple(o for each in acting.outputs for o in parts[each.part].reduced_outputs(each)),
+        damping_ratio=ratio,
+        damping_joints=scene.damping.joints or OPEN,
+    )
 
 
 def _named(keys: ComponentKeys) -> Iterator[tuple[str, Any]]:

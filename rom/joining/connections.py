@@ -1,0 +1,186 @@
+"""What joins and loads parts by their node sets: which node of one meets which of the other."""
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock.common.cyclic import turn
+from vanelock.common.errors import InputError
+from vanelock.rom.joining.elements import Load, Output, Tie, Touching
+from vanelock.rom.masters import Masters
+
+Integers = NDArray[np.int64]
+
+COINCIDENT = 1e-9
+"""Largest distance of two nodes that meet, relative to their distance from the axis."""
+
+
+class HasMasters(Protocol):
+    """A part with nodes that others can reach, such as a `Component`."""
+
+    @property
+    def masters(self) -> Masters:
+        """These nodes."""
+        ...
+
+
+def contact_pairs(
+    name: str,
+    part: HasMasters,
+    node_set: str,
+    mate: HasMasters,
+    mate_set: str,
+    *,
+    kn: float,
+    kt: float,
+    mu: float,
+    interference: float = 0.0,
+    kn_area: float | None = None,
+    kt_area: float | None = None,
+    next_sector: bool = False,
+    tied: str = "",
+) -> Touching:
+    """Contact elements between two node sets that lie on one another.
+
+    Parameters
+    ----------
+    name : str
+        Of the joint.
+    part, mate : Component
+        The parts; the normal is that of the first one.
+    node_set, mate_set : str
+        Their nodes, in the order in which they meet.
+    kn, kt : float
+        Normal and tangential stiffness of a node pair, N/m.
+    mu : float
+        Friction coefficient.
+    interference : float
+        Overlap of the unloaded parts at a pair, m; negative: a gap.
+    kn_area, kt_area : float, optional
+        Stiffnesses per area, N/m³, instead: of a pair, that times the area of the part's node.
+    next_sector : bool
+        Whether the mate belongs to the next sector of the ring.
+    tied : str
+        A set of the part whose nodes are tied, and carry no contact.
+
+    Raises
+    ------
+    InputError
+        If the sets differ in number, do not lie on one another, or have no areas.
+    """
+    one, other = part.masters, mate.masters
+    own, meets = one.set(node_set), other.set(mate_set)
+    _act_alike(node_set, one, own, other, meets)
+    places = other.position(meets) @ turn(one.sectors).T if next_sector else other.position(meets)
+    _coincide(node_set, one.position(own), places, meets)
+    touches = ~np.isin(own, one.node_sets.get(tied, ()))
+    area = one.areas.get(node_set)
+    count = int(touches.sum())
+
+    def stiffness(value: float, per_area: float | None) -> NDArray[np.float64]:
+        if per_area is None:
+            return np.full(count, float(value))
+        if area is None:
+            raise InputError(
+                f'joint "{name}": a stiffness per area needs contact sets of the {one.part} that '
+                "consist of whole faces"
+            )
+        return np.asarray(per_area * area[touches])
+
+    tangential = stiffness(kt, kt_area)
+    return Touching(
+        name=name,
+        own=one.part,
+        mate=other.part,
+        own_nodes=own[touches],
+        mate_nodes=meets[touches],
+        frames=one.frames[node_set][touches],
+        kn=stiffness(kn, kn_area),
+        kt=np.column_stack([tangential, tangential]),
+        mu=np.full(count, float(mu)),
+        interference=np.full(count, float(interference)),
+        next_sector=next_sector,
+    )
+
+
+def tied_nodes(part: HasMasters, node_set: str, mate: HasMasters, mate_set: str) -> Tie:
+    """Nodes of two parts that lie on one another and are merged; raises as `contact_pairs`."""
+    one, other = part.masters, mate.masters
+    own, meets = one.set(node_set), other.set(mate_set)
+    _act_alike(node_set, one, own, other, meets)
+    _coincide(node_set, one.position(own), other.position(meets), meets)
+    return Tie(node_set, one.part, other.part, own, meets)
+
+
+def travelling_load(
+    part: HasMasters, node_set: str, engine_order: int, force: float = 0.0, unbalance: float = 0.0
+) -> Load:
+    """First harmonic of a radial load that travels around the ring, F e_r(θ) e^{-i EO θ}.
+
+    Parameters
+    ----------
+    part, node_set
+        The nodes that it acts on.
+    engine_order : int
+        EO; negative: a backward wave.
+    force : float
+        Amplitude at each node, N.
+    unbalance : float
+        Or a rotating unbalance of the shaft, kg m, whose force U ω² all these nodes of the ring
+        share as a pressure that varies with the cosine of the angle; excites EO ±1.
+
+    Raises
+    ------
+    InputError
+        If both are given, or an unbalance of another engine order.
+    """
+    masters = part.masters
+    nodes, amplitude, power = masters.set(node_set), force, 0
+    if unbalance:
+        if force:
+            raise InputError("excitation: give force or unbalance, not both")
+        if abs(engine_order) != 1:
+            raise InputError(
+                f"excitation.unbalance: excites engine order 1 or -1, not {engine_order}"
+            )
+        # Σ over the ring of a cos²θ = U ω², θ the angle from the load's direction.
+        amplitude, power = 2 * unbalance / (masters.sectors * len(nodes)), 2
+    points = masters.position(nodes)
+    theta = np.arctan2(points[:, 1], points[:, 0])
+    radial = np.column_stack([np.cos(theta), np.sin(theta), np.zeros(len(nodes))])
+    wave = np.exp(-1j * engine_order * theta)[:, None]
+    vector = np.asarray(amplitude * radial * wave, complex)
+    return Load("excitation", masters.part, nodes, vector, omega_power=power)
+
+
+def output_nodes(part: HasMasters, node_set: str = "output") -> Output:
+    """Nodes of a set as answers, in (radial, circumferential, axial) components."""
+    name, nodes = part.masters.part, part.masters.set(node_set)
+    names = [f"{name} {node_set} {i + 1}" for i in range(len(nodes))]
+    return Output("outputs", name, nodes, names, turned=True)
+
+
+def _act_alike(name: str, part: Masters, own: Integers, other: Masters, mate: Integers) -> None:
+    """Refuse means over patches on one side only, in words that say why the pairs lie apart."""
+    means, mates = np.isin(own, part.averaged), np.isin(mate, other.averaged)
+    if len(means) == len(mates) and np.any(means != mates):
+        raise InputError(
+            f"{name}: a patch on one side and a node on the other: average both sets of a joint, "
+            "or neither"
+        )
+
+
+def _coincide(
+    name: str, own: NDArray[np.float64], mate: NDArray[np.float64], mate_nodes: NDArray[Any]
+) -> None:
+    if len(own) != len(mate):
+        raise InputError(f"{name}: {len(own)} nodes on one part and {len(mate)} on the other")
+    distance = np.linalg.norm(own - mate, axis=1)
+    radius = np.hypot(own[:, 0], own[:, 1]).max(initial=1e-300)
+    if np.any(distance > COINCIDENT * radius):
+        worst = int(np.argmax(distance))
+        raise InputError(
+            f"{name}: pair {worst} (mate node {mate_nodes[worst]}) lies "
+            f"{distance[worst]:.3g} m apart"
+        )

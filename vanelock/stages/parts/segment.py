@@ -1,0 +1,171 @@
+"""What joins a vane and a casing, and loads them: hooks, key, interlock, travelling load, damping.
+
+The joined coordinates are the casing's, then the vane's without the key nodes, whose displacements
+are the casing's.
+"""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from vanelock.common.errors import InputError
+from vanelock.input.schema.study import Study
+from vanelock.rom import (
+    Assembly,
+    Component,
+    System,
+    contact_pairs,
+    output_nodes,
+    tied_nodes,
+    travelling_load,
+)
+from vanelock.rom.component import carrying
+from vanelock.rom.joining.connections import HasMasters
+from vanelock.rom.joining.elements import Joinable, Touching
+from vanelock.rom.system.system import Matrix
+
+HOOK_SETS = ("hook_front", "hook_rear")
+KEY = "key"
+
+
+class Jointed(HasMasters, Joinable):
+    """A part that can be joined, and whose node sets say where."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Contact properties of a joint, the same at each of its node pairs; see `rom.contact_pairs`.
+
+    `name` is "hook", vane to casing, or "interlock", vane to the next vane.
+    """
+
+    name: str
+    kn: float
+    kt: float
+    mu: float
+    interference: float
+    kn_area: float | None = None
+    kt_area: float | None = None
+
+    @property
+    def bare(self) -> "Joint":
+        """The same without friction and interference."""
+        return replace(self, mu=0.0, interference=0.0)
+
+    def pairs(self, vane: HasMasters, casing: HasMasters) -> Iterator[Touching]:
+        """Its contacts."""
+        values = asdict(self)
+        if self.name == "hook":
+            for each in HOOK_SETS:
+                yield contact_pairs(
+                    part=vane, node_set=each, mate=casing, mate_set=each, tied=KEY, **values
+                )
+        elif self.name == "interlock":
+            sides = {"node_set": "interlock_right", "mate_set": "interlock_left"}
+            yield contact_pairs(part=vane, mate=vane, next_sector=True, **sides, **values)
+        else:
+            raise InputError(f'joint "{self.name}": allowed are "hook" and "interlock"')
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A vane segment in its casing, but for the two parts.
+
+    Attributes
+    ----------
+    joints : tuple of Joint
+        Those with contact elements; others stay open.
+    engine_order, force, unbalance
+        The load on the casing's force nodes, see `rom.travelling_load`.
+    damping_ratio, damping_joints
+        As of `System`.
+    at_rest : tuple of (str, str, float)
+        Loads at rest: cause, name of the vane's load in unit size, and size.
+    """
+
+    joints: tuple[Joint, ...]
+    engine_order: int = 1
+    force: float = 0.0
+    unbalance: float = 0.0
+    damping_ratio: float | None = None
+    damping_joints: str = "stuck"
+    at_rest: tuple[tuple[str, str, float], ...] = ()
+
+    @property
+    def keys(self) -> dict[str, Any]:
+        """What its system depends on, beside the parts."""
+        return asdict(self)
+
+    @cached_property
+    def vibrating(self) -> "Segment":
+        """The same without loads at rest: what acts at other nodal diameters than 0."""
+        return replace(self, at_rest=()) if self.at_rest else self
+
+    @property
+    def bare(self) -> "Segment":
+        """The same without friction and interference."""
+        return replace(self, joints=tuple(each.bare for each in self.joints))
+
+    def assembly(self, vane: Jointed, casing: Jointed) -> Assembly:
+        """Both parts, joined and loaded; joints in alphabetical order."""
+        one, other = vane.masters, casing.masters
+        if one.sectors != other.sectors:
+            raise InputError(
+                f"{one.part} and {other.part} differ in sectors: {one.sectors}, {other.sectors}"
+            )
+        if other.sectors > 1 and not getattr(casing, "cyclic", True):
+            raise InputError(
+                f"{other.part}: reduced in one piece, its sides free, while the ring has "
+                f"{other.sectors} sectors: give nodal_diameters to reduce"
+            )
+        ordered = sorted(self.joints, key=lambda joint: joint.name)
+        wave = self.engine_order, self.force, self.unbalance
+        return Assembly(
+            sectors=one.sectors,
+            engine_order=self.engine_order,
+            parts={other.part: casing, one.part: vane},
+            contacts=[pair for joint in ordered for pair in joint.pairs(vane, casing)],
+            ties=(tied_nodes(vane, KEY, casing, KEY),),
+            loads=(travelling_load(casing, "force", *wave),),
+            outputs=[
+                output_nodes(part) for part in (vane, casing) if "output" in part.masters.node_sets
+            ],
+            always_closed=("hook",),
+            damping_ratio=self.damping_ratio,
+            damping_joints=self.damping_joints,
+        )
+
+    def join(self, vane: Component, casing: Component) -> System:
+        """The system of both parts at the casing's nodal diameters."""
+        return self.assembly(vane, casing).system(sorted(casing.diameters))
+
+    def loaded(self, vane: Component) -> Component:
+        """The vane with the loads at rest."""
+        return carrying(vane, self.at_rest) if self.at_rest else replace(vane, loads=None)
+
+    def rest_loads(self, vane: Component, casing: Component) -> dict[str, Matrix]:
+        """(n,) loads at rest by cause, N, in joined coordinates of nodal diameter 0."""
+        return dict(self.assembly(self.loaded(vane), casing).rest_loads())
+
+
+def joints(study: Study) -> tuple[Joint, ...]:
+    """The joints of a study with contact elements."""
+    hook, interlock = study.joints.hook, study.joints.interlock
+    found = [Joint("hook", **hook.model_dump(exclude={"patch", "wear_coefficient"}))]
+    if interlock.enabled:
+        properties = interlock.model_dump(exclude={"enabled", "patch", "wear_coefficient"})
+        found.append(Joint("interlock", **properties))
+    return tuple(found)
+
+
+def segment_of(study: Study) -> Segment:
+    """Joints, load and damping of a study, without its loads at rest."""
+    return Segment(
+        joints=joints(study),
+        engine_order=study.excitation.engine_order,
+        force=study.excitation.force_per_node,
+        unbalance=study.excitation.unbalance or 0.0,
+        damping_ratio=study.damping.ratio,
+        damping_joints=study.damping.joints,
+    )

@@ -1,0 +1,168 @@
+"""Vane and casing of a study and the system that they make at each nodal diameter, each a step.
+
+What linear limits and modes with all contacts stuck do not depend on is left out of their systems,
+so that cases share them.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
+from typing import Any, Literal, Self
+
+from vanelock import rom
+from vanelock.input.cases.values import diameter_of
+from vanelock.input.schema.study import Study
+from vanelock.mesh import Part
+from vanelock.pipeline.step import SHARED, Step, step
+from vanelock.rom import MeshExcess, System
+from vanelock.stages.parts.components import PARTS, part_step, recovery_step
+from vanelock.stages.parts.loads import loads_of, strained
+from vanelock.stages.parts.mesh_excess import (
+    excess_step,
+    joined,
+    joined_step,
+    vane_excess_step,
+)
+from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.segment import Segment, segment_of
+from vanelock.stages.structure import CaseStructure
+
+
+@dataclass(frozen=True)
+class StudyStructure(CaseStructure):
+    """The vane and the casing of a study.
+
+    Attributes
+    ----------
+    given : Study
+    without : {"nothing", "friction", "load"}
+        What its systems leave out: friction, interference and loads at rest; or these, and the
+        study's own load for the default one.
+    at_reference : bool
+        Whether parts have the moduli at which they are reduced, not those of their temperatures.
+    """
+
+    given: Study
+    without: Literal["nothing", "friction", "load"] = "nothing"
+    at_reference: bool = False
+    _made: dict[Any, Step[Any]] = field(default_factory=dict, repr=False, compare=False)
+    names = PARTS
+
+    def component(self, name: str, nodal_diameter: int) -> Step[Any]:
+        """A part reduced at a nodal diameter; N - k is k, conjugated."""
+        key = name, 0 if name == "vane" else self.folded(nodal_diameter)
+        if key not in self._made:
+            self._made[key] = part_step(self.given, *key, self.at_reference)
+        return self._made[key]
+
+    def at(self, nodal_diameter: int) -> Step[System]:
+        """The system at a nodal diameter, 0 to N/2."""
+        found = self.meshed_at(nodal_diameter)
+        if (excess := self.excess(nodal_diameter)) is None:
+            return found
+        return _corrected(found, excess)
+
+    def meshed_at(self, k: int) -> Step[System]:
+        """The same as the meshes are, nothing taken off."""
+        segment = self.segment if k == 0 else self.segment.vibrating
+        return joined_step(segment, *(self.component(name, k) for name in PARTS))
+
+    def excess(self, nodal_diameter: int) -> Step[MeshExcess] | None:
+        """What the meshes add at a nodal diameter; None where it stays."""
+        return None if self.given.mesh.correction == "none" else self.mesh_excess(nodal_diameter)
+
+    def mesh_excess(self, nodal_diameter: int) -> Step[MeshExcess]:
+        """What the meshes add at a nodal diameter."""
+        k = nodal_diameter
+        if ("excess", k) in self._made:
+            return self._made["excess", k]
+        study, loaded = self.given, self.loaded
+        patches = study.patches
+        areas = tuple(name for name in study.joint_names if patches[name] == "area")
+        on = Segment(tuple(joint.bare for joint in self.segment.joints)), areas
+        parts = self.component("vane", 0), self.component("casing", k)
+        if "excess" not in self._made:
+            recovered = recovery_step(study, "vane", 0, self.at_reference)
+            casings = tuple(self.component("casing", each) for each in loaded)
+            self._made["excess"] = vane_excess_step(parts[0], casings, recovered, loaded, *on)
+        recovered = recovery_step(study, "casing", k, self.at_reference)
+        found = excess_step(k, parts, self._made["excess"], recovered, *on)
+        self._made["excess", k] = found
+        return found
+
+    def reduced(self, diameters: Iterable[int]) -> tuple[Step[Any], ...]:
+        """All that a system at some nodal diameters is made from: its parts, what meshes add."""
+        chosen = sorted({*map(self.folded, diameters)})
+        return (*super().reduced(chosen), *filter(None, map(self.excess, chosen)))
+
+    def rejoined(
+        self,
+        get: Callable[[Step[Any]], Any],
+        diameters: Iterable[int],
+        segment: Segment,
+        moduli: tuple[float, float] = (1.0, 1.0),
+    ) -> System:
+        """The system of the reduced parts with other joints, load and damping, and moduli.
+
+        `get` gives the products of `reduced`; `moduli` are those of vane and casing over their own.
+        """
+        strained_loads, found = strained(loads_of(self.given)), []
+        for k in sorted({*diameters}):
+            parts = [
+                part if factor == 1 else rom.stiffened(part, factor, strained_loads)
+                for part, factor in zip(
+                    (get(self.component(name, k)) for name in PARTS), moduli, strict=True
+                )
+            ]
+            excess = self.excess(k)
+            added = None if excess is None else get(excess)
+            acting = segment if k == 0 else segment.vibrating
+            vane, casing = parts
+            found.append(joined(acting, vane, casing, added, moduli))
+        return rom.united(found)
+
+    @cached_property
+    def segment(self) -> Segment:
+        """What joins and loads both parts."""
+        if self.without == "nothing":
+            loads = tuple((each.cause, each.name, each.size) for each in loads_of(self.given))
+            return replace(segment_of(self.given), at_rest=loads)
+        found = segment_of(self.given if self.without == "friction" else _by_default(self.given))
+        return found.bare
+
+    @property
+    def bare(self) -> Self:
+        """The same without friction, interference and loads at rest: that of the linear limits."""
+        return replace(self, without="friction")
+
+    @property
+    def unloaded(self) -> Self:
+        """The bare one with the default load."""
+        return replace(self, without="load")
+
+    @property
+    def meshes(self) -> Mapping[str, Step[Part]]:
+        """Meshes of both parts."""
+        return {part: mesh_step(self.given, part) for part in PARTS}
+
+    @property
+    def uncorrected(self) -> Step[System] | None:
+        """The bare system at the load's diameter as its meshes are; None where that is `bare`."""
+        if self.given.mesh.correction == "none":
+            return None
+        return self.bare.meshed_at(diameter_of(self.given, 1))
+
+
+@lru_cache(maxsize=SHARED)
+def _corrected(joined: Step[System], excess: Step[MeshExcess]) -> Step[System]:
+    def compute(system: System, excess: MeshExcess) -> System:
+        return excess.taken_off(system)
+
+    inputs, needs = {"corrected": "modal"}, (joined, excess)
+    return step("system", "rom", inputs, System, needs, compute, False, True)
+
+
+def _by_default(study: Study) -> Study:
+    """The study with the default load."""
+    load = study.excitation.model_copy(update={"force": None, "unbalance": None})
+    return study.model_copy(update={"excitation": load})

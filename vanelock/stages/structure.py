@@ -1,0 +1,115 @@
+"""The components of a case and the system that they make at each nodal diameter, each a step.
+
+A study's two parts (`vanelock.stages.parts.study_structure`) and a scene's components
+(`vanelock.stages.matrices.scene_structure`) are reduced and joined at one nodal diameter after the
+other, as these are needed; from the system on a case is a case.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Iterable, Mapping
+from functools import lru_cache
+from typing import Any, Self
+
+from vanelock import nonlinear, rom
+from vanelock.common.cyclic import folded
+from vanelock.input.cases.values import Given, diameters_of
+from vanelock.mesh import Part
+from vanelock.nonlinear import HarmonicModes
+from vanelock.pipeline.step import SHARED, Step, step
+from vanelock.rom import System
+
+
+class CaseStructure(ABC):
+    """The components of a case and their system."""
+
+    given: Given
+    names: tuple[str, ...] = ()
+    """Of its components."""
+    apart: tuple[str, ...] = ()
+    """A line for each component that nothing joins to another."""
+
+    @abstractmethod
+    def component(self, name: str, nodal_diameter: int) -> Step[Any]:
+        """A component reduced at a nodal diameter; N - k is k, conjugated."""
+
+    @abstractmethod
+    def at(self, nodal_diameter: int) -> Step[System]:
+        """The system at a nodal diameter, 0 to N/2."""
+
+    def folded(self, nodal_diameter: int) -> int:
+        """A nodal diameter between 0 and N/2."""
+        return folded(nodal_diameter, self.given.ring.sectors)
+
+    @property
+    @abstractmethod
+    def bare(self) -> Self:
+        """The same without friction, interference and loads at rest: that of the linear limits."""
+
+    @property
+    def unloaded(self) -> Self:
+        """The same with a load that cases share: stuck modes do not depend on their own."""
+        return self.bare
+
+    @property
+    def loaded(self) -> tuple[int, ...]:
+        """Nodal diameters, 0 to N/2, of rest and of all loads."""
+        return diameters_of(self.given, 1)
+
+    @property
+    def meshes(self) -> Mapping[str, Step[Part]]:
+        """Meshes of its components, of those that have one."""
+        return {}
+
+    @property
+    def uncorrected(self) -> Step[System] | None:
+        """The bare system at the load's diameter as its meshes are; None where that is `bare`."""
+        return None
+
+    @property
+    def every_diameter(self) -> tuple[int, ...]:
+        """All nodal diameters, 0 to N/2."""
+        return tuple(range(self.given.ring.sectors // 2 + 1))
+
+    @property
+    def whole(self) -> Step[System]:
+        """The system at all nodal diameters."""
+        return self.system(self.every_diameter)
+
+    def reduced(self, diameters: Iterable[int]) -> tuple[Step[Any], ...]:
+        """Its components at some nodal diameters, each step once."""
+        chosen = sorted({*map(self.folded, diameters)})
+        found = [self.component(name, k) for name in self.names for k in chosen]
+        return tuple(dict.fromkeys(found))
+
+    def system(self, diameters: Collection[int]) -> Step[System]:
+        """The system at some nodal diameters; joining takes no time: it is not kept."""
+        return _united(tuple(self.at(k) for k in sorted({*map(self.folded, diameters)})))
+
+
+@lru_cache(maxsize=SHARED)
+def _united(systems: tuple[Step[System], ...]) -> Step[System]:
+    if len(systems) == 1:
+        return systems[0]
+
+    def compute(*found: System) -> System:
+        return rom.united(found)
+
+    return step("system", "rom", {}, System, systems, compute, False, True)
+
+
+@lru_cache(maxsize=SHARED)
+def stuck_modes_step(
+    system: Step[System], below: Step[HarmonicModes] | None = None
+) -> Step[HarmonicModes]:
+    """Modes with all contacts stuck of all nodal diameters of a system, of which some are `below`.
+
+    They are large, and reading them takes about as long as making them: they are not kept.
+    """
+    needs = (system, *(() if below is None else (below,)))
+
+    def compute(system: System, *below: HarmonicModes) -> HarmonicModes:
+        known = below[0].diameters if below else None
+        return nonlinear.harmonic_modes(system, system.sectors, known)
+
+    name = "stuck modes"
+    return step(name, "nonlinear", {}, HarmonicModes, needs, compute, kept=False, quick=True)
