@@ -109,7 +109,8 @@ def run(names: list[str]) -> None:
             print(f"{name}: left out, needs another program: {listed[name].command}", flush=True)
             continue
         print(f"{name}: {listed[name].command}", flush=True)
-        subprocess.run([sys.executable, *words[1:]], cwd=ROOT, check=True)
+        given = [word for word in words[1:] if word != "--kept"]  # which computes nothing
+        subprocess.run([sys.executable, *given], cwd=ROOT, check=True)
 
 
 def main() -> None:
