@@ -12,6 +12,7 @@ from benchmarks import pages
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "tests" / "verification").rglob("test_*.py"))
+QUICK = ("cost", "peak_gradient", "stability", "time_integration", "unlike_rings")
 EVIDENCE = runpy.run_path(str(ROOT / "tools" / "evidence.py"))
 
 
@@ -48,7 +49,11 @@ def test_a_benchmark_writes_its_command_commit_and_machine(
 
 
 @pytest.mark.system
-def test_every_benchmark_finds_what_it_imports() -> None:
+def test_every_benchmark_finds_what_it_imports_and_small_ones_run() -> None:
     files = [path for path in (ROOT / "benchmarks").rglob("*.py") if "pyharm" not in path.name]
     names = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in files]
-    subprocess.run([sys.executable, "-c", f"import {', '.join(names)}"], cwd=ROOT, check=True)
+    runs = [["-c", f"import {', '.join(names)}"]]
+    runs += [["-m", f"benchmarks.solver.{name}", "--quick"] for name in QUICK]
+    runs += [["-m", "benchmarks.rom.interface", *"--size 0.012 --nodes 60".split()]]
+    for words in runs:
+        subprocess.run([sys.executable, *words], cwd=ROOT, check=True)

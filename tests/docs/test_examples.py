@@ -70,9 +70,7 @@ def same(line: list[str], row: list[str]) -> bool:
 
 
 def alike(one: str, other: str) -> bool:
-    if one == other:
-        return True
-    if all(re.fullmatch(r"(\d+)/\1", word) for word in (one, other)):
+    if one == other or all(re.fullmatch(r"(\d+)/\1", word) for word in (one, other)):
         return True
     try:
         a, b = float(one), float(other)

@@ -62,9 +62,7 @@ def test_every_key_is_described_in_full() -> None:
         ("excitation.engine_orders", "–, such as `[1, 2, -3]`", "list, whole numbers", "several"),
     ],
 )
-def test_rows_say_default_limits_and_meaning(
-    key: str, default: str, allowed: str, said: str
-) -> None:
+def test_rows_say_default_limits_meaning(key: str, default: str, allowed: str, said: str) -> None:
     cells = rows(PAGE)[key]
     assert cells[1] == default
     assert cells[2].startswith(allowed)
