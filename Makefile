@@ -14,7 +14,7 @@ MADE := .venv/made
 # Children of tests and of both test processes read what one of them has compiled.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: study test test-system smoke verify docs wheel lint setup lock
+.PHONY: study test test-system smoke verify benchmarks docs wheel lint setup lock
 
 study: $(MADE)
 	.venv/bin/vanelock run examples/vane.toml --output runs/vane
@@ -34,6 +34,11 @@ smoke: $(MADE)
 # Every verification at full count; rewrites docs/verification.
 verify: $(MADE)
 	VANELOCK_VERIFY=full $(PYTEST) -o faulthandler_timeout=3600 --everything tests/verification
+	.venv/bin/python tools/evidence.py
+
+# Every benchmark, some hours, or PAGES="optimum stability"; rewrites docs/benchmarks.
+benchmarks: $(MADE)
+	.venv/bin/python tools/evidence.py --run $(PAGES)
 
 # The manual, into build/docs; a warning is an error.
 docs: $(MADE)

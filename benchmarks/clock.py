@@ -8,7 +8,6 @@ the points that it measures, because the speed of a machine drifts with what els
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import numpy as np
 import scipy.linalg as la
@@ -122,11 +121,3 @@ def sweep(
     points = np.array(marks[1:])
     meanwhile = float(np.median(unit.seconds[before:]))
     return Curve(response, spent - own - float(points.sum()), points, meanwhile)
-
-
-def page(name: str, title: str, lines: list[str], write: bool) -> None:
-    """Put a report, whose tables were printed as they grew, into docs/benchmarks if wanted."""
-    if write:
-        target = Path(__file__).parents[1] / "docs" / "benchmarks" / f"{name}.md"
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text("\n".join([f"# {title}\n", *lines, ""]))

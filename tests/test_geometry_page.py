@@ -1,40 +1,30 @@
 """The page on geometry shows the dimensions that the program has."""
 
-import importlib.util
+import runpy
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import matplotlib.image
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
+PAGE: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "geometry_page.py"))
+TEXT = (ROOT / "docs" / "geometry.md").read_text("utf-8")
 
 
-@pytest.fixture(scope="module")
-def page() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("geometry_page", ROOT / "tools/geometry_page.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-def test_the_tables_are_up_to_date(page: ModuleType) -> None:
-    text = (ROOT / "docs" / "geometry.md").read_text("utf-8")
-    assert page.written(text, "Dimensions").strip() == page.dimension_tables().strip(), (
+def test_the_tables_are_up_to_date() -> None:
+    assert PAGE["written"](TEXT, "Dimensions").strip() == PAGE["dimension_tables"]().strip(), (
         "run tools/geometry_page.py"
     )
 
 
-def test_every_named_size_is_shown(page: ModuleType) -> None:
-    text = (ROOT / "docs" / "geometry.md").read_text("utf-8")
-    rows = page.written(text, "Sizes").strip().splitlines()[2:]
-    assert [row.split("|")[1].strip(' `"') for row in rows] == list(page.SIZES)
+def test_every_named_size_is_shown() -> None:
+    rows = PAGE["written"](TEXT, "Sizes").strip().splitlines()[2:]
+    assert [row.split("|")[1].strip(' `"') for row in rows] == list(PAGE["SIZES"])
 
 
-def test_a_row_says_default_limits_and_what_it_is(page: ModuleType) -> None:
-    lines = page.dimension_tables().splitlines()
+def test_a_row_says_default_limits_and_what_it_is() -> None:
+    lines = PAGE["dimension_tables"]().splitlines()
     assert any(
         line.startswith("| `chord` | 47 mm | 0.1 mm to 500 mm | chord of ") for line in lines
     )
@@ -46,7 +36,7 @@ def test_a_row_says_default_limits_and_what_it_is(page: ModuleType) -> None:
 @pytest.mark.parametrize("part", ["vane", "casing"])
 def test_its_drawings_are_there(part: str) -> None:
     name = f"drawing_{part}.png"
-    assert f"(pictures/{name})" in (ROOT / "docs" / "geometry.md").read_text("utf-8")
+    assert f"(pictures/{name})" in TEXT
     picture = matplotlib.image.imread(ROOT / "docs" / "pictures" / name)
     assert picture.shape[1] > 2000
     assert picture.min() < 0.2

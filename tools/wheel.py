@@ -3,7 +3,7 @@
 Run by `make wheel`, or with other interpreters: `python tools/wheel.py python3.12 python3.13`. Each
 environment gets the wheel and what it requires, nothing else, and works in a folder away from the
 source: its version and manual, examples, a smoke study, then part of the tests. What it prints
-last is in docs/start/install.md.
+last is what docs/start/install.md says of it.
 """
 
 import json

@@ -27,7 +27,7 @@ from benchmarks.accuracy.references import LADDER, reference
 from benchmarks.accuracy.runs import outcome
 from benchmarks.accuracy.scenes import Scene, draw
 from benchmarks.accuracy.tables import errors
-from benchmarks.clock import page
+from benchmarks.pages import page
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
@@ -226,7 +226,7 @@ def main() -> None:
         return
     lines = table(given.scenes, folder, not given.kept)
     print("\n".join(lines))
-    lines = ["Made by `python -m benchmarks.accuracy.open_mesh --write`.\n", INTRODUCTION, *lines]
+    lines = [INTRODUCTION, *lines]
     page("accuracy_open_mesh", "An accuracy with the mesh left open", lines, given.write)
 
 

@@ -39,7 +39,7 @@ from benchmarks.accuracy.tables import (
     size_table,
 )
 from benchmarks.accuracy.words import ASKED, BEYOND, ESTIMATES, FIXED, INTRODUCTION, SCENES, SIZES
-from benchmarks.clock import page
+from benchmarks.pages import FOLDER, page
 
 DEFAULT = Setting(1e-4, 3)
 """What a study takes unless given; its mean time is the unit."""
@@ -227,17 +227,14 @@ def main() -> None:
     path = options.data or Path(tempfile.gettempdir()) / "vanelock_accuracy_scenes"
     folder = Folder(path, options.kept)
     scenes = [draw(number) for number in options.scenes]
-    docs = Path(__file__).parents[2] / "docs" / "benchmarks"
     with threadpool_limits(1):
         if not options.kept:
             computed(folder, scenes, options.only or KINDS)
         if options.only:
             return
-        lines = report(folder, scenes, docs if options.write else None)
+        lines = report(folder, scenes, FOLDER if options.write else None)
     print("\n".join(lines))
-    way = " --kept --write` of what had been computed by then" if options.kept else " --write`"
-    command = f"Made by `python -m benchmarks.accuracy.peaks{way}.\n"
-    page("accuracy", "Accuracy asked for and achieved", [command, *lines], options.write)
+    page("accuracy", "Accuracy asked for and achieved", lines, options.write)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from benchmarks.isolated import COLUMNS, in_child, seconds, stored  # isort: skip  # it sets the threads
-
 import numpy as np
 import scipy.sparse as sp
 import skfem
@@ -20,7 +19,7 @@ from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 from threadpoolctl import threadpool_info
 
-from benchmarks.clock import page
+from benchmarks.pages import page
 from vanelock import fem, mesh
 
 MATERIAL = fem.Material(E=170e9, nu=0.3, rho=8200)
@@ -216,7 +215,8 @@ def report(sizes: list[str | float]) -> list[str]:
     }
     lines = [
         f"BLAS of NumPy and SciPy: {', '.join(sorted(blas))}; CHOLMOD takes the system's, PARDISO",
-        f"brings its own. Not installed, and left out: {', '.join(missing) or 'none'}.",
+        f"brings its own. Not installed, and left out: {', '.join(missing) or 'none'}. CPU times,",
+        "one thread.",
         "",
         "## Backends",
         "",
@@ -257,8 +257,7 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     options = parser.parse_args()
     sizes = [float(s) if s[0].isdigit() else s for s in options.sizes]
-    command = "Made by `python -m benchmarks.fem.factorisation --write`. CPU times, one thread.\n"
-    page("factorisation", "Sparse factorisation", [command, *report(sizes)], options.write)
+    page("factorisation", "Sparse factorisation", report(sizes), options.write)
 
 
 if __name__ == "__main__":

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import page
 from benchmarks.mesh.reference import ORDER, extrapolated
+from benchmarks.pages import page
 from benchmarks.segment import MATERIAL
 from vanelock import fem, mesh, open_results, parse_study, rom, run_study
 from vanelock.mesh import VaneDimensions
@@ -157,7 +157,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     given = parser.parse_args()
-    lines = ["Made by `python -m benchmarks.mesh.corrected --write`.\n"]
+    lines: list[str] = []
 
     def tell(text: str) -> None:
         print(text, flush=True)

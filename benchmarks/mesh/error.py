@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import page
 from benchmarks.mesh.bubbles import bubble_excess
 from benchmarks.mesh.families import SHARP
 from benchmarks.mesh.named import AVERAGED, casing_reference
 from benchmarks.mesh.reference import graded, reference
+from benchmarks.pages import page
 from benchmarks.segment import CASES, MATERIAL
 from benchmarks.unreduced import unreduced_segment as unreduced
 from vanelock import fem, mesh
@@ -249,13 +249,7 @@ def main() -> None:
     lines += ["## Vane and casing joined", "", *JOINED.splitlines(), "", *third, ""]
     lines += ["## Sizes for a wanted error", "", *PREDICTED.splitlines(), "", *fourth]
     print("\n".join(lines))
-    command = "Made by `python -m benchmarks.mesh.error --write`.\n"
-    page(
-        "mesh_error",
-        "Mesh error, estimated without a reference",
-        [command, *lines],
-        options.write,
-    )
+    page("mesh_error", "Mesh error, estimated without a reference", lines, options.write)
 
 
 if __name__ == "__main__":

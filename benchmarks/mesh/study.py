@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import page
 from benchmarks.mesh.families import CURVED, Row, rows
 from benchmarks.mesh.named import Joined, Named, casing_reference, joined, named
 from benchmarks.mesh.pictures import errors
 from benchmarks.mesh.reference import ORDER, Reference, extrapolated, reference
 from benchmarks.mesh.words import INTRODUCTION, JOINED, NAMED, RATES, REFERENCE, conclusion
+from benchmarks.pages import FOLDER, page
 from benchmarks.segment import CASES
 from vanelock.mesh.geometry.element_size import SIZES
 
@@ -203,14 +203,11 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     parser.add_argument("--sizes", nargs="+", default=list(SIZES), help="sizes with names")
     options = parser.parse_args()
-    folder = Path(__file__).parents[2] / "docs" / "benchmarks"
     with threadpool_limits(1):
         made = measure(options.sizes)
-    lines = report(made, folder if options.write else None)
+    lines = report(made, FOLDER if options.write else None)
     print("\n".join(lines))
-    chosen = " ".join(options.sizes)
-    command = f"Made by `python -m benchmarks.mesh.study --sizes {chosen} --write`.\n"
-    page("mesh_study", "Elements and their sizes", [command, *lines], options.write)
+    page("mesh_study", "Elements and their sizes", lines, options.write)
 
 
 if __name__ == "__main__":

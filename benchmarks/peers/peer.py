@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import page
+from benchmarks.pages import page
 from benchmarks.solver.jenkins import Problem, problem, reference
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, frequency_response
 from vanelock.nonlinear.contact.sampling import FRICTIONS

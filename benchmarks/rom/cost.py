@@ -23,7 +23,7 @@ from benchmarks.isolated import memory  # isort: skip  # it sets the threads
 import numpy as np
 import scipy.linalg as sl
 
-from benchmarks.clock import page
+from benchmarks.pages import page
 from benchmarks.rom.direct import direct
 from benchmarks.segment import CASING_MASTERS, JOINTS, MATERIAL, VANE_MASTERS
 from vanelock import fem, mesh, rom
@@ -43,7 +43,7 @@ fixed-interface and ten face modes, or the default accuracy up to the vane's {ba
 is `benchmarks/rom/direct.py`: the subspace of the route "paper" by another way, or one with the
 faces' static answer to the other masters. All take their factors from {backend}. Memory: peak of
 the process during the reduction above what it held before, with the model assembled. In brackets:
-over the route "paper".
+over the route "paper". CPU times, one thread.
 
 | route | coordinates | ND 1: CPU time | memory | NDs 0 to 3: CPU time | memory |
 |---|---:|---:|---:|---:|---:|"""
@@ -220,8 +220,7 @@ def main() -> None:
     sizes = [float(s) if s[0].isdigit() else s for s in (options.vane, options.casing)]
     lines = report(*sizes)
     print("\n".join(lines))
-    command = "Made by `python -m benchmarks.rom.cost --write`. CPU times, one thread.\n"
-    page("reduction_cost", "Cost of a reduction", [command, *lines], options.write)
+    page("reduction_cost", "Cost of a reduction", lines, options.write)
 
 
 if __name__ == "__main__":

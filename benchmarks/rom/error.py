@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import page
+from benchmarks.pages import FOLDER, page
 from benchmarks.rom.pictures import errors, responses
 from benchmarks.rom.reduced import DISTANCE, EVERY, Bench, Outcome, Setting, fewer
 from benchmarks.segment import CASES
@@ -227,13 +227,11 @@ def main() -> None:
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     options = parser.parse_args()
     size = float(options.size) if options.size[0].isdigit() else options.size
-    folder = Path(__file__).parents[2] / "docs" / "benchmarks"
     with threadpool_limits(1):
-        lines = report(size, options.modes, folder if options.write else None)
+        lines = report(size, options.modes, FOLDER if options.write else None)
     print("\n".join(lines))
-    command = "Made by `python -m benchmarks.rom.error --write`.\n"
     title = "Reduced models against the unreduced sector"
-    page("reduction_error", title, [command, *lines], options.write)
+    page("reduction_error", title, lines, options.write)
 
 
 if __name__ == "__main__":

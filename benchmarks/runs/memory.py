@@ -18,7 +18,7 @@ from pathlib import Path
 from benchmarks.isolated import memory  # isort: skip  # it sets the threads
 
 import numpy as np
-from benchmarks.clock import page
+from benchmarks.pages import page
 from benchmarks.segment import CASING_MASTERS, MATERIAL, VANE_MASTERS
 
 from vanelock import fem, load_study, mesh, run_study
@@ -118,7 +118,7 @@ def main() -> None:
     if given.child:
         print(json.dumps(measured(Path(given.child), str(Path(given.child).parent / "run"))))
         return
-    lines: list[str] = ["Made by `python -m benchmarks.runs.memory --accuracy 0.01 --write`.\n"]
+    lines: list[str] = []
 
     def write(text: str) -> None:
         print(text, flush=True)

@@ -11,8 +11,7 @@ import argparse
 import shutil
 from pathlib import Path
 
-from benchmarks.clock import page
-
+from benchmarks.pages import FOLDER, page
 from vanelock import choose_listener, converge_study
 from vanelock.commands.converge.table import markdown
 from vanelock.input.cases.values import with_values
@@ -22,8 +21,7 @@ ROOT = Path(__file__).parents[2]
 NAME = "speed-against-error"
 MU = 0.15
 INTRODUCTION = """\
-Made by `python -m benchmarks.runs.speed_against_error --write`; `vanelock converge` makes the same of
-any study. The default study at μ = 0.15, each setting raised alone, the others as the
+`vanelock converge` makes the same of any study. The default study at μ = 0.15, each setting raised alone, the others as the
 study has them (bold: its own value). Error: relative distance of the peak, its amplitude and its
 frequency, from that of the finest value of the same setting, which says nothing of what the finest
 one itself is off by; for frequencies, from the peak located among the most points. Cost: CPU time
@@ -33,7 +31,7 @@ Peaks are located to about 4e-5 of their frequency and 2e-5 of their amplitude, 
 kinks where contacts change state. Differences below that mean nothing.
 
 Nodal springs (`joints.hook.patch = "node"`) do not converge as the mesh is refined: part of what
-`mesh.size` changes there is that. What an `accuracy` makes of these curves: docs/accuracy.md."""
+`mesh.size` changes there is that. What an `accuracy` makes of these curves: [accuracy](../accuracy.md)."""
 
 
 def vane(size: str) -> Study:
@@ -62,7 +60,7 @@ def main() -> None:
         picture = f"{NAME}-{size}.png"
         if given.write:
             shutil.copyfile(
-                folder / "figures" / "converge.png", ROOT / "docs" / "benchmarks" / picture
+                folder / "figures" / "converge.png", FOLDER / picture
             )
         lines += [f"\n## Mesh size {size}\n", f"![error against cost]({picture})\n"]
         lines.append(markdown(found))

@@ -1,9 +1,9 @@
 """Cost of a point of the nonlinear response, in units of one dense complex solve of the model.
 
-    python -m benchmarks.solver.cost --system results.h5 [--harmonics 1 3 5] [--write]
+    python -m benchmarks.solver.cost --system vane [--harmonics 1 3 5] [--write]
 
-sweeps the system of a file (of `System.save`, or of a study's results) from micro-slip to gross
-slip, upwards and downwards. Without a file,
+sweeps the default vane, or the system of a file (of `System.save`, or of a study's results) from
+micro-slip to gross slip, upwards and downwards. Without a file,
 
     python -m benchmarks.solver.cost [--quick] [--write]
 
@@ -19,7 +19,9 @@ import h5py
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import Curve, Floats, Unit, dynamic_stiffness, page, scaled, sweep
+from benchmarks.clock import Curve, Floats, Unit, dynamic_stiffness, scaled, sweep
+from benchmarks.pages import page
+from benchmarks.solver import unlike_rings
 from benchmarks.solver.cyclic import natural, ring
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Options, System, frequency_response
 from vanelock.nonlinear.balance.balance import structure
@@ -43,7 +45,9 @@ REGIMES = (
 
 
 def load(path: str) -> System:
-    """The system of a file, be it alone there or in the group of a study's results."""
+    """The default vane's system, or that of a file: alone there, or in a study's results."""
+    if path == "vane":
+        return unlike_rings.vane("medium")
     with h5py.File(path, "r") as file:
         return System.load(file["system"] if "system" in file else file)
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.clock import page
+from benchmarks.pages import page
 from examples.paper.paper import MAP_INTERFERENCE as INTERFERENCE
 from examples.paper.paper import MAP_MU as MU
 from examples.paper.paper import Model, Plane
@@ -92,8 +92,6 @@ def main() -> None:
     parser.add_argument("--write", action="store_true")
     given = parser.parse_args()
     lines = [
-        "Made by `python -m benchmarks.solver.optimum --write`.",
-        "",
         "The default vane's least peak over friction and interference of the interlock: of a map "
         f"of {len(MU)} by {len(INTERFERENCE)} responses with the values of `examples/paper`, and "
         "by `vanelock optimise` from the study's own values within the map's ends. Beside: whether "

@@ -13,7 +13,8 @@ from collections.abc import Callable
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import page, scaled
+from benchmarks.clock import scaled
+from benchmarks.pages import page
 from benchmarks.solver.cyclic import natural
 from benchmarks.solver.unlike_rings import small, vane
 from vanelock.nonlinear import (
@@ -43,7 +44,6 @@ interference, friction and the three springs of every contact, one thread. A New
 of the balance {aside:g} half-widths from the peak, solved from the peak, over its steps; with the
 preconditioner that the peak's solution leaves, and with none known, as at the first frequency of
 all. Up to 150 unknowns are solved directly either way. Medians of {repeats}, taken in turns.
-Written by `python -m benchmarks.solver.peak_gradient --write`.
 """
 
 

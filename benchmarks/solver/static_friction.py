@@ -1,9 +1,10 @@
 """What undetermined static friction does to the vane's peak, and what finding it costs.
 
-    python -m benchmarks.solver.static_friction --system FILE [--quick] [--write]
+    python -m benchmarks.solver.static_friction [--system file.h5] [--quick] [--write]
 
-The system is a run's, such as that of examples/vane.toml. Costs are CPU time over that of one dense
-complex solve, and of one swept curve over the same range, both taken in between.
+The system is one of `System.save`; without one, the vane of examples/vane.toml is meshed and
+reduced. Costs are CPU time over that of one dense complex solve, and of one swept curve over the
+same range, both taken in between.
 """
 
 import argparse
@@ -12,7 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from benchmarks.clock import Unit, dynamic_stiffness, page
+from benchmarks.clock import Unit, dynamic_stiffness
+from benchmarks.pages import page
+from benchmarks.solver.unlike_rings import vane
 from vanelock.nonlinear import (
     Options,
     System,
@@ -90,13 +93,14 @@ def rest(system: System) -> str:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--system", required=True, help="file with a system")
+    parser.add_argument("--system", help="file with a system; the default vane if not given")
+    parser.add_argument("--size", default="medium", help="mesh of the default vane")
     parser.add_argument("--low", type=float, default=235.0, help="Hz")
     parser.add_argument("--high", type=float, default=300.0, help="Hz")
     parser.add_argument("--quick", action="store_true", help="H = 1, one share")
     parser.add_argument("--write", action="store_true", help="write docs/benchmarks as well")
     options = parser.parse_args()
-    system = System.load(options.system)
+    system = System.load(options.system) if options.system else vane(options.size)
     near = (options.low, options.high)
     lines = [
         f"A vane's system of {len(system.at(1).K)} coordinates and {system.contacts.count} "

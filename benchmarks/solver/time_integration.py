@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from benchmarks.clock import page
+from benchmarks.pages import page
 from benchmarks.solver.cyclic import natural, ring
 from vanelock.nonlinear import (
     SLIP,

@@ -16,21 +16,20 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.clock import page
+from benchmarks.pages import FOLDER, page
 from examples.paper.paper import FEW, ONE, Model, Peak, Plane, draw_panels, holds, peak
 from vanelock import cases, load_study, nonlinear, parse_study
-from vanelock.input.schema.assessment.bounds_and_stability import StabilityKeys
+from vanelock.analyses.stability import WORDS, StabilityKeys
 from vanelock.nonlinear import Options, Stability
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
-from vanelock.stages.assessment.stability import WORDS, whole_step
+from vanelock.stages.parts.ring_modes import whole_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import silent_progress
 
-ROOT = Path(__file__).resolve().parents[2]
 NAME = "trends_and_stability"
-PICTURE = ROOT / "docs" / "benchmarks" / f"{NAME}.png"
+PICTURE = FOLDER / f"{NAME}.png"
 MU = (0.06, 0.1, 0.15, 0.2, 0.3)
 LOAD = (0.1, 0.15, 0.2, 0.25, 0.5, 1.0)
 METHODS = (*FEW, Options(3), Options(5))
@@ -113,8 +112,6 @@ def lines_of(found: Plane, waves: dict[tuple[float, float], Stability], load: st
     draw_panels(PICTURE, title, panels, found, f"load / ({load})")
     PICTURE.with_suffix(".csv").unlink()  # the page has the numbers
     lines = [
-        "Made by `python -m benchmarks.solver.trends_and_stability --write`.",
-        "",
         "Peaks of the default vane over the interlock's friction and the load, and whether the "
         "ring stays with their waves (H = 3 and 5). Trends: those of the "
         "published study (`examples/paper`) that a map can check, at H = 1; that of interference "

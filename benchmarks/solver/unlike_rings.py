@@ -13,7 +13,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from benchmarks import segment
-from benchmarks.clock import page, scaled
+from benchmarks.clock import scaled
+from benchmarks.pages import page
 from benchmarks.solver.cyclic import natural, ring
 from vanelock import rom
 from vanelock.nonlinear import (
@@ -54,7 +55,7 @@ its median CPU time, in tuned points: the median CPU time of `frequency_response
 A sector: that over the number of sectors. Amplification: the largest vibration of any sector's
 first output in any direction, over all frequencies, relative to the tuned ring's; its percentiles
 over the rings drawn. One linear mode a sector, without friction, could reach {bound:.2f}
-(Whitehead, 1966). Written by `python -m benchmarks.solver.unlike_rings --write`.
+(Whitehead, 1966).
 """
 
 

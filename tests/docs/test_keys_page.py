@@ -1,9 +1,9 @@
 """The page of every key says what vanelock.input.schema has, and nothing is left empty."""
 
-import importlib.util
 import re
+import runpy
 from pathlib import Path
-from types import ModuleType
+from typing import Any
 
 import pytest
 
@@ -11,16 +11,8 @@ from vanelock import Study
 from vanelock.common.checked import known_keys
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
-@pytest.fixture(scope="module")
-def tool() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("keys_page", ROOT / "tools/keys_page.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+TOOL: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "keys_page.py"))
+PAGE = TOOL["page"]()
 
 
 def rows(text: str) -> dict[str, list[str]]:
@@ -36,14 +28,13 @@ def rows(text: str) -> dict[str, list[str]]:
     return found
 
 
-def test_the_page_is_up_to_date(tool: ModuleType) -> None:
-    written = (ROOT / "docs" / "keys.md").read_text("utf-8")
-    assert written == tool.page(), "run python tools/keys_page.py"
+def test_the_page_is_up_to_date() -> None:
+    assert (ROOT / "docs" / "keys.md").read_text("utf-8") == PAGE, "run python tools/keys_page.py"
 
 
-def test_every_key_is_described_in_full(tool: ModuleType) -> None:
+def test_every_key_is_described_in_full() -> None:
     dimensions = (ROOT / "docs" / "geometry.md").read_text("utf-8").partition("<!-- End of Dim")[0]
-    described = rows(dimensions) | rows(tool.page())
+    described = rows(dimensions) | rows(PAGE)
     every = known_keys(Study)
     leaves = {
         key.replace(".<name>", "")
@@ -71,17 +62,15 @@ def test_every_key_is_described_in_full(tool: ModuleType) -> None:
         ("excitation.engine_orders", "–, such as `[1, 2, -3]`", "list, whole numbers", "several"),
     ],
 )
-def test_rows_say_default_limits_and_meaning(
-    tool: ModuleType, key: str, default: str, allowed: str, said: str
-) -> None:
-    cells = rows(tool.page())[key]
+def test_rows_say_default_limits_meaning(key: str, default: str, allowed: str, said: str) -> None:
+    cells = rows(PAGE)[key]
     assert cells[1] == default
     assert cells[2].startswith(allowed)
     assert said in cells[3]
 
 
-def test_every_key_of_the_template_is_one_of_the_schema_s(tool: ModuleType) -> None:
-    given, _ = tool.template()
+def test_every_key_of_the_template_is_one_of_the_schema_s() -> None:
+    given, _ = TOOL["template"]()
     in_use = {key for key, each in given.items() if each.active}
     assert len(in_use) > 60
     assert in_use <= set(known_keys(Study))

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vanelock import rom
-from vanelock.nonlinear import Options, Response, frequency_response
+from vanelock.nonlinear import Contact, Options, Response, System, frequency_response
 from vanelock.results.figures.curve_table import NOTE
 from vanelock.results.files.writer import Results
 
@@ -57,10 +56,8 @@ def test_every_message_is_on_the_page() -> None:
 
 def core(text: str) -> str:
     """The part between punctuation that is about convergence."""
-    parts = [
-        part.strip() for part in re.split(r"[,;:()]|\.(?=\s|$)", text) if REPORTED.search(part)
-    ]
-    return parts[0] if parts else text.strip(" ;:,.()")
+    parts = filter(REPORTED.search, re.split(r"[,;:()]|\.(?=\s|$)", text))
+    return next(parts, text).strip(" ;:,.()")
 
 
 def test_every_message_on_the_page_has_an_advice() -> None:
@@ -70,19 +67,10 @@ def test_every_message_on_the_page_has_an_advice() -> None:
     assert [row[0] for row in cells if len(row) != 3 or not row[2]] == []
 
 
-def spring(stiffness: float) -> rom.System:
+def spring(stiffness: float) -> System:
     """A mass of 1 kg on a contact that is pressed."""
-    matrices = rom.Diameter(
-        K=np.zeros((1, 1)),
-        M=np.eye(1),
-        own=np.array([[[1.0], [0.0], [0.0]]]),
-        next=None,
-        output=np.array([[[1.0], [0.0], [0.0]]]),
-    )
-    kn, kt, mu, v0 = np.array([stiffness]), np.ones((1, 2)), np.array([0.3]), np.array([1e-3])
-    force = {1: rom.Force(np.array([1.0 + 0j]))}
-    contacts = rom.Contacts(kn, kt, mu, v0, ("interlock",))
-    return rom.System(1, 1, {0: matrices}, contacts, force, ("vane output 1",), 0.01)
+    pressed = Contact(normal=0, kn=stiffness, preload=1e-3 * stiffness)
+    return System.from_matrices([[1.0]], [[0.0]], [pressed], damping_ratio=0.01, force={0: 1.0})
 
 
 @pytest.mark.parametrize("lost", [(), (0, 2)])

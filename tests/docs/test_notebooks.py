@@ -26,8 +26,7 @@ def test_a_notebook_runs(path: Path, tmp_path: Path) -> None:
     assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
     shown = [output for cell in cells for output in cell.outputs]
     assert [each for each in shown if each.output_type == "error"] == []
-    pictures = [each for each in shown if "image/png" in each.get("data", {})]
-    assert len(pictures) >= 2
+    assert len([each for each in shown if "image/png" in each.get("data", {})]) >= 2
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
@@ -50,8 +49,7 @@ def test_two_masses_of_the_manual_are_solved(capsys: pytest.CaptureFixture[str])
 
 
 def test_the_manual_links_every_notebook() -> None:
-    root = EXAMPLES.parent
     for page in ("docs/python.md", "README.md"):
-        text = (root / page).read_text("utf-8")
+        text = (EXAMPLES.parent / page).read_text("utf-8")
         assert [path.name for path in NOTEBOOKS if f"notebooks/{path.name}" not in text] == []
     assert {path.stem for path in NOTEBOOKS} == {"two_masses", "default_study", "own_matrices"}
