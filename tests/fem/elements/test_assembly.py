@@ -190,15 +190,12 @@ def test_model_survives_its_file(lattice, tmp_path):
     np.testing.assert_array_equal(again.part.points, model.part.points)
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ((-1.0, 0.3, 1.0), r"material.E = -1: Young's modulus must be > 0 Pa"),
-        ((float("nan"), 0.3, 1.0), r"material.E = nan"),
-        ((1.0, 0.5, 1.0), r"material.nu = 0.5: Poisson's ratio must be in \(-1, 0.5\)"),
-        ((1.0, 0.3, 0.0), r"material.rho = 0: density must be > 0"),
-    ],
-)
+@pytest.mark.parametrize(("values", "message"), [
+    ((-1.0, 0.3, 1.0), r"material.E = -1: Young's modulus must be > 0 Pa"),
+    ((float("nan"), 0.3, 1.0), r"material.E = nan"),
+    ((1.0, 0.5, 1.0), r"material.nu = 0.5: Poisson's ratio must be in \(-1, 0.5\)"),
+    ((1.0, 0.3, 0.0), r"material.rho = 0: density must be > 0"),
+])  # fmt: skip
 def test_impossible_material_is_refused(values, message):
     with pytest.raises(InputError, match=message):
         Material(*values)

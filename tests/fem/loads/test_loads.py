@@ -23,10 +23,8 @@ def block(lattice, cell_type, counts=(2, 3, 2)):
 
 # The edges round a side of the lattice, in the order that makes its normal outward.
 SIDES = {
-    "x1": ("z0", "y1", "z1", "y0"),
-    "y1": ("x0", "z1", "x1", "z0"),
-    "z0": ("x0", "y1", "x1", "y0"),
-}
+    "x1": ("z0", "y1", "z1", "y0"), "y1": ("x0", "z1", "x1", "z0"), "z0": ("x0", "y1", "x1", "y0"),
+}  # fmt: skip
 
 
 def vector_area(part, side):

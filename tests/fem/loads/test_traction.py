@@ -41,13 +41,10 @@ def test_across_a_flat_face_a_force_is_an_even_pressure_and_a_moment_a_linear_on
     np.testing.assert_allclose(bending, linear, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("force", "moment", "message"),
-    [
-        ([np.inf, 0, 0], [0, 0, 0], "three finite numbers each"),
-        ([1.0, 0.0], [0, 0, 0], "three finite numbers each"),
-    ],
-)
+@pytest.mark.parametrize(("force", "moment", "message"), [
+    ([np.inf, 0, 0], [0, 0, 0], "three finite numbers each"),
+    ([1.0, 0.0], [0, 0, 0], "three finite numbers each"),
+])  # fmt: skip
 def test_wrong_resultants_are_refused(lattice, force, moment, message):
     model = assemble(lattice((1, 1, 1), bent, "tetra"), STEEL, fixed=None)
     with pytest.raises(InputError, match=message):

@@ -174,13 +174,11 @@ FILES = {
     "packed bomb": ("k.mtx.gz", bomb, "unpacks to more"),
     "packed, cut": ("k.mtx.gz", cut, "not a whole"),
     "npy of a terabyte": ("k.npy", header_of_a_terabyte, "bytes"),
-    "npz of zeros": ("k.npz", zipped_zeros, "claim"),
-    "objects": ("k.npy", pickled, "objects"),
-    "a pickle": ("k.npy", bare_pickle, "NumPy"),
-    "cells": ("k.mat", cells, "no matrix"),
+    "npz of zeros": ("k.npz", zipped_zeros, "claim"), "objects": ("k.npy", pickled, "objects"),
+    "a pickle": ("k.npy", bare_pickle, "NumPy"), "cells": ("k.mat", cells, "no matrix"),
     "a link": ("k.h5", outside, "link to another file"),
     "data never written": ("k.h5", never_written, "packed, and more than"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", FILES)
@@ -221,19 +219,14 @@ def test_link_to_another_file_is_refused_by_name(tmp_path: Path) -> None:
         load_matrices(inside, dofs=tmp_path / "dofs.csv")
 
 
-@pytest.mark.parametrize(
-    ("labels", "expected"),
-    [
-        ("node,direction\n1,x\n1,x\n1,z\n", "labels two rows"),
-        ("node,direction\n1,x\n1,y\n", "2 lines"),
-        ("node,direction\n-1,x\n1,y\n1,z\n", "numbered from 1"),
-        ("node,direction\n1,x\n1,up\n1,z\n", "up"),
-        ("node,dof\n1,1\n1,7\n1,3\n", "1 to 6"),
-        ("row,node,dof\n1,1,1\n1,1,2\n3,1,3\n", "each once"),
-        ("node\n1\n2\n3\n", "no column"),
-        ("node,direction\n1.5,x\n1,y\n1,z\n", "whole numbers"),
-    ],
-)
+@pytest.mark.parametrize(("labels", "expected"), [
+    ("node,direction\n1,x\n1,x\n1,z\n", "labels two rows"),
+    ("node,direction\n1,x\n1,y\n", "2 lines"),
+    ("node,direction\n-1,x\n1,y\n1,z\n", "numbered from 1"),
+    ("node,direction\n1,x\n1,up\n1,z\n", "up"), ("node,dof\n1,1\n1,7\n1,3\n", "1 to 6"),
+    ("row,node,dof\n1,1,1\n1,1,2\n3,1,3\n", "each once"), ("node\n1\n2\n3\n", "no column"),
+    ("node,direction\n1.5,x\n1,y\n1,z\n", "whole numbers"),
+])  # fmt: skip
 def test_labels(labels: str, expected: str, tmp_path: Path) -> None:
     (tmp_path / "k.mtx").write_text(GOOD)
     (tmp_path / "dofs.csv").write_text(labels)

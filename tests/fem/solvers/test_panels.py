@@ -26,11 +26,9 @@ def factor(rng, is_complex):
 
 
 @pytest.mark.parametrize("columns", [3, 7, 10, 15])
-@pytest.mark.parametrize(
-    ("is_complex", "complex_sides"),
-    [(False, False), (False, True), (True, True)],
-    ids=["real", "real factor", "complex"],
-)
+@pytest.mark.parametrize(("is_complex", "complex_sides"), [
+    (False, False), (False, True), (True, True),
+], ids=["real", "real factor", "complex"])  # fmt: skip
 @pytest.mark.parametrize("filled", [-1, 5, 1000])
 def test_sweeps_are_those_of_the_dense_factor(columns, is_complex, complex_sides, filled):
     rng = np.random.default_rng(columns)

@@ -20,15 +20,10 @@ def shell(p):
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), p[:, 2]])
 
 
-@pytest.mark.parametrize(
-    ("cell_type", "length"),
-    [
-        *((cell_type, None) for cell_type in CELLS),
-        ("tetra10", 0.05),
-        ("hexahedron20", 0.05),
-        ("hexahedron27", 0.05),
-    ],
-)
+@pytest.mark.parametrize(("cell_type", "length"), [
+    *((cell_type, None) for cell_type in CELLS), ("tetra10", 0.05), ("hexahedron20", 0.05),
+    ("hexahedron27", 0.05),
+])  # fmt: skip
 def test_uniform_strain_on_a_box_in_any_direction(lattice, cell_type, length):
     part = lattice((2, 2, 2), lambda p: p * [1.0, 0.8, 0.5], cell_type)
     u = part.points @ GRADIENT.T
@@ -151,16 +146,13 @@ def test_where_the_surface_is_off_the_position(lattice):
     assert inside.position == pytest.approx([0.3, 0.4, 0.0])
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"position": [0.3, 0.4, 2.0]}, r"gauge at \(0.3, 0.4, 2\) m: the surface is 1 m away"),
-        ({"direction": [0, 0, 1]}, r"gauge direction \(0, 0, 1\) leaves the surface"),
-        ({"direction": [0, 1]}, r"gauge direction = \[0, 1\]: needed are three numbers"),
-        ({"length": 0.0}, "gauge length = 0 m: must be positive"),
-        ({"length": 0.7}, "an end lies off the surface"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ({"position": [0.3, 0.4, 2.0]}, r"gauge at \(0.3, 0.4, 2\) m: the surface is 1 m away"),
+    ({"direction": [0, 0, 1]}, r"gauge direction \(0, 0, 1\) leaves the surface"),
+    ({"direction": [0, 1]}, r"gauge direction = \[0, 1\]: needed are three numbers"),
+    ({"length": 0.0}, "gauge length = 0 m: must be positive"),
+    ({"length": 0.7}, "an end lies off the surface"),
+])  # fmt: skip
 def test_what_is_refused(lattice, given, message):
     gauge_at = {"position": [0.3, 0.4, 1.0], "direction": [1, 0, 0]} | given
     with pytest.raises(InputError, match=message):

@@ -37,13 +37,11 @@ SPREAD = np.geomspace(1.0, 1e8, 140)
 SPECTRA = {
     "spread": SPREAD,
     "cluster of 6": np.r_[1 + 1e-9 * np.arange(6), SPREAD[1:] + 1],
-    "8 copies": np.r_[np.ones(8), SPREAD[1:] + 1],
-    "9 copies": np.r_[np.ones(9), SPREAD[1:] + 1],
+    "8 copies": np.r_[np.ones(8), SPREAD[1:] + 1], "9 copies": np.r_[np.ones(9), SPREAD[1:] + 1],
     "30 copies, but for 1e-12": np.r_[1 + 1e-12 * np.arange(30), SPREAD[1:] + 1],
     "9 copies higher up": np.sort(np.r_[SPREAD, np.full(8, SPREAD[5])]),
-    "two values alone": np.repeat([1.0, 2.0], 60),
-    "one value alone": np.ones(60),
-}
+    "two values alone": np.repeat([1.0, 2.0], 60), "one value alone": np.ones(60),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])

@@ -37,14 +37,10 @@ def check_faces(part: Part, wanted: int) -> None:
     assert 4 * corners - 3 - border == corners + len(sides) == wanted
 
 
-@pytest.mark.parametrize(
-    ("size", "wanted", "changes", "sectors"),
-    [
-        (0.010, 326, CasingDimensions(), 16),
-        (0.0125, 300, CasingDimensions(), 18),
-        (0.0095, 400, WIDE, 12),
-    ],
-)
+@pytest.mark.parametrize(("size", "wanted", "changes", "sectors"), [
+    (0.010, 326, CasingDimensions(), 16), (0.0125, 300, CasingDimensions(), 18),
+    (0.0095, 400, WIDE, 12),
+])  # fmt: skip
 def test_cyclic_faces_have_the_number_of_nodes_asked_for(
     size: float, wanted: int, changes: CasingDimensions, sectors: int
 ) -> None:
@@ -76,15 +72,12 @@ def test_the_same_number_is_the_same_mesh() -> None:
     assert np.array_equal(first.cells, second.cells)
 
 
-@pytest.mark.parametrize(
-    ("size", "wanted", "text"),
-    [
-        (0.025, 326, r"elements of 25 mm .* has about 1\d\d nodes: allowed are \d+ to 1\d\d; 3"),
-        (0.010, 2000, r"elements of 10 mm .* has about 3\d\d nodes: .*; 2000 suits mesh.size = 2."),
-        (0.010, 50, r"elements of 10 mm .* has about 3\d\d nodes: .*; with other mesh.size \d\d "),
-        (0.050, 50_000, r"elements of 50 mm .*; with other mesh.size \d\d to about 1\d{4}$"),
-    ],
-)
+@pytest.mark.parametrize(("size", "wanted", "text"), [
+    (0.025, 326, r"elements of 25 mm .* has about 1\d\d nodes: allowed are \d+ to 1\d\d; 3"),
+    (0.010, 2000, r"elements of 10 mm .* has about 3\d\d nodes: .*; 2000 suits mesh.size = 2."),
+    (0.010, 50, r"elements of 10 mm .* has about 3\d\d nodes: .*; with other mesh.size \d\d "),
+    (0.050, 50_000, r"elements of 50 mm .*; with other mesh.size \d\d to about 1\d{4}$"),
+])  # fmt: skip
 def test_numbers_out_of_reach_are_refused_with_the_sizes_that_suit(
     size: str | float, wanted: int, text: str
 ) -> None:

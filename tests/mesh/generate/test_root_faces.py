@@ -19,13 +19,10 @@ THIN = {"chord": 0.018, "thickness": 0.0015, "edge_thickness": 0.0006, "aerofoil
 SLANTED = {"interlock_slant": -30.0, "stagger": -30.0, "lean": 4.0}
 
 
-@pytest.mark.parametrize(
-    ("changes", "sectors"),
-    [
-        ({"root_fillet": 0.002, "twist": -8.0, "lean": -3.0, **THIN}, 60),
-        ({"root_fillet": 0.004, "aerofoils": 1, "camber": 0.2, "twist": 15.0, **SLANTED}, 16),
-    ],
-)
+@pytest.mark.parametrize(("changes", "sectors"), [
+    ({"root_fillet": 0.002, "twist": -8.0, "lean": -3.0, **THIN}, 60),
+    ({"root_fillet": 0.004, "aerofoils": 1, "camber": 0.2, "twist": 15.0, **SLANTED}, 16),
+])  # fmt: skip
 def test_meshes_are_sound_and_fill_the_geometry(changes: dict[str, Any], sectors: int) -> None:
     part = vane_segment(VaneDimensions(**changes), sectors, 0.025)
     found = quality(part)

@@ -50,14 +50,11 @@ def test_directions_are_tangents_and_turn_from_span_to_chord():
     assert places[0].direction[2] > 0
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"aerofoil": 5}, "aerofoil = 5: allowed are 1 to 4"),
-        ({"span": 1.2}, "span = 1.2: allowed are 0 to 1"),
-        ({"chord": -0.1}, "chord = -0.1: allowed are 0 to 1"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ({"aerofoil": 5}, "aerofoil = 5: allowed are 1 to 4"),
+    ({"span": 1.2}, "span = 1.2: allowed are 0 to 1"),
+    ({"chord": -0.1}, "chord = -0.1: allowed are 0 to 1"),
+])  # fmt: skip
 def test_what_is_refused(given, message):
     with pytest.raises(InputError, match=message):
         on_aerofoil(VANE, 16, **({"aerofoil": 1, "span": 0.5, "chord": 0.5} | given))

@@ -16,20 +16,13 @@ def complaints(build):
     return str(caught.value).splitlines()
 
 
-@pytest.mark.parametrize(
-    ("sets", "expected"),
-    [
-        ({"output": "absent"}, "no set absent for vane.output; it has "),
-        ({"key": [1, 2]}, "belongs to no solid element"),
-        ({"output": "hollow"}, "it has no nodes"),
-        ({"key": "output"}, "belongs to neither hook: its nodes must be some of theirs"),
-        ({"fixed": "interlock_left"}, "is in the sets fixed and interlock_left, which must not"),
-        (
-            {"interlock_left": "interlock_right"},
-            "is in the sets interlock_left and interlock_right",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("sets", "expected"), [
+    ({"output": "absent"}, "no set absent for vane.output; it has "),
+    ({"key": [1, 2]}, "belongs to no solid element"), ({"output": "hollow"}, "it has no nodes"),
+    ({"key": "output"}, "belongs to neither hook: its nodes must be some of theirs"),
+    ({"fixed": "interlock_left"}, "is in the sets fixed and interlock_left, which must not"),
+    ({"interlock_left": "interlock_right"}, "is in the sets interlock_left and interlock_right"),
+])  # fmt: skip
 def test_sets_are_checked(tmp_path, ring, write_mesh, sets, expected):
     part = ring("vane")
     path = tmp_path / "vane.inp"

@@ -131,14 +131,10 @@ def kirchhoff(clamped, terms=14):
     return np.sqrt(np.maximum(values, 0) * rigidity) / (2 * np.pi * (SIDE / 2) ** 2)
 
 
-@pytest.mark.parametrize(
-    ("support", "targets"),
-    [
-        ("free", [1.622, 2.360, 2.922, 4.233, 4.233, 7.416]),
-        ("cantilevered", [0.421, 1.029, 2.582, 3.306, 3.753, 6.555]),
-    ],
-    ids=["FV12", "FV16"],
-)
+@pytest.mark.parametrize(("support", "targets"), [
+    ("free", [1.622, 2.360, 2.922, 4.233, 4.233, 7.416]),
+    ("cantilevered", [0.421, 1.029, 2.582, 3.306, 3.753, 6.555]),
+], ids=["FV12", "FV16"])  # fmt: skip
 def test_thin_square_plate(lattice, lowest_frequencies, compare, support, targets):
     # Half the thickness of a solid 200 times as wide as thick. Some targets lie up to 1 % above
     # the converged thin plate.

@@ -194,21 +194,9 @@ def cooked(random: Random, file: h5py.File, name: str) -> None:
 
 
 EDITS: list[Edit] = [
-    removed,
-    other,
-    bent,
-    bent,
-    reshaped,
-    huge,
-    elsewhere,
-    looped,
-    attribute,
-    attribute,
-    attribute,
-    renamed,
-    exchanged,
-    cooked,
-]
+    removed, other, bent, bent, reshaped, huge, elsewhere, looped, attribute, attribute, attribute,
+    renamed, exchanged, cooked,
+]  # fmt: skip
 
 
 def _names(file: h5py.File) -> list[str]:
