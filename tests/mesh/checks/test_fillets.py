@@ -92,6 +92,8 @@ def test_contact_patches_end_where_the_fillets_begin() -> None:
     """A groove rounded as far as the foot reaches into it, and a foot whose fillet is as large."""
     vane, casing = VaneDimensions(fillet=0.0015), CasingDimensions(fillet=0.003)
     assert hook_overlap(VaneDimensions(), CasingDimensions()) == (0.068, 0.082)
+    moved = VaneDimensions(foot_front=0.065, leg_front=0.080)
+    assert hook_overlap(moved, CasingDimensions()) == (0.066, 0.080)
     assert hook_overlap(vane, casing) == pytest.approx((0.069, 0.082))
     assert hook_overlap(VaneDimensions(fillet=0.004), casing) == pytest.approx((0.069, 0.080))
     part = casing_sector(casing, size=0.025)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vanelock.common.errors import InputError
+from tests.mesh.conftest import refusal
 from vanelock.fem import Material, assemble, cyclic_faces, modes
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, casing_sector, quality
-from vanelock.mesh.refinement.dof_estimate import casing_dofs, check_size
+from vanelock.mesh.refinement.dof_estimate import check_size
 
 SETS = ("hook_front", "hook_rear", "key", "force", "output")
 
@@ -16,7 +16,7 @@ def drawn() -> Part:
     return casing_sector(size=0.015, stretch=3)
 
 
-def test_named_nodes_lie_where_they_do_without(drawn, coarse) -> None:
+def test_named_nodes_and_patches_lie_where_they_do_without(drawn, coarse) -> None:
     _, usual = coarse
     for name in SETS:
         assert np.array_equal(
@@ -24,7 +24,8 @@ def test_named_nodes_lie_where_they_do_without(drawn, coarse) -> None:
         )
     for name, frames in usual.frames.items():
         assert np.array_equal(drawn.frames[name], frames)
-    assert drawn.sectors == 16
+    for name, weights in usual.patches.items():
+        assert np.abs(weights @ usual.points - drawn.patches[name] @ drawn.points).max() < 1e-9
 
 
 def test_faces_match_and_elements_are_sound(drawn) -> None:
@@ -37,12 +38,6 @@ def test_faces_match_and_elements_are_sound(drawn) -> None:
     assert figures.smallest_jacobian > 0.5
     assert figures.smallest_sicn > 0.02
     assert figures.volume == pytest.approx(drawn.cad_volume, rel=1e-4)
-
-
-def test_patches_are_those_without(drawn, coarse) -> None:
-    _, usual = coarse
-    for name, weights in usual.patches.items():
-        assert np.abs(weights @ usual.points - drawn.patches[name] @ drawn.points).max() < 1e-9
 
 
 def test_fewer_unknowns_for_a_smaller_error(drawn) -> None:
@@ -63,15 +58,9 @@ def test_elements_are_so_unless_there_are_bosses() -> None:
     assert len(bosses.points) > 1.5 * len(usual.points)
 
 
-@pytest.mark.parametrize(("size", "stretch"), [(0.012, 2), (0.006, 8)])
-def test_unknowns_are_estimated_beforehand(size, stretch) -> None:
-    made = casing_sector(size=size, stretch=stretch)
-    estimate = casing_dofs(CasingDimensions(), HookDimensions(), 16, size, stretch)
-    assert estimate == pytest.approx(3 * len(made.points), rel=0.25)
-
-
 def test_what_is_refused() -> None:
-    with pytest.raises(InputError, match="mesh.stretch = 9: must be a whole number from 1 to 8"):
-        casing_sector(size="coarse", stretch=9)
-    with pytest.raises(InputError, match="mesh.stretch = 2: only 1 is allowed where casing.bosses"):
-        check_size("coarse", None, CasingDimensions(bosses=2), 16, HookDimensions(), 2)
+    said = refusal(lambda: casing_sector(size="coarse", stretch=9))
+    assert said.startswith("mesh.stretch = 9: must be a whole number from 1 to 8")
+    bosses = CasingDimensions(bosses=2)
+    said = refusal(lambda: check_size("coarse", None, bosses, 16, HookDimensions(), 2))
+    assert said.startswith("mesh.stretch = 2: only 1 is allowed where casing.bosses")

@@ -10,6 +10,7 @@ from vanelock.mesh import (
     VaneDimensions,
     check_fit,
 )
+from vanelock.mesh.checks.dimensions import _gap
 from vanelock.mesh.geometry.aerofoil import around
 from vanelock.mesh.geometry.element_size import element_size
 
@@ -62,3 +63,11 @@ def test_sizes_have_names_and_limits() -> None:
     for size in (0.0, -0.01, 1.0, float("nan")):
         with pytest.raises(InputError, match=r"^mesh\.size = .* m: must lie between 0.001 and"):
             element_size(size, "vane")
+
+
+@pytest.mark.parametrize("step", [0.5, 1.5, 2.5, 4.0])
+def test_circles_are_a_diameter_nearer_than_their_middles(step: float) -> None:
+    """By how much they cross, too, wherever they stand."""
+    angle = 2 * np.pi * np.arange(400) / 400
+    circle = np.column_stack([3 + np.cos(angle), -7 + np.sin(angle)])
+    assert _gap(circle, step) == pytest.approx(step - 2, abs=1e-4)

@@ -5,22 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.mesh.conftest import RADIUS, SECTORS, complaints, refusal
 from vanelock import fem
 from vanelock.common.cyclic import turn
-from vanelock.common.errors import InputError
 from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.cells import SOLIDS
 from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.matching.pairing import mates
 from vanelock.rom.masters import choose
-
-SECTORS = 12
-RADIUS = 1.0
-
-
-def complaints(build):
-    with pytest.raises(InputError) as caught:
-        build()
-    return str(caught.value).splitlines()
 
 
 def matched(found, sectors=SECTORS, **options):
@@ -130,7 +122,7 @@ def number(own, part, node):
 def test_hook_mismatch_names_nodes_and_distances(given):
     change = shifted(("casing", "hook_front"), [1, 2, 4], [2e-4, 5e-4, 3e-6])
     found = given(ending=".inp", change=change)
-    (line,) = complaints(lambda: matched(found))
+    line = refusal(lambda: matched(found))
     casing, made = found.casing(), change(found.made_casing)
     worse, better = (number(casing, made, made.node_sets["hook_front"][i]) for i in (2, 1))
     count = len(made.node_sets["hook_front"])
@@ -169,7 +161,7 @@ def test_missing_node_is_reported_with_its_place(given):
         return replace(part, node_sets=sets)
 
     found = given(change=change)
-    (line,) = complaints(lambda: matched(found))
+    line = refusal(lambda: matched(found))
     made = found.made_vane
     alone = number(found.vane(), made, made.node_sets["hook_rear"][0])
     places = made.points[made.node_sets["hook_rear"]]
@@ -191,7 +183,7 @@ def test_cyclic_faces_are_matched_in_this_ring_only(given):
 
 def test_moved_face_node_is_reported(given):
     change = shifted(("casing", "right"), [3], [2e-5])
-    (line,) = complaints(lambda: matched(given(change=change)))
+    line = refusal(lambda: matched(given(change=change)))
     assert ", right: 1 of 27 nodes is further than 0.01 mm from the nearest node of" in line
     assert line.count(" 0.02 mm") == 2
     assert "unit" not in line
@@ -213,7 +205,7 @@ def test_cut_faces_of_the_casing_must_be_whole(given):
         }
         return replace(part, node_sets=sets)
 
-    (line,) = complaints(lambda: matched(given(change=change)))
+    line = refusal(lambda: matched(given(change=change)))
     assert ", left and right: " in line
     assert "nodes of either face are missing, such as node" in line
 
@@ -233,7 +225,7 @@ def test_something_must_be_clamped(given, held):
     if held == "vane":
         assert len(matched(found).vane.node_sets["fixed"]) == 1
         return
-    (line,) = complaints(lambda: matched(found))
+    line = refusal(lambda: matched(found))
     assert line.startswith("casing (")
     assert "no clamped nodes: name the set in [casing.sets] fixed = ...; the file has " in line
     assert line.endswith("FORCE, HOOK_FRONT, HOOK_REAR, KEY, LEFT, OUTPUT, RIGHT, SOLID")
@@ -300,8 +292,21 @@ def test_anyones_sector(tmp_path, ring, write_mesh):
     capitals = replace(found, node_sets={n.upper(): each for n, each in found.node_sets.items()})
     again = fem.modes(fem.assemble(capitals, steel), 5, 2).frequency
     assert np.abs(again / own - 1).max() < 1e-10
-    (line,) = complaints(lambda: read_sector(path, SECTORS - 1, "mm"))
+    line = refusal(lambda: read_sector(path, SECTORS - 1, "mm"))
     assert ", right: 27 of 27 nodes are further than" in line
     write_mesh(path, replace(part, node_sets={"left": part.node_sets["left"]}))
-    (line,) = complaints(lambda: read_sector(path, SECTORS, "mm"))
+    line = refusal(lambda: read_sector(path, SECTORS, "mm"))
     assert line.endswith("no set right; it has LEFT, SOLID")
+
+
+def test_two_nodes_cannot_share_a_mate():
+    own = np.array([[0.0, 0, 0], [0.001, 0, 0], [1, 0, 0]])
+    other = np.array([[0.0, 0, 0], [1, 0, 0]])
+
+    def mistakes(own, other):
+        names = (lambda i: f"own {i}", lambda i: f"other {i}")
+        return mates(own, other, 0.01, ("A", "B"), names)[1]
+
+    assert mistakes(own, other) == ["A: own 0 and own 1 both meet other 0 of B"]
+    assert mistakes(other, own) == ["B: other 1 lies where another one meets A"]
+    assert mistakes(own[[0, 2]], other) == []
