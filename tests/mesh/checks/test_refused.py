@@ -206,7 +206,7 @@ def test_the_largest_fillets_that_fit_are_meshed() -> None:
     for part, sound in (
         (casing_sector(CasingDimensions(fillet=0.00375), size=0.03), 0.0),
         (vane_segment(VaneDimensions(aerofoils=1, root_fillet=0, fillet=0.00525), size=0.03), 0.0),
-        (vane_segment(one.model_copy(update={"root_fillet": largest}), size=0.02), 0.02),
+        (vane_segment(one.model_copy(update={"root_fillet": largest}), size=0.03), 0.02),
     ):
         assert quality(part).smallest_jacobian > 0
         assert quality(part).smallest_sicn > sound

@@ -13,7 +13,7 @@ SETS = ("hook_front", "hook_rear", "key", "force", "output")
 
 @pytest.fixture(scope="module")
 def drawn() -> Part:
-    return casing_sector(size=0.015, stretch=3)
+    return casing_sector(size=0.02, stretch=3)
 
 
 def test_named_nodes_and_patches_lie_where_they_do_without(drawn, coarse) -> None:
@@ -43,7 +43,7 @@ def test_faces_match_and_elements_are_sound(drawn) -> None:
 def test_fewer_unknowns_for_a_smaller_error(drawn) -> None:
     """The first frequencies fall towards the true ones as a mesh gets better."""
     steel = Material(E=170e9, nu=0.3, rho=8200.0)
-    usual = casing_sector(size=0.0155, stretch=1)
+    usual = casing_sector(size=0.0205, stretch=1)
     assert len(drawn.points) < 0.8 * len(usual.points)
     found, before = (modes(assemble(p, steel), 4, nodal_diameter=1) for p in (drawn, usual))
     assert np.all(found.frequency[:3] < before.frequency[:3])
