@@ -47,18 +47,12 @@ def test_volume_is_that_of_rings_and_prisms(fine):
         return pitch / 2 * (high**2 - low**2) * (rear - front) * 2
 
     outer = ring(
-        vane.outer_shroud_inner_radius,
-        vane.outer_shroud_outer_radius,
-        vane.outer_shroud_front,
-        mid,
+        vane.outer_shroud_inner_radius, vane.outer_shroud_outer_radius, vane.outer_shroud_front, mid
     )
     outer += ring(vane.outer_shroud_outer_radius, hook.lip_radius, vane.leg_front, vane.leg_rear)
     outer += ring(hook.lip_radius, hook.roof_radius, vane.foot_front, vane.leg_rear)
     inner = ring(
-        vane.inner_shroud_inner_radius,
-        vane.inner_shroud_outer_radius,
-        vane.inner_shroud_front,
-        mid,
+        vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius, vane.inner_shroud_front, mid
     )
     span = vane.outer_shroud_inner_radius - vane.inner_shroud_outer_radius
     prisms = vane.aerofoils * section_area(vane) * span

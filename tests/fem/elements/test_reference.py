@@ -24,9 +24,7 @@ def test_basis_reproduces_polynomials_from_their_values_at_the_nodes(cell_type):
         if sum(powers) > DEGREE[cell_type]:
             continue
         np.testing.assert_allclose(
-            e.values @ np.prod(e.nodes**powers, axis=1),
-            np.prod(points**powers, axis=1),
-            atol=1e-14,
+            e.values @ np.prod(e.nodes**powers, axis=1), np.prod(points**powers, axis=1), atol=1e-14
         )
         for axis in range(3):
             lower = np.maximum(np.array(powers) - np.eye(3, dtype=int)[axis], 0)

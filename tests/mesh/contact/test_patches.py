@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.mesh import (
-    HookDimensions,
-    Part,
-    VaneDimensions,
-    casing_sector,
-    vane_segment,
-)
+from vanelock.mesh import HookDimensions, Part, VaneDimensions, casing_sector, vane_segment
 from vanelock.mesh.contact.patches import hook_patches, interlock_patches
 from vanelock.mesh.geometry import contact_places as places
 

@@ -26,8 +26,7 @@ def through_files(folder, small, write_mesh, *endings):
 
 
 @pytest.mark.parametrize(
-    ("vane", "casing"),
-    [(".bdf", ".inp"), (".gmsh.msh", ".cdb"), (".inp", ".msh")],
+    ("vane", "casing"), [(".bdf", ".inp"), (".gmsh.msh", ".cdb"), (".inp", ".msh")]
 )
 def test_elements_sets_and_frames_come_back(tmp_path, small, write_mesh, vane, casing):
     both = through_files(tmp_path, small, write_mesh, vane, casing)

@@ -4,12 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.mesh import (
-    CasingDimensions,
-    HookDimensions,
-    VaneDimensions,
-    check_fit,
-)
+from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions, check_fit
 from vanelock.mesh.checks.dimensions import _gap
 from vanelock.mesh.geometry.aerofoil import around
 from vanelock.mesh.geometry.element_size import element_size
