@@ -3,9 +3,11 @@
 import gzip
 import io
 import pickle
+import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -224,38 +226,29 @@ def test_labels(labels: str, expected: str, tmp_path: Path) -> None:
     assert "dofs.csv" in message or "k.mtx" in message
 
 
-def test_freedom_that_is_no_displacement_in_a_mapping(tmp_path: Path) -> None:
-    (tmp_path / "k.mtx").write_text(GOOD)
-    (tmp_path / "k.mapping").write_text("Eqn Node DOF\n1 1 UX\n2 1 TEMP\n3 1 UZ\n")
-    with pytest.raises(InputError, match=r"k.mapping: line 3: TEMP"):
-        load_matrices(tmp_path / "k.mtx", dofs=tmp_path / "k.mapping")
+def test_labels_and_sizes_that_do_not_agree(model: Model, tmp_path: Path) -> None:
+    def said(stiffness: str, *mass: str, **options: Any) -> str:
+        paths = [tmp_path / f"{name}.mtx" for name in "km"]
+        for path, text in zip(paths, (stiffness, *mass), strict=False):
+            path.write_text(text)
+        with pytest.raises(InputError) as caught:
+            load_matrices(*paths[: 1 + len(mass)], **options)
+        return str(caught.value)
 
-
-def test_mass_of_other_size(model: Model, tmp_path: Path) -> None:
+    mapping = tmp_path / "k.mapping"
+    mapping.write_text("Eqn Node DOF\n1 1 UX\n2 1 TEMP\n3 1 UZ\n")
+    assert "k.mapping: line 3: TEMP" in said(GOOD, dofs=mapping)
+    assert "give dofs" in said(GOOD)
+    other = said("1,1,1,1,4.0\n2,1,2,1,4.0\n", "1,1,1,1,4.0\n3,1,3,1,4.0\n")
+    assert re.search(r"m\.mtx: node 3, direction x is not in .*k\.mtx", other)
     np.save(tmp_path / "k.npy", model.K)
     np.save(tmp_path / "m.npy", model.M[:6, :6])
+    nodes = model.write_nodes(tmp_path)
     with pytest.raises(InputError, match=r"m\.npy: 6 rows, but .*k\.npy has 9"):
-        load_matrices(tmp_path / "k.npy", tmp_path / "m.npy", nodes=model.write_nodes(tmp_path))
-
-
-def test_mass_of_other_labels(tmp_path: Path) -> None:
-    (tmp_path / "k.mtx").write_text("1,1,1,1,4.0\n2,1,2,1,4.0\n")
-    (tmp_path / "m.mtx").write_text("1,1,1,1,4.0\n3,1,3,1,4.0\n")
-    with pytest.raises(InputError, match=r"m\.mtx: node 3, direction x is not in .*k\.mtx"):
-        load_matrices(tmp_path / "k.mtx", tmp_path / "m.mtx")
-
-
-def test_no_labels(tmp_path: Path) -> None:
-    (tmp_path / "k.mtx").write_text(GOOD)
-    with pytest.raises(InputError, match="give dofs"):
-        load_matrices(tmp_path / "k.mtx")
-
-
-@pytest.mark.parametrize("unit", ["furlongs per fortnight", "kg", "0 mm", "mm**9**9**9", ""])
-def test_units(unit: str, model: Model, tmp_path: Path) -> None:
-    np.save(tmp_path / "k.npy", model.K)
-    with pytest.raises(InputError, match="length"):
-        load_matrices(tmp_path / "k.npy", nodes=model.write_nodes(tmp_path), length=unit)
+        load_matrices(tmp_path / "k.npy", tmp_path / "m.npy", nodes=nodes)
+    for unit in ("furlongs per fortnight", "kg", "0 mm", "mm**9**9**9", ""):
+        with pytest.raises(InputError, match="length"):
+            load_matrices(tmp_path / "k.npy", nodes=nodes, length=unit)
 
 
 @pytest.mark.parametrize(("kind", "text", "expected"), [

@@ -178,18 +178,12 @@ def test_faces_that_do_not_match_are_refused(lattice):
 
 def test_a_mesh_from_a_file_is_one_sector_once_their_number_is_given(lattice):
     part = wedge(lattice, 5, fixed="x0")
-    count = len(part.points)
+    numbers = (np.arange(n) + 1 for n in (len(part.points), len(part.cells)))
     mesh = FileMesh(
-        source="wedge.inp",
-        points=part.points,
-        numbers=np.arange(count) + 1,
-        cells=part.cells,
-        elements=np.arange(len(part.cells)) + 1,
-        cell_type=part.cell_type,
-        node_sets=part.node_sets,
-        face_sets={},
+        source="wedge.inp", points=part.points, numbers=next(numbers), cells=part.cells,
+        elements=next(numbers), cell_type=part.cell_type, node_sets=part.node_sets, face_sets={},
         absent={},
-    )
+    )  # fmt: skip
     model = assemble(mesh, STEEL)
     expected = modes(assemble(part, STEEL), 3, nodal_diameter=2).frequency
     found = modes(model, 3, nodal_diameter=2, sectors=5).frequency
