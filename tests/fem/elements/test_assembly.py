@@ -4,7 +4,6 @@ import dataclasses
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 import skfem
 from scipy.spatial import KDTree
 from skfem.helpers import dot
@@ -12,7 +11,7 @@ from skfem.io.meshio import INV_HEX_MAPPING
 from skfem.models.elasticity import linear_elasticity
 
 from vanelock.common.errors import InputError
-from vanelock.fem import Material, Model, assemble
+from vanelock.fem import Material, assemble
 from vanelock.fem.elements import assembly as module
 from vanelock.fem.elements.reference import tetrahedron_rule
 
@@ -100,20 +99,6 @@ def test_result_does_not_depend_on_the_blocks(lattice, monkeypatch):
     parts = assemble(part, STEEL)
     assert abs(whole.K - parts.K).max() < 1e-15 * abs(whole.K).max()
     assert abs(whole.M - parts.M).max() < 1e-15 * abs(whole.M).max()
-
-
-def test_model_survives_its_file(lattice, tmp_path):
-    model = assemble(lattice((2, 1, 1), distorted), STEEL, fixed="x0")
-    model.save(tmp_path / "model.h5")
-    again = Model.load(tmp_path / "model.h5")
-    assert again.material == model.material
-    for name in ("K", "M"):
-        mine, loaded = getattr(model, name), getattr(again, name)
-        assert sp.issparse(loaded)
-        assert loaded.format == "csc"
-        assert abs(mine - loaded).max() == 0
-    np.testing.assert_array_equal(again.dofs, model.dofs)
-    np.testing.assert_array_equal(again.part.points, model.part.points)
 
 
 @pytest.mark.parametrize(("values", "message"), [

@@ -94,18 +94,6 @@ def test_von_mises_is_the_deviator_s_norm():
     assert von_mises(s) == pytest.approx(expected, rel=1e-13)
 
 
-def test_peak_over_a_period_against_closed_forms():
-    tension = np.zeros((2, 3, 6), complex)
-    tension[0, :, 0] = [100.0, -30.0, 0.0]
-    tension[1, :, 0] = [50j, 40, -30 + 40j]
-    assert peak_von_mises(tension) == pytest.approx([150, 70, 50], rel=1e-14)
-    # A shear that turns in the plane, τ (cos, sin): its size never changes.
-    turning = np.zeros((2, 1, 6), complex)
-    turning[1, 0, 3:5] = 10 * np.array([1, -1j])
-    assert peak_von_mises(turning) == pytest.approx([10 * np.sqrt(3)], rel=1e-14)
-    assert peak_von_mises(np.ones((1, 1, 6), complex)) == pytest.approx([3.0], rel=1e-14)
-
-
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_peak_over_a_period_against_fine_sampling(harmonics):
     rng = np.random.default_rng(6)
