@@ -156,21 +156,6 @@ def test_counts_of_contact_nodes_reach_the_parts_patches() -> None:
     )
 
 
-def test_both_parts_means_agree_in_rigid_motion(vane: Part, casing: Part) -> None:
-    """And in a uniform strain, although the parts' faces differ."""
-    rng = np.random.default_rng(1)
-    spin = np.cross(np.eye(3), rng.standard_normal(3))
-    strain = rng.standard_normal((3, 3))
-    for name in SETS[:2]:
-        for gradient in (spin, strain):
-            means = [p.patches[name] @ (p.points @ gradient + 1.0) for p in (vane, casing)]
-            assert np.abs(means[0] - means[1]).max() < 2e-14
-    turn = 2 * np.pi / 16
-    R = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
-    left, right = (vane.patches[f"interlock_{side}"] @ vane.points for side in ("left", "right"))
-    assert np.abs(left @ R.T - right).max() < 2e-14
-
-
 def test_means_of_quadratic_fields_on_a_cylinder_are_those_of_the_patch(casing: Part) -> None:
     """Of z² about the patch's middle, and of x²."""
     z, x = casing.points[:, 2], casing.points[:, 0]
