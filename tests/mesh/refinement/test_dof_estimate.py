@@ -21,12 +21,10 @@ from vanelock.mesh.refinement.dof_estimate import (
     vane_dofs,
 )
 
-THICK = {"aerofoils": 1, "thickness": 0.010, "edge_thickness": 0.004}
 SHORT = {"aerofoils": 2, "chord": 0.03, "interlock_slant": 20, "root_fillet": 0.003}
 THIN = {"aerofoils": 1, "root_fillet": 0, "thickness": 0.002, "edge_thickness": 0.0006}
 DESIGNS: dict[str, tuple[float, int, dict[str, Any], dict[str, Any]]] = {
-    "thick": (0.03, 16, THICK, {"outer_radius": 0.612}),
-    "short with filleted roots": (0.025, 24, SHORT, {}),
+    "short with filleted roots": (0.025, 24, SHORT, {"outer_radius": 0.612}),
     "thin edges": (0.025, 16, THIN, {}),
 }
 
