@@ -160,13 +160,8 @@ JOINTS = (
     Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
 )
 VANE_MASTERS = (
-    "hook_front",
-    "hook_rear",
-    "interlock_left",
-    "interlock_right",
-    "key",
-    "output",
-)
+    "hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "output",
+)  # fmt: skip
 CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "output")
 
 
@@ -210,12 +205,9 @@ def scene(coarse):
 
 
 _ABAQUS = {
-    "tetra": "C3D4",
-    "tetra10": "C3D10",
-    "hexahedron": "C3D8",
-    "hexahedron20": "C3D20R",
+    "tetra": "C3D4", "tetra10": "C3D10", "hexahedron": "C3D8", "hexahedron20": "C3D20R",
     "hexahedron27": "C3D27",
-}
+}  # fmt: skip
 # Abaqus lists the middle of a hexahedron before those of its faces, S1 to S6.
 _TO_ABAQUS = {"hexahedron27": [*range(20), 26, 24, 25, 22, 21, 23, 20]}
 # Nastran lists a hexahedron's upright sides before those of its top.

@@ -6,11 +6,25 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh
 from vanelock.mesh.matching.own_part import own_part
 
 SECTORS = 12
 RADIUS = 1.0
+
+
+def complaints(build):
+    """Lines with which an input is refused."""
+    with pytest.raises(InputError) as caught:
+        build()
+    return str(caught.value).splitlines()
+
+
+def refusal(build):
+    """The same of one line."""
+    (line,) = complaints(build)
+    return line
 
 
 def ring_sectors(lattice):

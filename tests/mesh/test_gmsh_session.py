@@ -76,9 +76,7 @@ def test_another_s_session_is_left_alone() -> None:
         gmsh.finalize()
 
 
-def test_meshes_are_the_same_bit_for_bit_in_every_thread(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_meshes_are_the_same_bit_for_bit_in_every_thread(capfd: pytest.CaptureFixture[str]) -> None:
     first = casing_sector(size=0.03)
     vane_segment(VaneDimensions(aerofoils=1), size=0.03)  # between the two: changes nothing
     parts: list[Part] = []

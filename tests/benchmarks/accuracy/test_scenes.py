@@ -8,22 +8,11 @@ from benchmarks.accuracy import references, runs, scenes, tables
 
 def run(number, amplitude, frequency=100.0, cost=1.0, estimate=float("nan")):
     return runs.Outcome(
-        number=number,
-        name="",
-        amplitude=amplitude,
-        frequency=frequency,
-        amplitude_estimate=estimate,
-        frequency_estimate=float("nan"),
-        rom=0.75 * cost,
-        response=0.25 * cost,
-        size=10,
-        diameters=2,
-        harmonics=3,
-        mean_harmonics=2.5,
-        points=20,
-        lost=0,
-        sources={},
-    )
+        number=number, name="", amplitude=amplitude, frequency=frequency,
+        amplitude_estimate=estimate, frequency_estimate=float("nan"), rom=0.75 * cost,
+        response=0.25 * cost, size=10, diameters=2, harmonics=3, mean_harmonics=2.5, points=20,
+        lost=0, sources={},
+    )  # fmt: skip
 
 
 def test_scenes_are_drawn_again_and_cover_what_is_hard():
@@ -41,14 +30,6 @@ def test_scenes_are_drawn_again_and_cover_what_is_hard():
     assert max(mu) / min(mu) > 5
     assert max(force) / min(force) > 15
     assert len({study.ring.sectors for study in studies}) > 4
-
-
-def test_changed_keys_leave_the_others_of_their_table():
-    scene = scenes.draw(3)
-    study = scene.study(response={"friction": "isotropic"}, name="other")
-    assert study.name == "other"
-    assert study.response.friction == "isotropic"
-    assert study.response.mode == scene.study().response.mode
 
 
 def test_errors_are_of_amplitude_and_frequency():

@@ -1,6 +1,7 @@
 """Node order of the elements, against gmsh's meshes and against polynomials."""
 
 import itertools
+from math import factorial
 from pathlib import Path
 
 import gmsh
@@ -9,7 +10,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.fem.elements.reference import reference_element
+from vanelock.fem.elements.reference import reference_element, tetrahedron_rule
 
 DEGREE = {"tetra": 1, "tetra10": 2, "hexahedron": 1, "hexahedron20": 2, "hexahedron27": 2}
 
@@ -23,9 +24,7 @@ def test_basis_reproduces_polynomials_from_their_values_at_the_nodes(cell_type):
         if sum(powers) > DEGREE[cell_type]:
             continue
         np.testing.assert_allclose(
-            e.values @ np.prod(e.nodes**powers, axis=1),
-            np.prod(points**powers, axis=1),
-            atol=1e-14,
+            e.values @ np.prod(e.nodes**powers, axis=1), np.prod(points**powers, axis=1), atol=1e-14
         )
         for axis in range(3):
             lower = np.maximum(np.array(powers) - np.eye(3, dtype=int)[axis], 0)
@@ -71,3 +70,16 @@ def test_nodes_of_a_gmsh_mesh_lie_where_the_reference_cell_says(cell_type, tmp_p
 def test_unknown_cell_type_is_refused():
     with pytest.raises(InputError, match=r"cell_type = 'wedge': the solid elements are tetra"):
         reference_element("wedge")
+
+
+def test_moments_of_the_tetrahedron_s_rule_are_exact_to_degree_five_and_no_further():
+    """Of x^a y^b z^c, a! b! c! / (a + b + c + 3)!."""
+    points, weights = tetrahedron_rule()
+    assert len(weights) == 14
+    assert weights.min() > 0
+    assert np.column_stack([1 - points.sum(axis=1), points]).min() > 0
+    for powers in itertools.product(range(6), repeat=3):
+        exact = np.prod([factorial(n) for n in powers]) / factorial(sum(powers) + 3)
+        if sum(powers) <= 5:
+            assert weights @ np.prod(points**powers, axis=1) == pytest.approx(exact, abs=1e-16)
+    assert abs(weights @ points[:, 0] ** 6 - factorial(6) / factorial(9)) > 1e-6

@@ -41,20 +41,13 @@ def test_across_a_flat_face_a_force_is_an_even_pressure_and_a_moment_a_linear_on
     np.testing.assert_allclose(bending, linear, atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("force", "moment", "message"),
-    [
-        ([np.inf, 0, 0], [0, 0, 0], "three finite numbers each"),
-        ([1.0, 0.0], [0, 0, 0], "three finite numbers each"),
-    ],
-)
-def test_wrong_resultants_are_refused(lattice, force, moment, message):
+def test_wrong_resultants_and_no_faces_are_refused(lattice):
     model = assemble(lattice((1, 1, 1), bent, "tetra"), STEEL, fixed=None)
-    with pytest.raises(InputError, match=message):
-        traction(model, faces_of(model.part, "x1"), force, moment)
-
-
-def test_no_faces_are_refused(lattice):
-    model = assemble(lattice((1, 1, 1), bent, "tetra"), STEEL, fixed=None)
-    with pytest.raises(InputError, match="traction: no faces are given"):
-        traction(model, np.empty((0, 3), int), FORCE)
+    side, none = faces_of(model.part, "x1"), np.empty((0, 3), int)
+    for faces, force, message in (
+        (side, [np.inf, 0, 0], "three finite numbers each"),
+        (side, [1.0, 0.0], "three finite numbers each"),
+        (none, FORCE, "traction: no faces are given"),
+    ):
+        with pytest.raises(InputError, match=message):
+            traction(model, faces, force, [0, 0, 0])

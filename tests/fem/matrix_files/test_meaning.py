@@ -10,7 +10,7 @@ from ansys.mapdl.reader import examples, read_binary
 
 from tests.fem.matrix_files.conftest import Model
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files import Matrices, load_matrices, load_nodes, load_pairs
+from vanelock.fem.matrix_files import load_matrices, load_nodes, load_pairs
 
 
 def test_ansys_full_file() -> None:
@@ -158,17 +158,6 @@ def test_printed_to_few_digits(tmp_path: Path) -> None:
         else:
             with pytest.raises(InputError, match=r"entries \(.*\) differ"):
                 load_matrices(tmp_path / "k.npy", dofs=tmp_path / "dofs.csv")
-
-
-def test_product(model: Model, tmp_path: Path) -> None:
-    np.savez(tmp_path / "km.npz", K=model.K, M=model.M)
-    found = load_matrices(tmp_path / "km.npz", nodes=model.write_nodes(tmp_path))
-    found.save(tmp_path / "product.h5")
-    again = Matrices.load(tmp_path / "product.h5")
-    assert again.C is None
-    assert np.array_equal(again.K.toarray(), found.K.toarray())
-    assert again.node.tolist() == found.node.tolist()
-    assert again.position is not None
 
 
 def test_lists(tmp_path: Path) -> None:

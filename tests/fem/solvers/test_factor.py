@@ -57,19 +57,6 @@ def test_solution_equals_the_dense_one(backend, is_complex):
 
 
 @every_backend
-def test_discrete_sine_is_an_eigenvector(backend):
-    # The grid's eigenvalues are known: λ = 3 (2 - 2 cos π/(n+1)) for the product of half-sines.
-    n = 20
-    half = np.sin(np.pi * np.arange(1, n + 1) / (n + 1))
-    x = np.kron(np.kron(half, half), half)
-    for phase in (0.0, 0.4):
-        turned = x * np.tile(np.exp(-1j * phase * np.arange(n)), n * n) if phase else x
-        solution = factorise(grid(n, phase), backend).solve(turned)
-        exact = turned / (3 * (2 - 2 * np.cos(np.pi / (n + 1))))
-        np.testing.assert_allclose(solution, exact, atol=1e-12 * abs(exact).max())
-
-
-@every_backend
 @both_kinds
 def test_many_sides_are_solved_in_blocks(backend, is_complex, monkeypatch):
     A = grid(5, 0.3 if is_complex else 0.0)
@@ -94,16 +81,6 @@ def test_indices_of_either_width(backend, index):
     np.testing.assert_allclose(A.real @ factorise(wide.real, backend).solve(b), b, atol=1e-13)
 
 
-def test_backends_agree_on_an_elastic_part(lattice):
-    part = lattice((6, 3, 2), lambda p: p * [0.3, 0.1, 0.02])
-    model = assemble(part, Material(E=210e9, nu=0.3, rho=7850.0), fixed="x0")
-    b = sides(model.K.shape[0], 3)
-    first, *others = [factorise(model.K, backend).solve(b) for backend in BACKENDS]
-    assert others, "SuperLU and one fast solver are needed to compare"
-    for other in others:
-        np.testing.assert_allclose(other, first, atol=1e-10 * abs(first).max())
-
-
 @every_backend
 @both_kinds
 def test_indefinite_matrix_is_refused(backend, is_complex):
@@ -114,23 +91,6 @@ def test_indefinite_matrix_is_refused(backend, is_complex):
             factorise(A - shift * sp.eye_array(216), backend)
     above = factorise(A - 0.99 * lowest * sp.eye_array(216), backend)
     assert np.linalg.norm(above.solve(np.ones(216))) > 1
-
-
-@every_backend
-@pytest.mark.parametrize("hinge", [False, True], ids=["free", "hinged"])
-def test_free_rigid_motion_is_refused(lattice, backend, hinge):
-    # Six free motions leave six zero pivots, of which round-off makes one negative; a single one,
-    # here the rotation about a clamped edge, may leave all of them positive.
-    for counts, size in (((3, 3, 3), (1, 1, 1)), ((40, 1, 1), (1, 0.02, 0.02))):
-        for tilt in (0.0, 0.3, 1.0):
-            c, s = np.cos(tilt), np.sin(tilt)
-            turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-            part = lattice(counts, lambda p, size=size, turn=turn: p * size @ turn.T)
-            edge = np.intersect1d(part.node_sets["x0"], part.node_sets["y0"])
-            part.node_sets["fixed"] = edge if hinge else edge[:0]
-            model = assemble(part, Material(E=210e9, nu=0.3, rho=7850.0))
-            with pytest.raises(InputError, match="free to move as a rigid body"):
-                factorise(model.K, backend)
 
 
 @every_backend
@@ -205,19 +165,6 @@ def test_shift_at_an_eigenvalue_is_refused(backend, is_complex):
     shape = np.cos(np.pi / 3 * (np.arange(30) + 0.5))
     motion = abs(caught.value.motions[:, 0])
     np.testing.assert_allclose(motion, abs(shape) / np.linalg.norm(shape), atol=1e-12)
-
-
-@every_backend
-@both_kinds
-def test_zero_diagonal_needs_pivots(backend, is_complex):
-    # [A B; Bᴴ 0], as of constraints: the pivots on the diagonal vanish.
-    A = grid(4, 0.7 if is_complex else 0.0)
-    B = sp.random_array((64, 10), density=0.1, rng=5) + sp.eye_array(64, 10)
-    saddle = sp.block_array([[None, B.T], [B, A]], format="csc")
-    b = sides(74, 2)
-    factor = factorise(saddle, backend, definite=False)
-    np.testing.assert_allclose(saddle @ factor.solve(b), b, atol=1e-11)
-    assert factor.negative in (None, 10)  # Sylvester: as many as constraints
 
 
 @every_backend

@@ -6,7 +6,7 @@ from scipy.spatial import KDTree
 
 from vanelock import mesh
 from vanelock.common.errors import InputError
-from vanelock.fem import Material, assemble, factorise, free_rows, gauge, strain
+from vanelock.fem import Material, assemble, free_rows, gauge, strain
 from vanelock.fem.elements.reference import reference_element, shape_functions
 from vanelock.fem.stresses.skin import skin
 
@@ -20,15 +20,10 @@ def shell(p):
     return np.column_stack([r * np.cos(angle), r * np.sin(angle), p[:, 2]])
 
 
-@pytest.mark.parametrize(
-    ("cell_type", "length"),
-    [
-        *((cell_type, None) for cell_type in CELLS),
-        ("tetra10", 0.05),
-        ("hexahedron20", 0.05),
-        ("hexahedron27", 0.05),
-    ],
-)
+@pytest.mark.parametrize(("cell_type", "length"), [
+    *((cell_type, None) for cell_type in CELLS), ("tetra10", 0.05), ("hexahedron20", 0.05),
+    ("hexahedron27", 0.05),
+])  # fmt: skip
 def test_uniform_strain_on_a_box_in_any_direction(lattice, cell_type, length):
     part = lattice((2, 2, 2), lambda p: p * [1.0, 0.8, 0.5], cell_type)
     u = part.points @ GRADIENT.T
@@ -68,6 +63,10 @@ def test_it_reads_the_nodal_strain_field(lattice):
     node = part.node_sets["x1"][7]
     found = gauge(part, part.points[node], [0, 0, 1])
     assert found.strain(u) == pytest.approx(strain(part, u)[node, 2], rel=1e-11)
+    model = assemble(part, Material(200e9, 0.3, 7800.0), fixed="z0")
+    x = np.random.default_rng(2).standard_normal(model.K.shape[0])
+    expected = found.strain(model.field(x))
+    assert (free_rows(model, found.row) @ x)[0] == pytest.approx(expected, rel=1e-9)
 
 
 def test_mean_over_a_length_is_the_change_of_that_length(lattice):
@@ -94,24 +93,6 @@ def test_mean_of_a_strain_that_curves_depends_on_the_length(lattice, length):
     u[:, 0] = part.points[:, 0] ** 3
     found = gauge(part, [0.2, 0.05, 0.1], [1, 0, 0], length).strain(u)
     assert found == pytest.approx(3 * (0.2**2 + length**2 / 12), rel=5e-3)
-
-
-def test_bending_strain_of_a_cantilever(lattice):
-    # Tip force F on length L, width b, height h: strain 6 F (L - x) / (E b h²) on top, to within
-    # what the clamp and the force's ends disturb.
-    L, b, h, E, F = 0.3, 0.02, 0.01, 200e9, 50.0
-    part = lattice((12, 2, 1), lambda p: p * [L, b, h], "hexahedron20")
-    model = assemble(part, Material(E, 0.3, 7800.0), fixed="x0")
-    tip = model.rows("x1")[:, 2]
-    load = np.zeros(model.K.shape[0])
-    load[tip] = F / len(tip)
-    x = factorise(model.K).solve(load)
-    top = gauge(part, [0.14, 0.011, h], [1, 0, 0], length=2e-3)
-    expected = -6 * F * (L - 0.14) / (E * b * h**2)
-    assert top.strain(model.field(x)) == pytest.approx(expected, rel=2e-3)
-    across = gauge(part, [0.14, 0.011, h], [0, 1, 0])
-    assert across.strain(model.field(x)) == pytest.approx(-0.3 * expected, rel=2e-2)
-    assert (free_rows(model, top.row) @ x)[0] == pytest.approx(top.strain(model.field(x)), rel=1e-9)
 
 
 @pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20"])
@@ -151,16 +132,13 @@ def test_where_the_surface_is_off_the_position(lattice):
     assert inside.position == pytest.approx([0.3, 0.4, 0.0])
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"position": [0.3, 0.4, 2.0]}, r"gauge at \(0.3, 0.4, 2\) m: the surface is 1 m away"),
-        ({"direction": [0, 0, 1]}, r"gauge direction \(0, 0, 1\) leaves the surface"),
-        ({"direction": [0, 1]}, r"gauge direction = \[0, 1\]: needed are three numbers"),
-        ({"length": 0.0}, "gauge length = 0 m: must be positive"),
-        ({"length": 0.7}, "an end lies off the surface"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ({"position": [0.3, 0.4, 2.0]}, r"gauge at \(0.3, 0.4, 2\) m: the surface is 1 m away"),
+    ({"direction": [0, 0, 1]}, r"gauge direction \(0, 0, 1\) leaves the surface"),
+    ({"direction": [0, 1]}, r"gauge direction = \[0, 1\]: needed are three numbers"),
+    ({"length": 0.0}, "gauge length = 0 m: must be positive"),
+    ({"length": 0.7}, "an end lies off the surface"),
+])  # fmt: skip
 def test_what_is_refused(lattice, given, message):
     gauge_at = {"position": [0.3, 0.4, 1.0], "direction": [1, 0, 0]} | given
     with pytest.raises(InputError, match=message):

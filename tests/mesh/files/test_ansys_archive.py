@@ -9,9 +9,8 @@ from ansys.mapdl import reader
 from ansys.mapdl.reader import examples
 
 from tests.mesh.files.archives import degenerated, with_surface
-from tests.mesh.files.test_read import bent, by_place
+from tests.mesh.files.conftest import bent, complaint, same
 from vanelock import fem
-from vanelock.common.errors import InputError
 from vanelock.mesh import Part, read_mesh
 from vanelock.mesh.cells import solid
 from vanelock.mesh.exterior import exterior
@@ -34,19 +33,6 @@ def write(path: Path, part: Part) -> Path:
     return path
 
 
-def same(part, found, first):
-    """The same nodes, elements and sets, whatever the nodes are called."""
-    own, other = by_place(part.points), by_place(found.points)
-    assert np.abs(part.points[own] - found.points[other]).max() < 1e-9
-    rank, known = np.argsort(own), np.argsort(other)
-    wanted = {tuple(row) for row in rank[part.cells].tolist()}
-    assert {tuple(row) for row in known[found.cells].tolist()} == wanted
-    for name, nodes in part.node_sets.items():
-        read = found.node_sets[name.upper()]
-        assert sorted(known[read].tolist()) == sorted(rank[nodes].tolist())
-    assert found.numbers.min() == first
-
-
 def component(path: Path, name: str) -> list[int]:
     """Nodes of a component by the rule of the block: a negative number ends a range."""
     lines = path.read_text().splitlines()
@@ -63,12 +49,16 @@ def component(path: Path, name: str) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron", "hexahedron20"])
+@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron", "hexahedron20", "degenerated"])
 def test_reads_back(tmp_path, lattice, cell_type):
-    part = lattice((2, 2, 2), bent, cell_type, curved=True)
-    found = read_mesh(write(tmp_path / "part.cdb", part), "mm")
-    assert found.cell_type == cell_type
-    same(part, found, 101)
+    """Tetrahedra that Ansys degenerated are tetrahedra."""
+    by_hand = cell_type == "degenerated"
+    kind = "tetra10" if by_hand else cell_type
+    part = lattice((2, 2, 2), bent, kind, curved=True)
+    found = read_mesh((degenerated if by_hand else write)(tmp_path / "part.cdb", part), "mm")
+    assert found.cell_type == kind
+    same(part, found, {}, 1e-9)
+    assert found.numbers.min() == (11 if by_hand else 101)
 
 
 def test_a_beam_has_the_frequencies_that_ansys_found():
@@ -79,6 +69,8 @@ def test_a_beam_has_the_frequencies_that_ansys_found():
     assert set(found.node_sets) == {"NCOMP2", "NODE_SELECTION", "ECOMP1", "ECOMP2"}
     numbers = found.numbers[found.node_sets["NCOMP2"]]
     assert numbers.tolist() == component(Path(examples.hexarchivefile), "NCOMP2")
+    elements = found.cells[np.isin(found.elements, [17, 18, *range(21, 41)])]
+    assert set(found.node_sets["ECOMP1"].tolist()) == set(elements.ravel().tolist())
     results = reader.read_binary(examples.rstfile)
     given = results.materials[1]
     metal = fem.Material(E=given["EX"], nu=given["NUXY"], rho=given["DENS"])
@@ -88,21 +80,6 @@ def test_a_beam_has_the_frequencies_that_ansys_found():
     error = np.asarray(modes.frequency)[6:12] / known - 1  # behind the rigid-body motions
     assert error.min() >= 0
     assert error.max() < 4e-3
-
-
-def test_tetrahedra_that_ansys_degenerated_are_tetrahedra(tmp_path, lattice):
-    part = lattice((2, 1, 1), bent, "tetra10", curved=True)
-    found = read_mesh(degenerated(tmp_path / "part.cdb", part), "mm")
-    assert found.cell_type == "tetra10"
-    same(part, found, 11)
-
-
-def test_components_of_elements_and_what_is_no_solid(tmp_path):
-    found = read_mesh(examples.hexarchivefile, "m")
-    nodes = set(found.node_sets["ECOMP1"].tolist())
-    elements = [17, 18, *range(21, 41)]
-    chosen = found.cells[np.isin(found.elements, elements)]
-    assert nodes == set(chosen.ravel().tolist())
 
 
 def test_a_component_of_surface_elements_is_a_set_of_faces(tmp_path, lattice):
@@ -118,19 +95,10 @@ def test_a_component_of_surface_elements_is_a_set_of_faces(tmp_path, lattice):
     assert set(found.node_sets["SIDE"].tolist()) == set(part.node_sets["x0"].tolist())
 
 
-@pytest.mark.parametrize(
-    ("kind", "section", "named"),
-    [
-        (21, "", "MASS21"),
-        (14, "", "COMBIN14"),
-        (188, "", "BEAM188"),
-        (190, "", "SOLSH190"),
-        (181, "SECTYPE,1,SHELL", "SHELL181"),
-        (181, "", ""),
-        (174, "", ""),
-        (200, "", ""),
-    ],
-)
+@pytest.mark.parametrize(("kind", "section", "named"), [
+    (21, "", "MASS21"), (14, "", "COMBIN14"), (188, "", "BEAM188"), (190, "", "SOLSH190"),
+    (181, "SECTYPE,1,SHELL", "SHELL181"), (181, "", ""), (174, "", ""), (200, "", ""),
+])  # fmt: skip
 def test_what_has_stiffness_or_mass_and_is_no_solid_is_named(
     tmp_path, lattice, kind, section, named
 ):
@@ -138,31 +106,23 @@ def test_what_has_stiffness_or_mass_and_is_no_solid_is_named(
     path = with_surface(tmp_path / "part.cdb", part, part.cells[:, :4], "side")
     path.write_text(path.read_text().replace("ET,2,154", f"ET,2,{kind}\n{section}"))
     if named:
-        assert complaint(path).startswith(f"part.cdb: 1 {named} elements: allowed are tetra, ")
+        assert f"part.cdb: 1 {named} elements: allowed are tetra, " in complaint(path, "mm")
     else:
         assert len(read_mesh(path, "mm").cells) == 1
-
-
-def complaint(path: Path) -> str:
-    with pytest.raises(InputError) as caught:
-        read_mesh(path, "mm")
-    text = str(caught.value)
-    assert "\n" not in text
-    return text.replace(str(path), path.name)
 
 
 def test_what_cannot_be_used_is_refused_in_one_line(tmp_path, lattice):
     path = tmp_path / "part.cdb"
     path.write_text("/PREP7\nFINISH\n")
     begin = "part.cdb: not an Ansys archive that can be read: no nodes and elements in blocks, as"
-    assert complaint(path).startswith(begin)
+    assert complaint(path, "mm").startswith(begin)
     path.write_bytes(bytes(1000))
-    assert complaint(path).startswith("part.cdb: not an Ansys archive that can be read: ")
+    assert complaint(path, "mm").startswith("part.cdb: not an Ansys archive that can be read: ")
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]], float)
     sides = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
     points = np.vstack([points, [points[[a, b]].mean(axis=0) for a, b in sides]])
     wedge = Part("w", points, np.arange(15)[None], "wedge15", {}, {}, 1)
-    assert "1 wedge15 elements: allowed are tetra, tetra10" in complaint(write(path, wedge))
+    assert "1 wedge15 elements: allowed are tetra, tetra10" in complaint(write(path, wedge), "mm")
     part = lattice((1, 1, 1), bent, "hexahedron20", curved=True)
     lines = write(path, part).read_text().splitlines()
     block = next(i for i, line in enumerate(lines) if line.startswith("EBLOCK"))
@@ -170,10 +130,10 @@ def test_what_cannot_be_used_is_refused_in_one_line(tmp_path, lattice):
     width = len(last) - len(last.rstrip()[: last.rstrip().rfind(" ")])
     lines[block + 3] = last[:-width] + "0".rjust(width)
     path.write_text("\n".join(lines) + "\n")
-    assert "lacks middle nodes: write it with all of them" in complaint(path)
+    assert "lacks middle nodes: write it with all of them" in complaint(path, "mm")
     tetra = degenerated(path, lattice((1, 1, 1), bent, "tetra10", curved=True)).read_text()
     path.write_text(tetra.replace("ET,1,186", "ET,7,186"))
-    assert "part.cdb: element type 1 is not in the file" in complaint(path)
+    assert "part.cdb: element type 1 is not in the file" in complaint(path, "mm")
     lines[block + 3] = last[:-width] + "9999".rjust(width)
     path.write_text("\n".join(lines) + "\n")
-    assert "an element has node 9999, which is not in the file" in complaint(path)
+    assert "an element has node 9999, which is not in the file" in complaint(path, "mm")

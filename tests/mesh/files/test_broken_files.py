@@ -6,48 +6,21 @@ import meshio
 import numpy as np
 import pytest
 
+from tests.mesh.files.conftest import GRIDS, complaint
 from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh
 
 
-def complaint(path, **options):
-    with pytest.raises(InputError) as caught:
-        read_mesh(path, **options)
-    text = str(caught.value)
-    assert "\n" not in text
-    assert str(path) in text
-    return text.replace(str(path), path.name)
+def deck(nodes=("1, 0,0,0", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"), element="1, 1,2,3,4", kind="C3D4"):
+    return "\n".join(["*NODE", *nodes, f"*ELEMENT, TYPE={kind}", element, ""])
 
-
-def bent(p):
-    """The unit cube as a curved piece of a ring, so that no two of its sides are alike."""
-    r, angle = 0.5 + 0.1 * p[:, 0], 0.4 * p[:, 1]
-    return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2] + 0.02 * p[:, 1]])
-
-
-@pytest.fixture
-def ring(lattice):
-    def build(cell_type="tetra10", counts=(2, 2, 2)):
-        return lattice(counts, bent, cell_type, curved=True)
-
-    return build
-
-
-def deck(nodes=None, element="1, 1,2,3,4", kind="C3D4"):
-    lines = nodes or ["1, 0,0,0", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]
-    return "*NODE\n" + "\n".join(lines) + f"\n*ELEMENT, TYPE={kind}\n{element}\n"
-
-
-GRIDS = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\n"
 
 CARDS = ("CELAS1", "CBUSH", "RBE2", "CONM2", "CIHEX1", "CMASS2", "CONROD")
 
 BROKEN = {
     "an absent node": (deck(element="1, 1,2,3,7"), "an element has node 7, which is not in"),
-    "inverted": (
-        deck(element="12, 1,3,2,4"),
-        "1 of 1 elements are turned inside out or flat, such",
-    ),
+    "inverted": (deck(element="12, 1,3,2,4"), "1 of 1 elements are turned inside out or flat, "
+     "such"),
     "flat": (deck(element="12, 1,2,3,3"), "element 12"),
     "NaN": (deck(["1, 0,0,nan", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 has a coordinate"),
     "infinite": (deck(["1, 0,0,1e999", "2, 1,0,0", "3, 0,1,0", "4, 0,0,1"]), "node 1 has a coord"),
@@ -75,60 +48,60 @@ BROKEN = {
     "no element": ("*NODE\n1,0,0,0\n", "no solid elements (none)"),
     "options cut off": ("*NODE, NSET=A,\n", "ends within a keyword's options"),
     "binary": ("*NODE\n\0\0\n", "not a text file"),
-}
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("name", BROKEN)
-def test_broken_decks(tmp_path, name):
-    text, expected = BROKEN[name]
-    path = tmp_path / "part.inp"
+BULK = [
+    ("GRID,1,5,0.,0.,0.\n", "line 1: node 1 is given in coordinate system 5"),
+    ("GRDSET,,5\n", "write the nodes in the basic coordinate system"),
+    ("GRID,1,,a,0.,0.\n", 'line 1: "a" is not a number'),
+    (GRIDS + "CTETRA,1,1,1,2,3\n", "line 5: CTETRA with 3 nodes: it must have 4 or 10"),
+    (GRIDS + "CPENTA,1,1,1,2,3,4,1,2\n", "1 wedge elements: allowed are"),
+    (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,1,THRU\n", "line 6: THRU without an end"),
+    (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,9,THRU,1\n", "9 to 1 by 1 is no range"),
+    (GRIDS + "SET1,1,1,THRU,4999999\n" * 40, "more than 10,000,000 members"),
+    ("SET 1 = 1 THRU 4999999, EXCEPT 5\nCEND\n", "no solid elements"),
+    ("INCLUDE 'other.bdf'\n", "line 1: INCLUDE is not read"),
+    ("SOL 103\nCEND\n", "no solid elements (none)"),
+]
+OTHERS = [
+    ("part.xyz", "1 2 3", "allowed are .inp, .bdf, .nas, .dat, .fem, .cdb, .msh, .vtu, .vtk"),
+    ("part.tec", "VARIABLES = X\n" * 9, "part.tec: no mesh format that is read; allowed are"),
+    ("part.msh", "(0 grid written by\n(2 3)\n", "not a mesh that can be read"),  # Fluent's
+    ("part.vtu", "<VTKFile", "not a mesh that can be read"),
+    ("part.msh", "$MeshFormat\n4.1 1 8\n", "not a mesh that can be read"),
+    ("part.msh", "\x00\x01", "not a mesh that can be read"),
+    ("part.xdmf", "<Xdmf/>", "allowed are"),
+    ("part.stl", "solid\nendsolid\n", "allowed are"),
+]
+FILES = [("part.inp", *row) for row in BROKEN.values()]
+FILES += [("part.bdf", *row) for row in BULK] + OTHERS
+
+
+@pytest.mark.parametrize(("name", "text", "expected"), FILES)
+def test_broken_files(tmp_path, capfd, name, text, expected):
+    path = tmp_path / name
     path.write_text(text)
     assert expected in complaint(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("GRID,1,5,0.,0.,0.\n", "line 1: node 1 is given in coordinate system 5"),
-        ("GRDSET,,5\n", "write the nodes in the basic coordinate system"),
-        ("GRID,1,,a,0.,0.\n", 'line 1: "a" is not a number'),
-        (GRIDS + "CTETRA,1,1,1,2,3\n", "line 5: CTETRA with 3 nodes: it must have 4 or 10"),
-        (GRIDS + "CPENTA,1,1,1,2,3,4,1,2\n", "1 wedge elements: allowed are"),
-        (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,1,THRU\n", "line 6: THRU without an end"),
-        (GRIDS + "CTETRA,1,1,1,2,3,4\nSET1,3,9,THRU,1\n", "9 to 1 by 1 is no range"),
-        (GRIDS + "SET1,1,1,THRU,4999999\n" * 40, "more than 10,000,000 members"),
-        ("SET 1 = 1 THRU 4999999, EXCEPT 5\nCEND\n", "no solid elements"),
-        ("INCLUDE 'other.bdf'\n", "line 1: INCLUDE is not read"),
-        ("SOL 103\nCEND\n", "no solid elements (none)"),
-    ],
-)
-def test_broken_bulk_data(tmp_path, text, expected):
-    path = tmp_path / "part.bdf"
-    path.write_text(text)
-    assert expected in complaint(path)
+    assert capfd.readouterr() == ("", "")
 
 
 SKIN = "*ELEMENT, TYPE={}, ELSET=skin\n8, 1,2,3\n"
 
 
-@pytest.mark.parametrize(
-    ("text", "listed"),
-    [
-        *(
-            (f"*ELEMENT, TYPE={kind}\n8, 1,2\n9, 2,3\n", f"2 {kind}")
-            for kind in ("MASS", "SPRINGA", "B31", "DCOUP3D", "SC8R", "COH3D8", "CONN3D2")
-        ),
-        (SKIN.format("S3") + "*SHELL SECTION, ELSET=skin\n0.1\n", "1 S3"),
-        (SKIN.format("M3D3") + "*MEMBRANE SECTION, ELSET=skin\n0.1\n", "1 M3D3"),
-        (SKIN.format("SFM3D3") + "*SURFACE SECTION, ELSET=skin, DENSITY=1.\n", "1 SFM3D3"),
-        (SKIN.format("SFM3D3") + "*SURFACE SECTION, ELSET=skin\n", ""),
-        (SKIN.format("S3") + "*ELEMENT, TYPE=T3D2\n9, 1,2\n", ""),
-        *((f"{card},8,1,1,2\n{card},9,1,2,3\n", f"2 {card}") for card in CARDS),
-        ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPSHELL,1,1,0.1\n", "1 CTRIA3"),
-        ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPBAR,2,1,0.1\n", "1 CBAR"),
-        ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPLOTEL,10,1,2\nPSOLID,1,1\n", ""),
-    ],
-)
+@pytest.mark.parametrize(("text", "listed"), [
+    *((f"*ELEMENT, TYPE={kind}\n8, 1,2\n9, 2,3\n", f"2 {kind}") for kind in ("MASS", "SPRINGA",
+     "B31", "DCOUP3D", "SC8R", "COH3D8", "CONN3D2")),
+    (SKIN.format("S3") + "*SHELL SECTION, ELSET=skin\n0.1\n", "1 S3"),
+    (SKIN.format("M3D3") + "*MEMBRANE SECTION, ELSET=skin\n0.1\n", "1 M3D3"),
+    (SKIN.format("SFM3D3") + "*SURFACE SECTION, ELSET=skin, DENSITY=1.\n", "1 SFM3D3"),
+    (SKIN.format("SFM3D3") + "*SURFACE SECTION, ELSET=skin\n", ""),
+    (SKIN.format("S3") + "*ELEMENT, TYPE=T3D2\n9, 1,2\n", ""),
+    *((f"{card},8,1,1,2\n{card},9,1,2,3\n", f"2 {card}") for card in CARDS),
+    ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPSHELL,1,1,0.1\n", "1 CTRIA3"),
+    ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPBAR,2,1,0.1\n", "1 CBAR"),
+    ("CTRIA3,8,1,1,2,3\nCBAR,9,2,1,2\nPLOTEL,10,1,2\nPSOLID,1,1\n", ""),
+])  # fmt: skip
 def test_what_has_stiffness_or_mass_and_is_not_read_is_named(tmp_path, text, listed):
     """With counts; elements that have neither are passed over, shells without a section, too."""
     abaqus = text.startswith("*")
@@ -140,36 +113,25 @@ def test_what_has_stiffness_or_mass_and_is_not_read_is_named(tmp_path, text, lis
         assert len(read_mesh(path).cells) == 1
 
 
-def test_mixed_elements_are_refused_with_their_counts(tmp_path, lattice):
-    parts = [lattice((1, 1, 1), lambda p: p, kind) for kind in ("tetra", "hexahedron")]
-    path = tmp_path / "part.vtu"
-    cells = [(part.cell_type, part.cells) for part in parts]
-    meshio.Mesh(parts[0].points, cells).write(path)
-    assert "6 tetra and 1 hexahedron elements: use one kind" in complaint(path)
+def test_meshes_that_cannot_be_used(tmp_path, lattice, ring):
+    def refused(points, *cells):
+        path = tmp_path / "part.vtu"
+        meshio.Mesh(points, [(part.cell_type, nodes) for part, nodes in cells]).write(path)
+        return complaint(path)
 
-
-def test_mirrored_mesh_is_refused(tmp_path, ring):
+    tetra, hexa = (lattice((1, 1, 1), lambda p: p, kind) for kind in ("tetra", "hexahedron"))
+    said = refused(tetra.points, (tetra, tetra.cells), (hexa, hexa.cells))
+    assert "6 tetra and 1 hexahedron elements: use one kind" in said
+    apart = np.vstack([hexa.points, hexa.points + 3])
+    said = refused(apart, (hexa, np.vstack([hexa.cells, hexa.cells + 8])))
+    assert "2 pieces that share no nodes; the smallest has 8 of them" in said
     part = ring("tetra")
-    path = tmp_path / "part.vtu"
-    meshio.Mesh(part.points * [1, 1, -1], [("tetra", part.cells)]).write(path)
-    assert "every element is turned inside out" in complaint(path)
-
-
-def test_misplaced_middle_node_is_refused(tmp_path, ring):
+    said = refused(part.points * [1, 1, -1], (part, part.cells))  # mirrored
+    assert "every element is turned inside out" in said
     part = ring("tetra10")
     points = part.points.copy()
-    points[part.cells[3, 6]] += [0.05, 0, 0]
-    path = tmp_path / "part.vtu"
-    meshio.Mesh(points, [("tetra10", part.cells)]).write(path)
-    assert f"node {part.cells[3, 6]} lies" in complaint(path)
-
-
-def test_pieces_are_counted(tmp_path, lattice):
-    part = lattice((1, 1, 1), lambda p: p, "hexahedron")
-    path = tmp_path / "part.vtu"
-    points = np.vstack([part.points, part.points + 3])
-    meshio.Mesh(points, [("hexahedron", np.vstack([part.cells, part.cells + 8]))]).write(path)
-    assert "2 pieces that share no nodes; the smallest has 8 of them" in complaint(path)
+    points[part.cells[3, 6]] += [0.05, 0, 0]  # a middle node
+    assert f"node {part.cells[3, 6]} lies" in refused(points, (part, part.cells))
 
 
 @pytest.mark.parametrize("ending", [".inp", ".bdf", ".msh", ".gmsh.msh", ".vtu"])
@@ -205,23 +167,3 @@ def test_a_small_file_that_stands_for_a_huge_mesh(tmp_path):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert complaint(path) == "part.vtu: not a mesh that can be read: it asks for too much memory"
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss == before
-
-
-@pytest.mark.parametrize(
-    ("name", "content", "expected"),
-    [
-        ("part.xyz", b"1 2 3", "allowed are .inp, .bdf, .nas, .dat, .fem, .cdb, .msh, .vtu, .vtk"),
-        ("part.tec", b"VARIABLES = X\n" * 9, "part.tec: no mesh format that is read; allowed are"),
-        ("part.msh", b"(0 grid written by\n(2 3)\n", "not a mesh that can be read"),  # Fluent's
-        ("part.vtu", b"<VTKFile", "not a mesh that can be read"),
-        ("part.msh", b"$MeshFormat\n4.1 1 8\n", "not a mesh that can be read"),
-        ("part.msh", b"\x00\x01", "not a mesh that can be read"),
-        ("part.xdmf", b"<Xdmf/>", "allowed are"),
-        ("part.stl", b"solid\nendsolid\n", "allowed are"),
-    ],
-)
-def test_what_meshio_refuses(tmp_path, capfd, name, content, expected):
-    path = tmp_path / name
-    path.write_bytes(content)
-    assert expected in complaint(path)
-    assert capfd.readouterr() == ("", "")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.mesh import Part, read_mesh, write_msh
+from vanelock.mesh import Part, write_msh
 from vanelock.mesh.gmsh_session import session
 
 # Corners at the ends of the edges in whose middle the nodes 4 to 9 lie, in Gmsh's manual
@@ -59,10 +59,7 @@ def test_middle_nodes_lie_where_gmsh_and_meshio_expect_them(lattice, tmp_path):
     path = write_msh(tmp_path / "part.msh", part)
     points, elements, _, _ = read_by_gmsh(path)
     read = meshio.read(path)
-    for at, edges in (
-        (points[elements], GMSH),
-        (read.points[read.cells[0].data], VTK),
-    ):
+    for at, edges in ((points[elements], GMSH), (read.points[read.cells[0].data], VTK)):
         for node, (a, b) in enumerate(edges, start=4):
             np.testing.assert_allclose(at[:, node], (at[:, a] + at[:, b]) / 2, atol=1e-15)
 
@@ -102,15 +99,3 @@ def test_what_cannot_be_written(lattice, tmp_path):
     (tmp_path / "taken").write_text("a file")
     with pytest.raises(InputError, match=r"taken/part.msh: cannot be written"):
         write_msh(tmp_path / "taken" / "part.msh", lattice((1, 1, 1)))
-
-
-def test_our_own_reader_gets_nodes_elements_and_sets_back(lattice, tmp_path):
-    part = bent(lattice((2, 1, 2)))
-    part.node_sets["shuffled"] = np.array([7, 2, 19, 4])
-    found = read_mesh(write_msh(tmp_path / "part.msh", part))
-    number = found.numbers - 1  # of each node, in the part
-    assert sorted(number) == list(range(len(part.points)))
-    np.testing.assert_array_equal(found.points, part.points[number])
-    np.testing.assert_array_equal(number[found.cells], part.cells)
-    for name, nodes in part.node_sets.items():
-        np.testing.assert_array_equal(number[found.node_sets[name]], nodes)

@@ -43,19 +43,16 @@ def test_between_points_the_error_falls_with_their_distance(tmp_path):
     assert errors[1] < errors[0] / 3
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("x,y,z\n0,0,0\n", "line 1: 0 columns pressure: needed are x .m., y .m., z .m., pressure"),
-        ("x,y,z,pressure (mm)\n0,0,0,1\n", "line 1: pressure .mm.: not a unit like Pa"),
-        ("x,y,z,pressure\n0,0,0,1\n0,0,one,1\n", "line 3: needs a number in each column"),
-        ("x,y,z,pressure\n0,0,0,1\n0,0\n", "line 3: needs a number in each column"),
-        ("x,y,z,pressure\n0,0,0,nan\n", "line 2: numbers must be finite"),
-        ("x,y,z,pressure\n", "needs a line of names and one of numbers at least"),
-        ("x,y,z,pressure\n5,0,0,1\n", "the node at 0, 0, 0 mm lies 5e.03 mm from the nearest"),
-        ("x,y,z,pressure\n0,0,0,1\n0.089,0,0,1\n", "the node at 100, 0, 0 mm lies 11 mm from"),
-    ],
-)
+@pytest.mark.parametrize(("text", "message"), [
+    ("x,y,z\n0,0,0\n", "line 1: 0 columns pressure: needed are x .m., y .m., z .m., pressure"),
+    ("x,y,z,pressure (mm)\n0,0,0,1\n", "line 1: pressure .mm.: not a unit like Pa"),
+    ("x,y,z,pressure\n0,0,0,1\n0,0,one,1\n", "line 3: needs a number in each column"),
+    ("x,y,z,pressure\n0,0,0,1\n0,0\n", "line 3: needs a number in each column"),
+    ("x,y,z,pressure\n0,0,0,nan\n", "line 2: numbers must be finite"),
+    ("x,y,z,pressure\n", "needs a line of names and one of numbers at least"),
+    ("x,y,z,pressure\n5,0,0,1\n", "the node at 0, 0, 0 mm lies 5e.03 mm from the nearest"),
+    ("x,y,z,pressure\n0,0,0,1\n0.089,0,0,1\n", "the node at 100, 0, 0 mm lies 11 mm from"),
+])  # fmt: skip
 def test_what_cannot_be_read_is_refused(tmp_path, text, message):
     path = tmp_path / "p.csv"
     path.write_text(text)

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from vanelock.common.errors import InputError
-from vanelock.mesh import CasingDimensions, casing_sector, check_fit, quality
+from vanelock.mesh import CasingDimensions, casing_sector, quality
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.generate.bosses import add_bosses, boss_angles
-from vanelock.mesh.geometry.dimensions import HookDimensions, VaneDimensions
+from vanelock.mesh.geometry.dimensions import HookDimensions
 from vanelock.mesh.geometry.outline import Corner
 from vanelock.mesh.gmsh_session import session
-from vanelock.mesh.refinement.dof_estimate import casing_plates, check_size
+from vanelock.mesh.refinement.dof_estimate import casing_plates
 
 
 def outside(radius: float, height: float, shell: float) -> float:
@@ -89,65 +88,6 @@ def test_bosses_and_fillets_go_together_with_exact_faces() -> None:
     figures = quality(part)
     assert figures.smallest_jacobian > 0
     assert figures.smallest_sicn > 0.02
-
-
-@pytest.mark.parametrize(
-    ("changes", "expected"),
-    [
-        (
-            {"boss_position": 0.020},
-            "casing.boss_position = 0.02 m: a boss of 0.025 m clears the flanges between 0.023 m "
-            "and 0.177 m",
-        ),
-        ({"boss_position": 0.180}, "casing.boss_position = 0.18 m: a boss of 0.025 m clears the"),
-        (
-            {"boss_position": 0.105},
-            "casing.boss_position = 0.105 m: a boss of 0.025 m covers a force node: it must stay "
-            "0.013 m away from 0.1 m",
-        ),
-        (
-            {"bosses": 1, "boss_position": 0.065},
-            "casing.boss_position = 0.065 m: a boss of 0.025 m covers an output node: it must "
-            "stay 0.013 m away from 0.07 m",
-        ),
-        (
-            {"bosses": 8, "boss_diameter": 0.030},
-            "casing.boss_diameter = 0.03 m: 8 bosses in one of 16 sectors touch each other or the "
-            "cyclic faces: at most 0.0284 m fits",
-        ),
-        (
-            {"bosses": 1, "boss_diameter": 0.160, "length": 0.5, "boss_position": 0.35},
-            "casing.boss_diameter = 0.16 m: the shell is too thin for it: at most 0.1298 m fits",
-        ),
-    ],
-)
-def test_bosses_that_do_not_fit_are_refused(changes: dict[str, Any], expected: str) -> None:
-    casing = CasingDimensions(**{"bosses": 2, **changes})
-    with pytest.raises(InputError) as caught:
-        check_fit(VaneDimensions(), casing, 16)
-    assert str(caught.value).startswith(expected)
-    assert "\n" not in str(caught.value)
-    # Without bosses their dimensions mean nothing.
-    check_fit(VaneDimensions(), casing.model_copy(update={"bosses": 0}), 16)
-
-
-@pytest.mark.parametrize("changes", [{"boss_diameter": 0.0284}, {"boss_diameter": 0.0283}])
-def test_the_largest_diameter_named_fits(changes: dict[str, Any]) -> None:
-    check_fit(VaneDimensions(), CasingDimensions(bosses=8, **changes), 16)
-
-
-def test_bosses_too_small_for_the_elements_are_refused() -> None:
-    flat, narrow = (
-        CasingDimensions(bosses=1, **changes)
-        for changes in ({"boss_height": 0.001}, {"boss_diameter": 0.004})
-    )
-    with pytest.raises(InputError, match=r"^casing\.boss_height = 0\.001 m: too small for elemen"):
-        casing_sector(flat, size=0.025)
-    line = r"^casing\.boss_diameter = 0\.004 m: too small .* at least 0\.005 m, .* up to 0\.02 m$"
-    with pytest.raises(InputError, match=line):
-        check_size(0.025, VaneDimensions(), narrow, 16)
-    check_size(0.02, VaneDimensions(), narrow, 16)
-    check_size(0.02, VaneDimensions(), flat, 16)
 
 
 def test_bosses_are_among_the_plates_of_the_estimate() -> None:

@@ -1,7 +1,5 @@
 """Vanes whose aerofoils have fillets: closed, sound, as large as they should be."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -14,20 +12,12 @@ from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.root_fillet import feet, strips
 from vanelock.mesh.gmsh_session import session
 
-THIN = {"chord": 0.018, "thickness": 0.0015, "edge_thickness": 0.0006, "aerofoils": 2}
-
 SLANTED = {"interlock_slant": -30.0, "stagger": -30.0, "lean": 4.0}
 
 
-@pytest.mark.parametrize(
-    ("changes", "sectors"),
-    [
-        ({"root_fillet": 0.002, "twist": -8.0, "lean": -3.0, **THIN}, 60),
-        ({"root_fillet": 0.004, "aerofoils": 1, "camber": 0.2, "twist": 15.0, **SLANTED}, 16),
-    ],
-)
-def test_meshes_are_sound_and_fill_the_geometry(changes: dict[str, Any], sectors: int) -> None:
-    part = vane_segment(VaneDimensions(**changes), sectors, 0.025)
+def test_meshes_are_sound_and_fill_the_geometry() -> None:
+    turned = {"camber": 0.2, "twist": 15.0, **SLANTED}
+    part = vane_segment(VaneDimensions(root_fillet=0.004, aerofoils=1, **turned), 16, 0.025)
     found = quality(part)
     assert found.smallest_jacobian > 0.05
     assert found.smallest_sicn > 0.02

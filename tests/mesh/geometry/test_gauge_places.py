@@ -10,29 +10,21 @@ from vanelock.mesh.geometry.aerofoil import output_points
 VANE = VaneDimensions()
 
 
-def test_mid_chord_of_the_convex_side_is_where_the_output_nodes_are():
-    nodes = output_points(VANE, 16)
+def test_places_lie_on_the_profile_between_the_shrouds_and_normals_point_away():
+    nodes = output_points(VANE, 16)  # at mid-chord of the convex side
     for span, node in zip((0.25, 0.5, 0.75), nodes, strict=True):
         place = on_aerofoil(VANE, 16, 2, span, 0.5, "suction")
         assert np.linalg.norm(place.position - node) < 1e-14
-
-
-def test_ends_of_the_span_lie_on_the_shrouds():
     for number in (1, 4):
-        for span, radius in (
-            (0, VANE.inner_shroud_outer_radius),
-            (1, VANE.outer_shroud_inner_radius),
+        for span, radius in enumerate(
+            (VANE.inner_shroud_outer_radius, VANE.outer_shroud_inner_radius)
         ):
             at = on_aerofoil(VANE, 16, number, span, 0.3, "pressure").position
             assert np.hypot(*at[:2]) == pytest.approx(radius, rel=1e-14)
-
-
-def test_sides_lie_the_thickness_apart_and_normals_point_away():
     convex, concave = (on_aerofoil(VANE, 16, 3, 0.4, 0.5, s) for s in ("suction", "pressure"))
     apart = convex.position - concave.position
-    assert np.linalg.norm(apart) == pytest.approx(VANE.thickness, rel=1e-3)
-    assert convex.normal @ apart == pytest.approx(VANE.thickness, rel=1e-3)
-    assert concave.normal @ apart == pytest.approx(-VANE.thickness, rel=1e-3)
+    along = [np.linalg.norm(apart), convex.normal @ apart, -concave.normal @ apart]
+    assert along == pytest.approx([VANE.thickness] * 3, rel=1e-3)
 
 
 def test_directions_are_tangents_and_turn_from_span_to_chord():
@@ -50,14 +42,11 @@ def test_directions_are_tangents_and_turn_from_span_to_chord():
     assert places[0].direction[2] > 0
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"aerofoil": 5}, "aerofoil = 5: allowed are 1 to 4"),
-        ({"span": 1.2}, "span = 1.2: allowed are 0 to 1"),
-        ({"chord": -0.1}, "chord = -0.1: allowed are 0 to 1"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ({"aerofoil": 5}, "aerofoil = 5: allowed are 1 to 4"),
+    ({"span": 1.2}, "span = 1.2: allowed are 0 to 1"),
+    ({"chord": -0.1}, "chord = -0.1: allowed are 0 to 1"),
+])  # fmt: skip
 def test_what_is_refused(given, message):
     with pytest.raises(InputError, match=message):
         on_aerofoil(VANE, 16, **({"aerofoil": 1, "span": 0.5, "chord": 0.5} | given))

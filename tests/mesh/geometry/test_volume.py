@@ -83,9 +83,3 @@ def test_an_aerofoil_that_leans_has_its_outer_end_at_the_larger_angle():
     height, sideways = r[between] * np.cos(angle[between]), r[between] * np.sin(angle[between])
     slope = np.polyfit(height, sideways, 1)[0]
     assert slope == pytest.approx(np.tan(np.radians(9.0)), rel=0.1)
-
-
-def test_it_survives_the_part_s_file(tmp_path, lattice):
-    part = lattice((1, 1, 1))
-    part.save(tmp_path / "part.h5")
-    assert type(part).load(tmp_path / "part.h5").cad_volume is None

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.mesh.conftest import refusal
 from vanelock.common.cyclic import turn
-from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh, read_sector
 
 
@@ -32,13 +32,6 @@ def read(tmp_path, write_mesh):
         return read_sector(path, part.sectors, "mm"), read_mesh(path, "mm")
 
     return back
-
-
-def refusal(build):
-    with pytest.raises(InputError) as caught:
-        build()
-    (line,) = str(caught.value).splitlines()
-    return line
 
 
 def test_all_nodes_of_a_face_are_needed(lattice, read, tmp_path):

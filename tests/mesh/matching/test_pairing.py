@@ -5,22 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.mesh.conftest import RADIUS, SECTORS, complaints, refusal
 from vanelock import fem
 from vanelock.common.cyclic import turn
-from vanelock.common.errors import InputError
 from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.cells import SOLIDS
 from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.matching.pairing import mates
 from vanelock.rom.masters import choose
-
-SECTORS = 12
-RADIUS = 1.0
-
-
-def complaints(build):
-    with pytest.raises(InputError) as caught:
-        build()
-    return str(caught.value).splitlines()
 
 
 def matched(found, sectors=SECTORS, **options):
@@ -53,22 +45,13 @@ def test_ring_sectors_meet(given, cell_type):
         sign = np.array([-1.0, 1.0, -1.0])[:, None]
         assert np.abs(casing.frames[name] - sign * wanted).max() < 1e-12
     half = np.pi / SECTORS
-    wanted_left = [
-        [-np.sin(half), -np.cos(half), 0],
-        [np.cos(half), -np.sin(half), 0],
-        [0, 0, 1],
-    ]
+    wanted_left = [[-np.sin(half), -np.cos(half), 0], [np.cos(half), -np.sin(half), 0], [0, 0, 1]]
     assert np.abs(vane.frames["interlock_left"] - wanted_left).max() < 1e-12
     right = np.array([-1.0, 1.0, -1.0])[:, None] * np.array(wanted_left) @ onto
     assert np.abs(vane.frames["interlock_right"] - right).max() < 1e-12
-
-
-def test_whole_faces_have_areas(given):
-    """The interlock's sets are the whole side, 0.1 m by 0.2 m; those of the hooks are not."""
-    areas = matched(given()).vane.areas
-    for name in ("interlock_left", "interlock_right"):
-        assert areas[name].sum() == pytest.approx(0.02, rel=1e-13)
-    assert "hook_front" not in areas
+    for name in ("interlock_left", "interlock_right"):  # the whole side, 0.1 m by 0.2 m
+        assert vane.areas[name].sum() == pytest.approx(0.02, rel=1e-13)
+    assert "hook_front" not in vane.areas
 
 
 def test_order_does_not_depend_on_the_numbering(given):
@@ -130,7 +113,7 @@ def number(own, part, node):
 def test_hook_mismatch_names_nodes_and_distances(given):
     change = shifted(("casing", "hook_front"), [1, 2, 4], [2e-4, 5e-4, 3e-6])
     found = given(ending=".inp", change=change)
-    (line,) = complaints(lambda: matched(found))
+    line = refusal(lambda: matched(found))
     casing, made = found.casing(), change(found.made_casing)
     worse, better = (number(casing, made, made.node_sets["hook_front"][i]) for i in (2, 1))
     count = len(made.node_sets["hook_front"])
@@ -149,49 +132,17 @@ def test_hook_mismatch_names_nodes_and_distances(given):
     )
 
 
-def test_parts_far_apart_ask_for_the_unit(given):
-    """The casing in cm that is in mm: ten times as large, its hooks 9 m away."""
-
-    def change(part):
-        return replace(part, points=part.points * (10 if part.name == "casing" else 1))
-
-    lines = complaints(lambda: matched(given(change=change)))
-    assert len(lines) == 2
-    assert all(line.endswith(": is the unit right?") for line in lines)
-
-
-def test_missing_node_is_reported_with_its_place(given):
-    def change(part):
-        if part.name == "vane":
-            return part
-        sets = dict(part.node_sets)
-        sets["hook_rear"] = sets["hook_rear"][1:]
-        return replace(part, node_sets=sets)
-
-    found = given(change=change)
-    (line,) = complaints(lambda: matched(found))
-    made = found.made_vane
-    alone = number(found.vane(), made, made.node_sets["hook_rear"][0])
-    places = made.points[made.node_sets["hook_rear"]]
-    spacing = np.linalg.norm(places[1:] - places[0], axis=1).min()
-    assert "hook_rear: 1 of " in line
-    assert line.endswith(f"node {alone} {1e3 * spacing:.4g} mm")
-
-
 def test_cyclic_faces_are_matched_in_this_ring_only(given):
     found = given()
     lines = complaints(lambda: matched(found, sectors=SECTORS + 1))
-    assert [line.split(":")[0].split(", ")[1] for line in lines] == [
-        "interlock_right",
-        "right",
-    ]
+    assert [line.split(":")[0].split(", ")[1] for line in lines] == ["interlock_right", "right"]
     gap = 2 * np.pi / SECTORS - 2 * np.pi / (SECTORS + 1)
     assert f" {1e3 * 2 * (RADIUS + 0.1) * np.sin(gap / 2):.4g} mm, node" in lines[1]
 
 
 def test_moved_face_node_is_reported(given):
     change = shifted(("casing", "right"), [3], [2e-5])
-    (line,) = complaints(lambda: matched(given(change=change)))
+    line = refusal(lambda: matched(given(change=change)))
     assert ", right: 1 of 27 nodes is further than 0.01 mm from the nearest node of" in line
     assert line.count(" 0.02 mm") == 2
     assert "unit" not in line
@@ -203,19 +154,35 @@ def test_moved_face_node_is_reported(given):
     assert np.abs(left @ turn(SECTORS).T - right).max() < 1e-12 * RADIUS
 
 
-def test_cut_faces_of_the_casing_must_be_whole(given):
-    """Every other node of both cut faces listed: their mates meet, the others would be a gap."""
+def listed(part, **sets):
+    return replace(part, node_sets=part.node_sets | sets)
 
-    def change(part):
-        sets = {
-            name: nodes[::2] if name in ("left", "right") else nodes
-            for name, nodes in part.node_sets.items()
-        }
-        return replace(part, node_sets=sets)
 
-    (line,) = complaints(lambda: matched(given(change=change)))
-    assert ", left and right: " in line
-    assert "nodes of either face are missing, such as node" in line
+CASINGS = {
+    "ten times as large": (
+        lambda part, sets: replace(part, points=10 * part.points), [": is the unit right?"] * 2
+    ),
+    "a node less": (
+        lambda part, sets: listed(part, hook_rear=sets["hook_rear"][1:]), ["hook_rear: 1 of "]
+    ),
+    "half of both cut faces": (
+        lambda part, sets: listed(part, left=sets["left"][::2], right=sets["right"][::2]),
+        ["nodes of either face are missing, such as node"],
+    ),
+    "other keys": (
+        lambda part, sets: listed(part, key=[sets["hook_front"][0], sets["hook_rear"][1]]),
+        ["), 1 is missing, such as node", "key: 1 of its nodes meets no key of vane ("],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASINGS)
+def test_casings_that_do_not_meet_the_vane(given, case):
+    change, expected = CASINGS[case]
+    found = given(change=lambda p: p if p.name == "vane" else change(p, p.node_sets))
+    lines = complaints(lambda: matched(found))
+    for line, words in zip(lines, expected, strict=True):
+        assert words in line
 
 
 @pytest.mark.parametrize("held", ["neither", "vane"])
@@ -233,24 +200,10 @@ def test_something_must_be_clamped(given, held):
     if held == "vane":
         assert len(matched(found).vane.node_sets["fixed"]) == 1
         return
-    (line,) = complaints(lambda: matched(found))
+    line = refusal(lambda: matched(found))
     assert line.startswith("casing (")
     assert "no clamped nodes: name the set in [casing.sets] fixed = ...; the file has " in line
     assert line.endswith("FORCE, HOOK_FRONT, HOOK_REAR, KEY, LEFT, OUTPUT, RIGHT, SOLID")
-
-
-def test_keys_must_meet(given):
-    def change(part):
-        sets = dict(part.node_sets)
-        if part.name == "casing":
-            sets["key"] = np.array([sets["hook_front"][0], sets["hook_rear"][1]])
-        return replace(part, node_sets=sets)
-
-    missing, extra = complaints(lambda: matched(given(change=change)))
-    assert "casing (" in missing
-    assert "key: of its nodes that meet keys of vane (" in missing
-    assert "), 1 is missing, such as node" in missing
-    assert "key: 1 of its nodes meets no key of vane (" in extra
 
 
 def test_faces_must_be_opposed(given, ring, tmp_path, write_mesh):
@@ -300,8 +253,21 @@ def test_anyones_sector(tmp_path, ring, write_mesh):
     capitals = replace(found, node_sets={n.upper(): each for n, each in found.node_sets.items()})
     again = fem.modes(fem.assemble(capitals, steel), 5, 2).frequency
     assert np.abs(again / own - 1).max() < 1e-10
-    (line,) = complaints(lambda: read_sector(path, SECTORS - 1, "mm"))
+    line = refusal(lambda: read_sector(path, SECTORS - 1, "mm"))
     assert ", right: 27 of 27 nodes are further than" in line
     write_mesh(path, replace(part, node_sets={"left": part.node_sets["left"]}))
-    (line,) = complaints(lambda: read_sector(path, SECTORS, "mm"))
+    line = refusal(lambda: read_sector(path, SECTORS, "mm"))
     assert line.endswith("no set right; it has LEFT, SOLID")
+
+
+def test_two_nodes_cannot_share_a_mate():
+    own = np.array([[0.0, 0, 0], [0.001, 0, 0], [1, 0, 0]])
+    other = np.array([[0.0, 0, 0], [1, 0, 0]])
+
+    def mistakes(own, other):
+        names = (lambda i: f"own {i}", lambda i: f"other {i}")
+        return mates(own, other, 0.01, ("A", "B"), names)[1]
+
+    assert mistakes(own, other) == ["A: own 0 and own 1 both meet other 0 of B"]
+    assert mistakes(other, own) == ["B: other 1 lies where another one meets A"]
+    assert mistakes(own[[0, 2]], other) == []

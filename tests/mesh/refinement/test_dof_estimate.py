@@ -8,13 +8,11 @@ from vanelock.common.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,
-    Part,
     VaneDimensions,
     casing_sector,
     quality,
     vane_segment,
 )
-from vanelock.mesh.geometry.element_size import element_size
 from vanelock.mesh.refinement.dof_estimate import (
     MOST,
     casing_dofs,
@@ -23,25 +21,12 @@ from vanelock.mesh.refinement.dof_estimate import (
     vane_dofs,
 )
 
-THICK = {"aerofoils": 1, "thickness": 0.010, "edge_thickness": 0.004}
 SHORT = {"aerofoils": 2, "chord": 0.03, "interlock_slant": 20, "root_fillet": 0.003}
 THIN = {"aerofoils": 1, "root_fillet": 0, "thickness": 0.002, "edge_thickness": 0.0006}
 DESIGNS: dict[str, tuple[float, int, dict[str, Any], dict[str, Any]]] = {
-    "thick": (0.03, 16, THICK, {"outer_radius": 0.612}),
-    "short with filleted roots": (0.025, 24, SHORT, {}),
-    "three sharp aerofoils": (0.025, 18, {"aerofoils": 3, "chord": 0.054, "root_fillet": 0}, {}),
+    "short with filleted roots": (0.025, 24, SHORT, {"outer_radius": 0.612}),
     "thin edges": (0.025, 16, THIN, {}),
 }
-
-
-def test_estimates_are_near_the_scene_s_meshes(coarse: tuple[Part, Part]) -> None:
-    vane, casing = coarse
-    size = {name: element_size("coarse", name) for name in ("vane", "casing")}
-    stretched = casing_dofs(CasingDimensions(), HookDimensions(), 16, size["casing"], 3)
-    assert vane_dofs(VaneDimensions(), 16, size["vane"]) == pytest.approx(
-        3 * len(vane.points), rel=0.25
-    )
-    assert stretched == pytest.approx(3 * len(casing.points), rel=0.25)
 
 
 @pytest.mark.parametrize("design", DESIGNS)

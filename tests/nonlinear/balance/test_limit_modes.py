@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from vanelock.nonlinear import (
-    Contacts,
-    Diameter,
-    Force,
-    System,
-    linear_response,
-    stuck_modes,
-)
+from vanelock.nonlinear import Contacts, Diameter, Force, System, linear_response, stuck_modes
 from vanelock.nonlinear.balance.limit_modes import limit_modes
 
 N, C = 30, 5

@@ -9,13 +9,7 @@ from vanelock.files import parse_study
 from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import linear_response
 from vanelock.pipeline.display import PlainLines
-from vanelock.pipeline.progress import (
-    Done,
-    Finished,
-    PointDone,
-    Tasks,
-    json_lines,
-)
+from vanelock.pipeline.progress import Done, Finished, PointDone, Tasks, json_lines
 from vanelock.results.case_table import response_table
 from vanelock.results.listing import stage_times
 from vanelock.stages.plan import plan

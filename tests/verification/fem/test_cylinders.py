@@ -103,19 +103,11 @@ def test_spectrum_of_a_solid_cylinder(
     assert error.max() < 5e-3
 
 
-@pytest.mark.parametrize(
-    ("cell_type", "walls", "order"),
-    [
-        ("tetra", "straight", 2),
-        ("hexahedron", "straight", 2),
-        ("tetra10", "straight", 2),
-        ("tetra10", "curved", 4),
-        ("hexahedron20", "straight", 2),
-        ("hexahedron20", "curved", 4),
-        ("hexahedron27", "straight", 2),
-        ("hexahedron27", "curved", 4),
-    ],
-)
+@pytest.mark.parametrize(("cell_type", "walls", "order"), [
+    ("tetra", "straight", 2), ("hexahedron", "straight", 2), ("tetra10", "straight", 2),
+    ("tetra10", "curved", 4), ("hexahedron20", "straight", 2), ("hexahedron20", "curved", 4),
+    ("hexahedron27", "straight", 2), ("hexahedron27", "curved", 4),
+])  # fmt: skip
 def test_frequencies_converge_at_the_order_of_elements_and_walls(
     hollow_cylinder, lowest_frequencies, cylinder_waves, record_property, cell_type, walls, order
 ):

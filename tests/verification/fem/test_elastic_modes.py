@@ -128,16 +128,11 @@ def lame_error(lattice, cell_type, n):
     return np.sqrt(values[mine] / exact).max() - 1
 
 
-@pytest.mark.parametrize(
-    ("cell_type", "order", "sides", "finest"),
-    [
-        ("tetra", 2, (8, 11, 14), 0.06),
-        ("hexahedron", 2, (6, 9, 12), 0.03),
-        ("tetra10", 4, (4, 6, 8), 1e-3),
-        ("hexahedron20", 4, (3, 4, 6), 3e-4),
-        ("hexahedron27", 4, (3, 4, 6), 3e-4),
-    ],
-)
+@pytest.mark.parametrize(("cell_type", "order", "sides", "finest"), [
+    ("tetra", 2, (8, 11, 14), 0.06), ("hexahedron", 2, (6, 9, 12), 0.03),
+    ("tetra10", 4, (4, 6, 8), 1e-3), ("hexahedron20", 4, (3, 4, 6), 3e-4),
+    ("hexahedron27", 4, (3, 4, 6), 3e-4),
+])  # fmt: skip
 def test_frequency_of_the_cube_converges_at_the_order_of_its_elements(
     lattice, record_property, cell_type, order, sides, finest
 ):

@@ -50,15 +50,11 @@ def hutchinson_square(nu):
     return -8 / 9 * (1 + nu) / (series - 4 / 45 * (12 + 10 * nu))
 
 
-@pytest.mark.parametrize(
-    ("motion", "targets", "held", "within"),
-    [
-        ("flexure", [42.650, 148.15, 283.47], {"y0": "y", "z0": "xy", "x1": "yz"}, 0.007),
-        ("torsion", [71.20, 213.61], {"y0": "xz", "z0": "xy"}, 0.001),
-        ("extension", [125.00], {"y0": "y", "z0": "z"}, 0.001),
-    ],
-    ids=["flexure", "torsion", "extension"],
-)
+@pytest.mark.parametrize(("motion", "targets", "held", "within"), [
+    ("flexure", [42.650, 148.15, 283.47], {"y0": "y", "z0": "xy", "x1": "yz"}, 0.007),
+    ("torsion", [71.20, 213.61], {"y0": "xz", "z0": "xy"}, 0.001),
+    ("extension", [125.00], {"y0": "y", "z0": "z"}, 0.001),
+], ids=["flexure", "torsion", "extension"])  # fmt: skip
 def test_fv5_deep_simply_supported_beam(
     lattice, lowest_frequencies, compare, motion, targets, held, within
 ):

@@ -29,7 +29,7 @@ def extension(n, radius):
     return np.sqrt(modulus / STEEL.rho * (1 + n**2)) / radius / (2 * np.pi)
 
 
-@pytest.mark.parametrize("nodal_diameter", range(7) if FULL else (0, 3, 6))
+@pytest.mark.parametrize("nodal_diameter", range(7) if FULL else (3, 6))
 def test_ring_in_plane_strain(
     hollow_cylinder, lowest_frequencies, cylinder_waves, record_property, nodal_diameter
 ):
@@ -89,7 +89,7 @@ def fluegge(n, half_waves, radius, thickness, length):
     return unit * np.sqrt(np.linalg.eigvalsh(S))
 
 
-@pytest.mark.parametrize("nodal_diameter", range(7) if FULL else (0, 3, 6))
+@pytest.mark.parametrize("nodal_diameter", range(7) if FULL else (0, 3))
 def test_thin_shell_between_diaphragms(
     hollow_cylinder, lowest_frequencies, cylinder_waves, record_property, nodal_diameter
 ):
@@ -124,7 +124,7 @@ def test_thin_shell_between_diaphragms(
     assert 1.7 < np.log2(difference[0] / difference[1]) < 4  # thickness squared, or better
 
 
-@pytest.mark.parametrize("nodal_diameter", range(9) if FULL else (0, 2, 8))
+@pytest.mark.parametrize("nodal_diameter", range(9) if FULL else (2, 8))
 def test_thin_ring_of_square_section(lattice, record_property, nodal_diameter):
     # Love, Theory of Elasticity, art. 293, inextensible ring: in its plane
     # n² (n² - 1)² / (n² + 1), out of it n² (n² - 1)² / (n² + EI / GJ).

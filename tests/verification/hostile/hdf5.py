@@ -22,27 +22,12 @@ def _text(random: Random) -> str:
 
 def _data(random: Random) -> Any:
     choice: list[Any] = [
-        np.nan,
-        np.zeros(0),
-        np.full((3, 3), np.nan),
-        np.arange(5),
-        np.full(7, np.inf),
-        "text",
-        np.array([b"a", b"bb"]),
-        np.zeros((1, 1, 1, 1, 1)),
-        1e308,
-        -(2**62),
-        np.array(1 + 1j),
-        True,
-        np.zeros(3, [("a", "f4"), ("b", "i8")]),
-        np.array([2**63], "u8"),
-        h5py.Empty("f8"),
-        "x" * 9000,
-        np.zeros((4, 0, 3)),
-        np.zeros(200, "f2"),
-        np.void(b"abc"),
+        np.nan, np.zeros(0), np.full((3, 3), np.nan), np.arange(5), np.full(7, np.inf), "text",
+        np.array([b"a", b"bb"]), np.zeros((1, 1, 1, 1, 1)), 1e308, -(2**62), np.array(1 + 1j), True,
+        np.zeros(3, [("a", "f4"), ("b", "i8")]), np.array([2**63], "u8"), h5py.Empty("f8"),
+        "x" * 9000, np.zeros((4, 0, 3)), np.zeros(200, "f2"), np.void(b"abc"),
         np.full((2, 3, 5), -1, "i1"),
-    ]
+    ]  # fmt: skip
     return choice[int(random.integers(len(choice)))]
 
 
@@ -181,34 +166,17 @@ def cooked(random: Random, file: h5py.File, name: str) -> None:
     """Types that are seldom seen."""
     del file[name]
     kinds: list[Any] = [
-        h5py.ref_dtype,
-        h5py.vlen_dtype("i4"),
-        h5py.enum_dtype({"a": 1}),
-        h5py.string_dtype("ascii", 5),
-        h5py.opaque_dtype("M8[s]"),
-        np.dtype([("r", "f8"), ("i", "f8")]),
-        np.dtype(("f8", (3,))),
-        "S9",
-    ]
+        h5py.ref_dtype, h5py.vlen_dtype("i4"), h5py.enum_dtype({"a": 1}),
+        h5py.string_dtype("ascii", 5), h5py.opaque_dtype("M8[s]"),
+        np.dtype([("r", "f8"), ("i", "f8")]), np.dtype(("f8", (3,))), "S9",
+    ]  # fmt: skip
     file.create_dataset(name, (3,), kinds[int(random.integers(len(kinds)))])
 
 
 EDITS: list[Edit] = [
-    removed,
-    other,
-    bent,
-    bent,
-    reshaped,
-    huge,
-    elsewhere,
-    looped,
-    attribute,
-    attribute,
-    attribute,
-    renamed,
-    exchanged,
-    cooked,
-]
+    removed, other, bent, bent, reshaped, huge, elsewhere, looped, attribute, attribute, attribute,
+    renamed, exchanged, cooked,
+]  # fmt: skip
 
 
 def _names(file: h5py.File) -> list[str]:

@@ -25,26 +25,13 @@ COMPUTING = 6 * SECONDS
 PATIENCE = 120
 """Seconds after which a command that takes no processor time is taken to hang."""
 LOADED = (
-    "ansys.mapdl.reader",
-    "meshio",
-    "pyuff",
-    "vanelock.__main__",
-    "vanelock.commands.check.file",
-    "vanelock.commands.check.scene",
-    "vanelock.mesh",
-    "vanelock.mesh.files.read",
-    "vanelock.mesh.matching.pairing",
-    "vanelock.commands.check.study",
-    "vanelock.commands.compare.compare",
-    "vanelock.pipeline.display",
-    "vanelock.pipeline.progress",
-    "vanelock.report.writer",
-    "pint",
-    "h5py",
-    "scipy.io",
-    "scipy.sparse.csgraph",
+    "ansys.mapdl.reader", "meshio", "pyuff", "vanelock.__main__", "vanelock.commands.check.file",
+    "vanelock.commands.check.scene", "vanelock.mesh", "vanelock.mesh.files.read",
+    "vanelock.mesh.matching.pairing", "vanelock.commands.check.study",
+    "vanelock.commands.compare.compare", "vanelock.pipeline.display", "vanelock.pipeline.progress",
+    "vanelock.report.writer", "pint", "h5py", "scipy.io", "scipy.sparse.csgraph",
     "vanelock.fem.matrix_files.load",
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,56 +28,36 @@ PATIENCE = 600.0
 
 @dataclass
 class Moment:
-    """When to kill.
-
-    Attributes
-    ----------
-    name : str
-        What is hit there.
-    stage : str
-        Beginning of the names of the stages in which, "" for any.
-    after : float
-        Seconds after the stage began; after the start, where there is no stage.
-    file : str
-        Pattern of a file whose appearance, or growth, is the moment, if any.
-    alone : bool
-        Whether stages that the stage begins on its way, and comes back from, are waited for.
-    """
+    """When to kill: in a stage so long after its beginning, or as a file appears or grows."""
 
     name: str
+    """What is hit there."""
     stage: str = ""
+    """Beginning of the names of the stages in which, "" for any."""
     after: float = 0.0
+    """Seconds after the stage began; after the start, where there is no stage."""
     file: str = ""
+    """Pattern of the file, if any."""
     alone: bool = False
+    """Whether stages that the stage begins on its way, and comes back from, are waited for."""
 
 
 @dataclass
 class Outcome:
-    """How a run ended.
-
-    Attributes
-    ----------
-    status : int
-        Of the process; -9 where it was killed.
-    within : str or None
-        The stage that was being computed.
-    hit : bool
-        Whether the kill came at the moment that was meant.
-    done : list of (str, bool)
-        Stages whose end it reported, and whether they came from the cache.
-    errors : str
-        What it said on standard error.
-    left : bool
-        Whether processes of it were still there a while after the kill.
-    """
+    """How a run ended."""
 
     status: int
+    """Of the process; -9 where it was killed."""
     within: str | None
+    """The stage that was being computed."""
     hit: bool
+    """Whether the kill came at the moment that was meant."""
     done: list[tuple[str, bool]]
+    """Stages whose end it reported, and whether they came from the cache."""
     errors: str
-    left: bool = False
-    lines: list[dict[str, Any]] = field(default_factory=list)
+    """What it said on standard error."""
+    left: bool
+    """Whether processes of it were still there a while after the kill."""
 
 
 def started(study: Path, folder: Path, *more: str) -> subprocess.Popen[bytes]:
@@ -164,15 +144,8 @@ def _watched(process: subprocess.Popen[bytes], folder: Path, moment: Moment | No
     elif moment is not None and moment.stage:
         aimed = any(stage.startswith(moment.stage) for stage in begun)
     errors = buffers[process.stderr].decode()
-    return Outcome(
-        status,
-        begun[-1] if begun else None,
-        status == -9 and aimed,
-        done,
-        errors,
-        _remains(process),
-        lines,
-    )
+    within, hit = begun[-1] if begun else None, status == -9 and aimed
+    return Outcome(status, within, hit, done, errors, _remains(process))
 
 
 def _sizes(folder: Path, moment: Moment | None) -> dict[str, int]:

@@ -39,34 +39,22 @@ PLAIN = "shapes = false\nloops = false\nreport = false\n"
 """What the sample leaves out: pictures of shapes take half a run's time."""
 
 STAGES = {
-    "meshes": "mesh ",
-    "fem": "fem ",
-    "rom vane": "rom vane",
-    "rom casing": "rom casing",
-    "limits": "linear limits",
-    "linear responses": "linear response",
-    "gauges": "gauges",
-    "preload": "preload",
-    "responses": "response ",
-    "campbell": "Campbell",
-    "curves": "figures/",
-    "shapes": "shapes/",
-    "fatigue": "stress ",
-    "report": "report",
-}
+    "meshes": "mesh ", "fem": "fem ", "rom vane": "rom vane", "rom casing": "rom casing",
+    "limits": "linear limits", "linear responses": "linear response", "gauges": "gauges",
+    "preload": "preload", "responses": "response ", "campbell": "Campbell", "curves": "figures/",
+    "shapes": "shapes/", "fatigue": "stress ", "report": "report",
+}  # fmt: skip
 """Beginnings of the names of the stages that are hit, in the order in which they come."""
 
 SAMPLE = ("meshes", "rom casing", "responses", "curves")
 """Those of the sample."""
 
 WRITES = {
-    "mesh entry": ("mesh ", "cache/.mesh*.tmp"),
-    "rom entry": ("rom ", "cache/.rom*.tmp"),
+    "mesh entry": ("mesh ", "cache/.mesh*.tmp"), "rom entry": ("rom ", "cache/.rom*.tmp"),
     "points": ("response ", "cache/response*.points"),
     "response entry": ("response ", "cache/.response*.tmp"),
-    "results.h5": ("", ".results.h5.*.tmp"),
-    "results": ("", "results/.*.tmp"),
-}
+    "results.h5": ("", ".results.h5.*.tmp"), "results": ("", "results/.*.tmp"),
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

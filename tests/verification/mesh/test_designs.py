@@ -7,13 +7,12 @@ count, so that a crash or a hang of the mesher is an outcome like others.
 
 import json
 import os
-import queue
 import subprocess
 import sys
-import threading
 from collections import Counter
 from itertools import chain
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import pytest
@@ -23,43 +22,27 @@ from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 NUMBERS = range(250) if FULL else (15, 22, 117, 169)  # one refused, one or two aerofoils
-PATIENCE = 1800  # seconds without an outcome; the longest take ten
+PATIENCE = 7200  # seconds; all designs take half an hour
 Outcome = dict[str, Any]
 ROOT = Path(__file__).resolve().parents[3]
 NAMES = {*VaneDimensions.model_fields, *CasingDimensions.model_fields, *HookDimensions.model_fields}
 NAMES |= {"sectors", "size"}
 
 
-def lines_of(program):
-    """Lines of a running program as they come, then None."""
-    lines: queue.Queue[str | None] = queue.Queue()
-
-    def read():
-        for line in program.stdout:
-            lines.put(line)
-        lines.put(None)
-
-    threading.Thread(target=read, daemon=True).start()
-    return lines
-
-
 def run(numbers):
     """Outcomes of the designs up to the first that crashes or hangs, which is the last one."""
     command = [sys.executable, str(Path(__file__).with_name("designs.py")), *map(str, numbers)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT) as program:
-        lines = lines_of(program)
-        found: list[Outcome] = []
-        while len(found) < len(numbers):
-            try:
-                line = lines.get(timeout=PATIENCE)
-            except queue.Empty:
-                program.kill()
-                return [*found, {"number": numbers[len(found)], "failed": "hangs"}]
-            if line is None:
-                code = program.wait()
-                return [*found, {"number": numbers[len(found)], "failed": f"ends with {code}"}]
-            if line.startswith("{"):  # the mesher has its own say on some lines
-                found.append(json.loads(line))
+    with TemporaryFile("w+") as said:
+        try:
+            done = subprocess.run(command, stdout=said, cwd=ROOT, timeout=PATIENCE)
+            end = f"ends with {done.returncode}"
+        except subprocess.TimeoutExpired:
+            end = "hangs"
+        said.seek(0)
+        # The mesher has its own say on some lines.
+        found: list[Outcome] = [json.loads(line) for line in said if line.startswith("{")]
+    if len(found) < len(numbers):
+        found.append({"number": numbers[len(found)], "failed": end})
     return found
 
 

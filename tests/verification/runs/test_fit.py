@@ -95,6 +95,13 @@ def fitted(model, hertz, true, seed, starts, given=True, by_slopes=True, **fixed
     )
 
 
+@pytest.fixture(scope="module")
+def refitted(model):
+    """Function that fits the truth's curve from the truth on, once for each seed."""
+    true = curve(model(), HERTZ)
+    return lru_cache(lambda seed, given: fitted(model(), HERTZ, true, seed, TRUTH, given=given))
+
+
 def off(found):
     """(p,) distances of the fitted values from the true ones, in their standard errors."""
     x = [np.log(v / TRUTH[p.key]) for p, v in zip(found.parameters, found.value, strict=True)]
@@ -102,16 +109,15 @@ def off(found):
 
 
 @pytest.mark.parametrize("given", [True, False], ids=["sigma", "no sigma"])
-def test_intervals_of_95_percent_hold_the_truth(model, given, record_property):
+def test_intervals_of_95_percent_hold_the_truth(refitted, given, record_property):
     """Of 24 seeds with sigma and of 24 others without: those of two standard errors, as printed.
 
     No more have their errors withheld than the level of the tests, no fewer intervals hold the
     truth than one time in a hundred by chance.
     """
-    count, hertz = (24 if FULL else 2), HERTZ
+    count = 24 if FULL else 2
     seeds = range(count) if given else range(count, 2 * count)
-    true = curve(model(), hertz)
-    fits = [fitted(model(), hertz, true, seed, TRUTH, given=given) for seed in seeds]
+    fits = [refitted(seed, given) for seed in seeds]
     ends = np.array([[found.interval(i) for i in range(len(TRUTH))] for found in fits])
     truth = np.array(list(TRUTH.values()))
     held = ((ends[:, :, 0] < truth) & (truth < ends[:, :, 1])).sum(axis=0)
@@ -129,12 +135,12 @@ def test_intervals_of_95_percent_hold_the_truth(model, given, record_property):
     assert np.abs(distances).max() < 4
 
 
-def test_slopes_take_a_third_of_the_responses_of_differences(model, record_property):
+def test_slopes_take_a_third_of_the_responses_of_differences(model, refitted, record_property):
     """Of the search for the best fit; the check of its errors takes as many of both."""
-    seeds, hertz = (3 if FULL else 2), HERTZ
-    true, searches = curve(model(), hertz), []
+    seeds, true, searches = 3 if FULL else 2, curve(model(), HERTZ), []
     for seed in range(seeds):
-        pair = [fitted(model(), hertz, true, seed, TRUTH, by_slopes=each) for each in (True, False)]
+        other = fitted(model(), HERTZ, true, seed, TRUTH, by_slopes=False)
+        pair = [refitted(seed, True), other]
         searches.append([found.starts[0].evaluations for found in pair])
         assert np.all(np.abs(np.log(pair[0].value / pair[1].value)) < 0.02 * pair[0].deviation)
     by_slopes, by_differences = np.sum(searches, axis=0)

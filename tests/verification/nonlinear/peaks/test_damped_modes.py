@@ -11,13 +11,7 @@ from scipy.interpolate import PchipInterpolator
 
 from tests.verification.nonlinear.spring_rings import MASSES, loaded, spring_ring
 from vanelock import rom
-from vanelock.nonlinear import (
-    STUCK,
-    Options,
-    damped_mode,
-    frequency_response,
-    linear_response,
-)
+from vanelock.nonlinear import STUCK, Options, damped_mode, frequency_response, linear_response
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
