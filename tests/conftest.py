@@ -158,14 +158,7 @@ JOINTS = (
     rom.Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
     rom.Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
 )
-VANE_MASTERS = (
-    "hook_front",
-    "hook_rear",
-    "interlock_left",
-    "interlock_right",
-    "key",
-    "output",
-)
+VANE_MASTERS = ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "output")
 CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "output")
 
 

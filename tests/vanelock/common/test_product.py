@@ -61,12 +61,6 @@ def test_round_trip(tmp_path):
         assert file["length"].attrs["unit"] == "m"
 
 
-def test_round_trip_inside_an_open_file(tmp_path):
-    with h5py.File(tmp_path / "several.h5", "w") as file:
-        example().save(file.create_group("mesh/vane"))
-        assert Outer.load(file["mesh/vane"]).count == 16
-
-
 def test_a_failed_save_leaves_the_old_file(tmp_path):
     path = tmp_path / "inner.h5"
     Inner(np.array([1.0 + 0j])).save(path)

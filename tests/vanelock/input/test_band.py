@@ -25,9 +25,7 @@ from vanelock.stages.plan import fixed
 from vanelock.stages.response.limits import frequencies, limits
 
 
-def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
-    tmp_path: Path,
-) -> None:
+def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(tmp_path: Path) -> None:
     """Beyond the fourteenth elastic mode of the vane, 2,855 Hz: a fixed number, ten, ends below."""
     study = parse_study(
         f'{SMALL}mesh.correction = "none"\nrom.accuracy = 1e-5\nresponse.range = [3040, 3060]\n'

@@ -2,16 +2,14 @@
 
 import pytest
 
+from tests.vanelock.input.conftest import complaint
 from vanelock import load_study
-from vanelock.common.errors import InputError
 
 
 def mistakes(folder, text):
     path = folder / "vane.toml"
     path.write_text(text)
-    with pytest.raises(InputError) as caught:
-        load_study(path)
-    return [line.removeprefix(f"{path}: ") for line in str(caught.value).splitlines()]
+    return complaint(path, load_study).replace(f"{path}: ", "").splitlines()
 
 
 def test_every_mistake_gets_its_line(tmp_path):
@@ -32,18 +30,10 @@ def test_values_that_are_no_list_are_lines_of_their_table(tmp_path, table):
 
 
 def test_wrong_values_and_contradictions_of_tables_that_are_right_come_together(tmp_path):
-    text = """
-[damping]
-ratio = 2
-[vane]
-leg_front = 0.09
-thickness = 0.001
-[casing]
-length = "4 km"
-[rom]
-route = "paper"
-band = 100
-"""
+    text = (
+        "damping.ratio = 2\nvane = { leg_front = 0.09, thickness = 0.001 }\n"
+        'casing.length = "4 km"\nrom = { route = "paper", band = 100 }\n'
+    )
     heads = [line.partition(": ")[0] for line in mistakes(tmp_path, text)]
     assert heads == [
         "vane.leg_rear = 0.0885 m",

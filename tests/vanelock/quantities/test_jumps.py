@@ -37,8 +37,6 @@ def test_of_many_jumps_the_largest_are_named() -> None:
 
 
 @pytest.mark.parametrize("direction", ["down", "both"])
-def test_where_both_directions_are_taken_anyway_none_is_given(
-    direction: str,
-) -> None:
+def test_where_both_directions_are_taken_anyway_none_is_given(direction: str) -> None:
     with pytest.raises(InputError, match=r"response\.direction"):
         parse_study(f'accuracy = 0.01\n[response]\ndirection = "{direction}"\n')

@@ -250,12 +250,7 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
     key = "joints.interlock.mu"
     height = {0.1: 2e-5, 0.2: 1e-5, 0.3: 3e-5}
     known = [
-        summary(
-            case=f"mu={mu}",
-            mu=mu,
-            values={key: mu},
-            peak=Peak(3, 250.0, top, False),
-        )
+        summary(case=f"mu={mu}", mu=mu, values={key: mu}, peak=Peak(3, 250.0, top, False))
         for mu, top in height.items()
     ]
     content: Any = SimpleNamespace(known=known)

@@ -151,20 +151,16 @@ def test_the_picture_shows_curves_and_crosses(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("curve", "message"),
+    ("curves", "message"),
     [
-        (Curve(F, F[:-1]), r"frequency of shape \(41,\) and amplitude of shape \(40,\)"),
-        (Curve(F, F, converged=[True]), r"converged of shape \(1,\): \(41,\) is needed"),
+        ([Curve(F, F[:-1])], r"frequency of shape \(41,\) and amplitude of shape \(40,\)"),
+        ([Curve(F, F, converged=[True])], r"converged of shape \(1,\): \(41,\) is needed"),
+        ([], "curves: none given"),
     ],
 )
-def test_arrays_that_do_not_fit_are_refused(curve, message, tmp_path):
+def test_curves_that_do_not_fit_are_refused(curves, message, tmp_path):
     with pytest.raises(InputError, match=message):
-        response_curves(tmp_path / "x.png", [curve])
-
-
-def test_no_curve_is_refused(tmp_path):
-    with pytest.raises(InputError, match="curves: none given"):
-        response_curves(tmp_path / "x.png", [])
+        response_curves(tmp_path / "x.png", curves)
 
 
 def test_nothing_of_the_callers_matplotlib_changes(tmp_path):

@@ -45,10 +45,7 @@ def page(visit, sample, tmp_path_factory):
     picture = sample.path.parent / "figures" / "shape.png"
     # One section has all kinds of blocks; a view for every name would take long to draw.
     sections = [
-        report.Section(
-            name,
-            blocks(name, picture)[: 6 if i == 0 else 4],
-        )
+        report.Section(name, blocks(name, picture)[: 6 if i == 0 else 4])
         for i, name in enumerate(NAMES)
     ]
     path = tmp_path_factory.mktemp("names") / "page.html"

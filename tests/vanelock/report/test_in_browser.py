@@ -127,11 +127,7 @@ def test_zoom_and_back(visit, page):
     page.mouse.down()
     page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.8 * box["height"], steps=4)
     page.mouse.up()
-    visit.until(
-        page,
-        f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20",
-        before,
-    )
+    visit.until(page, f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20", before)
     back = f"([low, high]) => Math.hypot({shown}[0] - low, {shown}[1] - high) < 1e-9"
     for _ in range(10):  # on a busy machine two clicks may be too far apart to be a double one
         page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])

@@ -73,9 +73,7 @@ def test_lap_and_mass_are_the_published_ones(folder: Path) -> None:
     assert mass == pytest.approx(7784 * volume, rel=1e-6)
 
 
-def test_frequencies_are_those_of_the_raw_matrices(
-    folder: Path, summary: tuple[Summary, Path]
-) -> None:
+def test_frequencies_are_those_of_the_raw_matrices(folder, summary):
     """Six motions that nothing holds with the contacts stuck, twelve with them open."""
     K, M, springs = raw(folder)
     with h5py.File(summary[1] / "results.h5") as file:
@@ -86,9 +84,7 @@ def test_frequencies_are_those_of_the_raw_matrices(
 
 
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
-def test_friction_that_sticks_changes_nothing_of_what_the_bolts_press(
-    summary: tuple[Summary, Path], friction: str
-) -> None:
+def test_friction_that_sticks_changes_nothing_of_what_the_bolts_press(summary, friction):
     with h5py.File(summary[1] / "results.h5") as file:
         system = System.load(file["system"])
     found = static_bounds(system, options=Options(friction=friction))

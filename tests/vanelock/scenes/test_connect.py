@@ -40,9 +40,7 @@ UNITS = 'units = {length = "mm", mass = "t", force = "N"}\n'
 
 
 @pytest.mark.parametrize("keys", ["modes = 3\n", UNITS])
-def test_stuck_chains_have_the_frequencies_of_the_whole(
-    tmp_path: Path, scene_file: Write, keys: str
-) -> None:
+def test_stuck_chains_have_the_frequencies_of_the_whole(tmp_path, scene_file, keys):
     """In SI, and in N/mm and t with everything kept by accuracy."""
     scales = (1e-3, 1e-3) if keys == UNITS else (1.0, 1.0)
     one, two = chain(1, 3, SPRINGS, ground=1.0), chain(11, 4, SPRINGS)
@@ -122,9 +120,7 @@ def test_ties_merge_rotations(tmp_path: Path, scene_file: Write) -> None:
 
 
 @pytest.mark.parametrize("coordinates", ["cartesian", "cylindrical"])
-def test_a_ring_has_the_frequencies_of_all_its_sectors(
-    tmp_path: Path, scene_file: Write, coordinates: str
-) -> None:
+def test_a_ring_has_the_frequencies_of_all_its_sectors(tmp_path, scene_file, coordinates):
     """A chain per sector, its last node touching the first of the next sector's chain."""
     N = 5
     blade = chain(1, 3, SPRINGS, ground=0.3)

@@ -37,9 +37,7 @@ nodes = {bar = [33, 2, 25]}
 
 
 @pytest.mark.parametrize("keys", ["accuracy = 1e-6\n", "modes = 6\n"])
-def test_static_answers_are_those_of_the_whole(
-    tmp_path: Path, scene_file: Write, keys: str
-) -> None:
+def test_static_answers_are_those_of_the_whole(tmp_path, scene_file, keys):
     """However few modes are kept; the two contacts and two loads are all the coordinates else."""
     bar = chain(1, COUNT, SPRINGS, ground=1.0)
     system = joined(scene_file(bar.write(tmp_path, "bar") + keys + SCENE))

@@ -108,29 +108,26 @@ def test_counts_get_no_percentages():
 
 def test_what_is_missing_is_said():
     found = compared(
-        run("A", case("nominal", {})),
-        run("B", complete=False, monitor="vane output 2, axial"),
+        run("A", case("nominal", {})), run("B", complete=False, monitor="vane output 2, axial")
     )
     assert found.notes[0].startswith("B: the run is not complete; compared: 0 cases")
     assert "different displacements: vane output 1, radial in A" in found.notes[1]
     assert found.notes[2] == "nominal is in A alone"
 
 
-def test_folders_without_results_are_refused(tmp_path):
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"empty: holds no results.h5: not the folder of a run"):
-        compare_runs(tmp_path / "empty", tmp_path / "none")
-    with pytest.raises(InputError, match="none: no such folder"):
-        compare_runs(tmp_path / "none", tmp_path / "empty")
-
-
-def test_results_that_lack_something_are_refused_in_one_line(tmp_path):
-    for name in ("a", "b"):
+def test_folders_without_whole_results_are_refused_in_one_line(tmp_path):
+    for name in ("empty", "a", "b"):
         (tmp_path / name).mkdir()
+    for name in ("a", "b"):
         with Results(tmp_path / name / "results.h5").edit() as file:
             file.attrs["complete"] = True
-    with pytest.raises(InputError, match=r"a/results.h5: lacks what a run writes .*provenance"):
-        compare_runs(tmp_path / "a", tmp_path / "b")
+    for one, other, expected in (
+        ("empty", "none", r"empty: holds no results.h5: not the folder of a run"),
+        ("none", "empty", "none: no such folder"),
+        ("a", "b", r"a/results.h5: lacks what a run writes .*provenance"),
+    ):
+        with pytest.raises(InputError, match=expected):
+            compare_runs(tmp_path / one, tmp_path / other)
 
 
 def test_settings_are_given_in_peoples_units():

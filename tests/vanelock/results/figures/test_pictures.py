@@ -10,7 +10,6 @@ import numpy as np
 
 from tests.vanelock.run_results import run_of
 from vanelock import parse_study
-from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.sweep import cases
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import STRAIN
@@ -135,16 +134,6 @@ def test_the_curves_are_drawn_again_where_a_measured_one_is_called_otherwise_or_
         drawn.measured = (each,)
         curves(drawn)
     assert len({json.dumps(each) for each in shows}) == 6  # pictures and CSV files
-
-
-def test_words_for_cases():
-    assert words("engine_order=-2,coupling=constant-load,friction=isotropic,mu=0.3") == (
-        "EO = -2, constant-load, isotropic friction, μ = 0.3"
-    )
-
-
-def test_words_for_merged_cases():
-    assert merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
 
 
 def test_an_open_joint_has_no_preload(ring):

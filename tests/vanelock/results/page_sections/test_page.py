@@ -118,8 +118,7 @@ SECTIONS = [
 
 
 @pytest.mark.parametrize(
-    ("name", "more"),
-    [("default", ["Hysteresis"]), ("accuracy", ["Gauges and hysteresis"])],
+    ("name", "more"), [("default", ["Hysteresis"]), ("accuracy", ["Gauges and hysteresis"])]
 )
 def test_page_holds_the_answers_and_every_section(golden, name, more):
     folder = golden(name).folder

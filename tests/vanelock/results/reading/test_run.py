@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import vanelock
-from tests.vanelock.scenes.conftest import chain
+from tests.vanelock.scenes.test_run import PAD, arm
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, frequency_response
@@ -27,15 +27,8 @@ CASES = ("mu=0.05", "mu=0.2")
 def scene(folder: Path) -> Path:
     """An arm of four nodes on springs, its third node pressed on a pad, its last one shaken."""
     path = folder / "arm.toml"
-    path.write_text(
-        'name = "arm <b>"\n'
-        + chain(1, 4, (3e5, 2e5, 1e5), ground=1.0).write(folder, "arm")
-        + 'modes = 2\n[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\n'
-        'normal = [0, 0, 1]\nkn = 4e4\nkt = 7e4\nmu = 0.2\ninterference = "400 um"\n'
-        '[[loads]]\ncomponent = "arm"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n'
-        f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nloops = false\n'
-        "[response]\npoints = 21\n"
-    )
+    sweep = f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nloops = false\n'
+    path.write_text(f"{arm(folder)}modes = 2\n{PAD}{sweep}[response]\npoints = 21\n")
     return path
 
 
@@ -166,9 +159,7 @@ def test_what_is_no_run_is_refused(ran: vanelock.Run, tmp_path: Path) -> None:
         vanelock.run(tmp_path / "none.toml")
 
 
-def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(tmp_path, capsys):
     path = scene(tmp_path)
     path.write_text(path.read_text().replace("loops = false", "loops = false\nreport = false"))
     first = vanelock.run(path, tmp_path / "here")
