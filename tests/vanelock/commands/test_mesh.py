@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.small_study import SMALL
 from vanelock import choose_listener, load_study, mesh, mesh_study, parse_study
 from vanelock.__main__ import app
 from vanelock.mesh import Part
@@ -20,7 +21,7 @@ from vanelock.quantities.meshes.quality import figures
 from vanelock.render.scenes import offscreen
 from vanelock.stages.parts.meshes import mesh_step
 
-STUDY = '[mesh]\nsize = "coarse"\n[material.casing]\nrho = 7800\n'
+STUDY = f"{SMALL}[material.casing]\nrho = 7800\n"
 FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "msh")} | {
     "quality.csv",
     "sets.csv",
@@ -98,9 +99,9 @@ def test_what_is_printed(made):
     folder = made[0] / "runs" / "a" / "mesh"
     assert {path.name for path in folder.iterdir()} == FILES
     lines = made[1].stdout.splitlines()
-    for row in ("hook_front 30 30", "interlock_right 10 -", "force - 16"):
+    for row in ("hook_front 10 10", "interlock_right 6 -", "force - 16"):
         assert row in {" ".join(line.split()) for line in lines}
-    assert "Contact pairs: 56 hook + 10 interlock = 66." in made[1].stdout
+    assert "Contact pairs: 16 hook + 6 interlock = 22." in made[1].stdout
     assert made[1].stderr.splitlines()[-1] == "results are in runs/a/mesh"
 
 
@@ -116,7 +117,7 @@ def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys
     assert [row["part"] for row in tables["quality"]] == ["vane", "casing"]
     kept = rows(folder / "runs" / "a" / "mesh" / "quality.csv")
     assert [row["seconds"] for row in tables["quality"]] == [float(row["seconds"]) for row in kept]
-    assert {row["set"]: row["casing"] for row in tables["sets"]}["hook_rear"] == 30
+    assert {row["set"]: row["casing"] for row in tables["sets"]}["hook_rear"] == 10
     written = {file.rpartition("/")[2] for file in events[-1]["summary"]["files"]}
     assert written == set(FILES)
 

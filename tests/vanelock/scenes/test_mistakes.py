@@ -115,7 +115,7 @@ def test_a_loose_part_has_no_answer(tmp_path, scene_file):
     """Left lying anywhere, or pushed away by a static load."""
     text = two(tmp_path, ground=0.0) + LOAD.replace("[0, 1, 1]", "[1, 1, 0]")
     text += TOUCHING + 'interference = "-30 um"\n'
-    notices, notes = notices_and_notes(scene_file(text + QUIET))
+    notices, notes = notices_and_notes(scene_file(text + QUIET.replace(", 60", "")))
     assert any("two: held by contacts alone, which nothing presses" in note for note in notices)
     assert any("NOT DETERMINED" in note for note in notes)
     assert any("the state at rest DID NOT CONVERGE" in note for note in notes)

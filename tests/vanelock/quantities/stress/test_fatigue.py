@@ -52,7 +52,7 @@ def test_amplitude_and_mean_are_those_by_hand(harmonics, amplitude, mean, mises)
 
 
 def test_goodman_margins_are_those_of_a_textbook():
-    """50/200 + 400/800 = 0.75; vibration may grow to half of the limit; compression is no help."""
+    """50/200 + 400/800 = 0.75, beside 400 MPa half of the limit; compression is no help."""
     assert STEEL.reserve(50e6, 400e6) == pytest.approx(4 / 3)
     assert STEEL.growth(50e6, 400e6) == pytest.approx(2)
     assert STEEL.reserve(50e6, -400e6) == pytest.approx(4)

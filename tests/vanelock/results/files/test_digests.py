@@ -94,8 +94,8 @@ DOORS = (checked, compared, by_name, in_python)
 
 
 def some(door, each, one_of=3):
-    """All of them for two doors; those beside them, which open files alike, are given a few."""
-    return each if door in (checked, in_python) else each[::one_of]
+    """All of them for one door; those beside it, which open files alike, are given a few."""
+    return each if door is in_python else each[::one_of]
 
 
 def refused(door, path, *words, file=""):
