@@ -52,14 +52,6 @@ def test_massless_rows_follow_the_others(tmp_path, scene_file, without, keys):
     assert frequency_response(system, frequency[:1], Options(3)).converged.all()
 
 
-def test_a_scene_with_massless_rows_runs(tmp_path: Path, scene_file: Write) -> None:
-    one = chain(1, 6, SPRINGS, ground=1.0)
-    one.M[WITHOUT["at the contact"]] = 0
-    path = scene_of(one, tmp_path, "cutoff = 1e4\n", scene_file)
-    (found,) = run_scene(load_scene(path), tmp_path / "run")
-    assert found.converged == found.points
-
-
 @pytest.mark.parametrize(
     ("rows", "block", "keys", "expected"),
     [

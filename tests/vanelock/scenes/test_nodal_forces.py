@@ -11,7 +11,6 @@ from tests.vanelock.scenes.conftest import Chain, Write, chain, joined, planar, 
 from vanelock import check_file, load_scene, nonlinear, run_scene
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import load_pairs
-from vanelock.pipeline.progress import Done, Event
 from vanelock.rom import System
 from vanelock.stages.matrices.gather import gathered
 from vanelock.stages.matrices.steps import motions_step, piece_step, system_step
@@ -128,18 +127,6 @@ def test_rows_that_are_all_kept(tmp_path: Path, scene_file: Write) -> None:
     np.testing.assert_allclose(system.force[0].vector, forces.ravel()[6:], rtol=1e-15)
 
 
-def test_coordinates_do_not_grow_with_loaded_nodes(tmp_path: Path, scene_file: Write) -> None:
-    """Two for each file, however many nodes it has."""
-    random_forces(tmp_path)
-    path = scene_file(scene(tmp_path) + SHAKEN)
-    sizes = [len(joined(path).at(0).K)]
-    path = scene_file(scene(tmp_path) + GAS + HEAT + SHAKEN)
-    for count in (3, 15, COUNT):
-        write_forces(tmp_path / "gas.csv", ONE.nodes[:count], np.ones((count, 3)))
-        sizes.append(len(joined(path).at(0).K))
-    assert [size - sizes[0] for size in sizes[1:]] == [4, 4, 4]
-
-
 @pytest.mark.parametrize("keys", KEPT.values(), ids=list(KEPT))
 def test_a_uniform_force_is_the_same_from_a_file(tmp_path, scene_file, keys):
     """Vibration by a file, by nodes and direction, and of the whole: phase and scale, too."""
@@ -190,20 +177,6 @@ def test_files_of_the_same_nodes_at_two_harmonics(tmp_path: Path, scene_file: Wr
     for harmonic in (0, 1):
         kept, made = again.force[harmonic].vector, both.force[harmonic].vector
         np.testing.assert_array_equal(kept, made)
-
-
-def test_a_scale_that_is_swept_reduces_nothing_again(tmp_path: Path, scene_file: Write) -> None:
-    random_forces(tmp_path)
-    text = scene(tmp_path) + GAS + SHAKEN + '[sweep]\n"loads[0].scale" = [0.5, 1, 3]\n'
-    heard: list[Event] = []
-    quiet = "[response]\nmode = 1\nfrequencies = [8, 9]\nharmonics = 1\n"
-    found = run_scene(load_scene(scene_file(text + quiet)), tmp_path / "run", heard.append)
-    assert [each.case for each in found] == [f"loads[0].scale={s}" for s in ("0.5", "1", "3")]
-    names = [event.stage for event in heard if isinstance(event, Done)]
-    assert sorted(n for n in names if n.startswith("component")) == [
-        "component one",
-        "component two",
-    ]
 
 
 def keys_of(path: Path, name: str = "one") -> tuple[str, str, str]:

@@ -15,7 +15,7 @@ from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.commands.check.file import check_file
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.errors import InputError
-from vanelock.pipeline.progress import Done, Failed
+from vanelock.pipeline.progress import Failed
 from vanelock.quantities.run_result import RunResult
 
 SPRINGS = (3e5, 2e5, 1e5)
@@ -34,44 +34,6 @@ QUIET = f"[outputs]\nloops = false\nreport = false\n{FEW}"
 def arm(folder: Path) -> str:
     """A chain on ground, its third node pressed on a pad, its last one loaded."""
     return 'name = "arm <b>"\n' + chain(1, 4, SPRINGS, ground=1.0).write(folder, "arm")
-
-
-def test_a_run_leaves_results_figures_and_a_page(golden, tmp_path, scene_file):
-    path = scene_file(
-        arm(tmp_path) + "modes = 2\n" + PAD + FEW + '[sweep]\n"contacts.pad.mu" = [0.05, 0.2]'
-    )
-    folder = tmp_path / "run"
-    text = path.read_text()
-    found = run_scene(load_scene(path), folder, text=text)
-    assert [each.case for each in found] == ["mu=0.05", "mu=0.2"]
-    assert all(each.converged == each.points and each.peak is not None for each in found)
-    assert found[0].work["pad"] > 0
-    with h5py.File(folder / "results.h5") as file:
-        assert file.attrs["complete"]
-        for name in ("mu=0.05", "mu=0.2"):
-            system = nonlinear.System.load(file[f"response/{name}/system"])
-            response = nonlinear.Response.load(file[f"response/{name}"])
-            again = nonlinear.frequency_response(system, response.frequency, nonlinear.Options(1))
-            top = int(response.amplitude[:, 0, 1].argmax())
-            assert again.amplitude[top, 0, 1] == pytest.approx(
-                response.amplitude[top, 0, 1], rel=1e-6
-            )
-    for name in ("response.csv", "loop_mu0.05.csv"):
-        assert (folder / "figures" / name).stat().st_size > 500
-    assert (golden("lap_joint").folder / "figures" / "response.png").stat().st_size > 20_000
-    page = (folder / "report.html").read_text()
-    assert "arm &lt;b&gt;" in page
-    assert "arm <b>" not in page
-
-    done: list[Done] = []
-
-    def listen(event: object) -> None:
-        if isinstance(event, Done):
-            done.append(event)
-
-    run_scene(load_scene(path), folder, listen, text)
-    assert sum(each.stage.startswith("response") for each in done) == 2
-    assert all(each.cached for each in done if each.stage != "system")
 
 
 def test_a_system_from_a_file_is_the_scene_that_made_it(tmp_path: Path, scene_file: Write) -> None:

@@ -19,12 +19,8 @@ STUDY = f"""
 name = "small"
 {SMALL}
 joints.interlock.mu = 0.15
-[response]
-harmonics = 1
-range = [251, 256]
-points = 3
-[sweep]
-"joints.interlock.mu" = [0.1, 0.2]
+response = {{ harmonics = 1, range = [251, 256], points = 3 }}
+sweep."joints.interlock.mu" = [0.1, 0.2]
 """
 
 

@@ -29,14 +29,9 @@ STUDY = f"""
 name = "rig"
 {SMALL}
 {MU} = 0.4  # a guess
-[response]
-harmonics = 1
-[[measured]]
-file = "rig.csv"
-sigma = 0.3
-[fit]
-parameters = ["{MU}"]
-starts = 1
+response.harmonics = 1
+measured = [{{ file = "rig.csv", sigma = 0.3 }}]
+fit = {{ parameters = ["{MU}"], starts = 1 }}
 """
 HERTZ = np.linspace(249.0, 263.0, 8)
 CURVE = Measured("rig", HERTZ, HERTZ)

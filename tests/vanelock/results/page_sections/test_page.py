@@ -140,14 +140,9 @@ def test_files_are_written_again_only_when_they_show_something_else(golden, tmp_
 
 
 DOUBTFUL = f"""{SMALL}mesh.correction = "none"
-[response]
-frequencies = [266, 268]
-harmonics = 1
-[outputs]
-shapes = false
-loops = false
-[sweep]
-"joints.hook.mu" = [0.3, 0.4]
+response = {{ frequencies = [266, 268], harmonics = 1 }}
+outputs = {{ shapes = false, loops = false }}
+sweep."joints.hook.mu" = [0.3, 0.4]
 """
 
 

@@ -58,6 +58,9 @@ def test_it_says_in_one_line_what_it_is(ran: vanelock.Run) -> None:
     assert ran.complete
     assert dict(ran.failed) == {}
     assert ran.page == ran.folder / "report.html"
+    page = ran.page.read_text("utf-8")
+    assert "arm &lt;b&gt;" in page
+    assert "arm <b>" not in page
     assert ran.monitor == "arm 4, y"
     shown = ran._repr_html_()
     assert shown is not None

@@ -102,13 +102,15 @@ def test_what_goes_with_a_mesh():
 def test_sweeps(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "vane.inp").write_text("*NODE\n")
-    dimensions = VANE + '[sweep]\n"casing.outer_radius" = [0.604, 0.605]\n'
-    assert len(cases(parse_study(dimensions))) == 2
-    with pytest.raises(InputError) as caught:
-        cases(parse_study(VANE + '[sweep]\n"vane.chord" = [0.04, 0.05]\n'))
-    assert "a mesh is given, so dimensions cannot be" in str(caught.value).splitlines()[0]
-    with pytest.raises(InputError, match="only keys that hold a number or a choice"):
-        cases(parse_study(VANE + '[sweep]\n"vane.mesh" = ["a", "b"]\n'))
+    swept = VANE + '[sweep]\n"{}" = [{}]\n'
+    radii = swept.format("casing.outer_radius", "0.604, 0.605")
+    assert len(cases(parse_study(radii))) == 2
+    for key, values, expected in (
+        ("vane.chord", "0.04, 0.05", r"a mesh is given, so dimensions cannot be"),
+        ("vane.mesh", '"a", "b"', "only keys that hold a number or a choice"),
+    ):
+        with pytest.raises(InputError, match=expected):
+            cases(parse_study(swept.format(key, values)))
 
 
 SHAPE = "\n".join(line for line in SMALL.splitlines() if line.startswith(("vane", "mesh"))) + "\n"
@@ -139,15 +141,13 @@ def folder(files, tmp_path):
     return shutil.copytree(files, tmp_path / "study")
 
 
-def written(folder, text, own=("vane", "casing")):
-    heads = {"vane": VANE, "casing": CASING}
-    path = folder / "study.toml"
-    parts = [heads[name] + (folder / f"{name}.toml").read_text() for name in own]
-    path.write_text("".join(parts) + text)
-    return load_study(path)
+def written(folder, text):
+    sets = [(folder / f"{name}.toml").read_text() for name in ("vane", "casing")]
+    (folder / "study.toml").write_text(f"{text}\n{VANE}{sets[0]}{CASING}{sets[1]}")
+    return load_study(folder / "study.toml")
 
 
-SIZE = '[mesh]\nsize = "40 mm"\n'
+SIZE = 'mesh.size = "40 mm"\n'
 
 
 def keys(study):
@@ -160,14 +160,10 @@ def test_cache_follows_the_contents(folder):
     """A new friction coefficient or place recomputes no mesh; a node moved by a nanometre does."""
     study = written(folder, SIZE)
     before = keys(study)
-    harder = keys(written(folder, SIZE + "[joints.hook]\nmu = 0.5\n"))
+    harder = keys(written(folder, SIZE + "joints.hook.mu = 0.5"))
     assert harder[:4] == before[:4]
     assert harder[4] != before[4]
-    elsewhere = folder / "moved"
-    elsewhere.mkdir()
-    for name in ("vane.inp", "casing.bdf", "vane.toml", "casing.toml"):
-        (elsewhere / name).write_bytes((folder / name).read_bytes())
-    assert keys(written(elsewhere, SIZE)) == before
+    assert keys(written(shutil.copytree(folder, folder / "moved"), SIZE)) == before
     text = (folder / "vane.inp").read_text()
     (folder / "vane.inp").write_text(text.replace("*HEADING", "*HEADING\nchanged", 1))
     after = keys(study)
@@ -197,28 +193,16 @@ def test_mesh_is_read_once(folder):
         assert ("read vane" in names) == (len(found) == 1)
     assert (found[0][0].points == found[1][0].points).all()
     assert found[1][1].frames.keys() == {"hook_front", "hook_rear"}
-    without = written(folder, SIZE + "[joints.interlock]\nenabled = false\n")
+    without = written(folder, SIZE + "joints.interlock.enabled = false")
     assert rom_step(without, "vane", ()).key != rom_step(study, "vane", ()).key
 
 
 RESPONSE = """
-[rom]
-vane_modes = 6
-casing_modes = 6
-[joints.hook]
-kn = 5e7
-kt = 3e7
-patch = "node"
-[joints.interlock]
-mu = 0.1
-kn = 1.67e6
-kt = 1e6
-patch = "node"
-[excitation]
-force = 80
-[response]
-harmonics = 1
-frequencies = [264, 268]
+rom = { vane_modes = 6, casing_modes = 6 }
+joints.hook = { kn = 5e7, kt = 3e7, patch = "node" }
+joints.interlock = { mu = 0.1, kn = 1.67e6, kt = 1e6, patch = "node" }
+excitation.force = 80
+response = { harmonics = 1, frequencies = [264, 268] }
 [outputs]
 monitor = "casing output 1, radial"
 shapes = false
@@ -273,8 +257,7 @@ def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
 
 def test_areas_are_asked_for_before_the_reductions(folder):
     """Rows of nodes have no area: refused at once, with the key and the set."""
-    text = SIZE + "[joints.interlock]\nkn_area = 1e11\nkt_area = 1e11\n"
-    study = written(folder, text)
+    study = written(folder, SIZE + "joints.interlock = { kn_area = 1e11, kt_area = 1e11 }")
     stages: list[Event] = []
     for action in (run_study, mesh_study):
         with pytest.raises(InputError) as caught:
