@@ -26,5 +26,5 @@ def test_a_run_finds_what_it_found(golden, name):
         for each in both:
             assert each.pop("table limits 1: mode")[0] in (1, 2)
     for of_page, tolerance in ((False, TOLERANCE), (True, ROUNDED)):
-        pair = [{k: each[k] for k in each if k.startswith(PAGE) == of_page} for each in both]
-        assert sorted(differences(*pair, tolerance, ROUND_OFF)) == []
+        one, other = ({k: each[k] for k in each if k.startswith(PAGE) == of_page} for each in both)
+        assert sorted(differences(one, other, tolerance, ROUND_OFF)) == []

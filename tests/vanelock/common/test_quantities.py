@@ -2,10 +2,7 @@
 
 import pytest
 
-from vanelock.common.quantities import (
-    rpm,
-    si,
-)
+from vanelock.common.quantities import rpm, si
 
 
 @pytest.mark.parametrize(

@@ -106,11 +106,6 @@ def test_loops_are_drawn_even_of_an_open_contact(tmp_path):
     assert other.stat().st_size > path.stat().st_size > 10_000
 
 
-def test_arrays_that_do_not_fit_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"displacement of shape \(3, 8\)"):
-        loop_picture(tmp_path / "x.png", np.zeros((3, 8)), np.zeros((3, 8)), MU, "Contact")
-
-
 FORCE = np.array([[100.0, 15.0, -3.0], [50.0, 0.0, -15.0], [0.0, 0.0, 0.0]])
 
 
@@ -124,9 +119,12 @@ def test_preload_by_joint(figures):
     assert ratios == [0.5, 1.0]
 
 
-def test_preload_that_does_not_fit_is_refused(tmp_path):
+def test_arrays_that_do_not_fit_are_refused(tmp_path):
+    path, wrong = tmp_path / "x.png", np.zeros((3, 8))
+    with pytest.raises(InputError, match=r"displacement of shape \(3, 8\)"):
+        loop_picture(path, wrong, wrong, MU, "Contact")
     with pytest.raises(InputError, match=r"force of shape \(3, 3\): \(2, 3\) is needed"):
-        preload_picture(tmp_path / "x.png", FORCE, 0.3, ["hook", "hook"])
+        preload_picture(path, FORCE, 0.3, ["hook", "hook"])
 
 
 def test_open_contacts_show_no_force_whatever_round_off_says(figures):
