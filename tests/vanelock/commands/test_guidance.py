@@ -106,15 +106,12 @@ def test_bash_completes_what_is_typed(tmp_path: Path) -> None:
     assert typed("converge", "mine.toml", "--setting", "response.h") == ["response.harmonics"]
 
 
-def test_study_files_are_those_that_begin_so(tmp_path: Path) -> None:
+def test_study_files_and_every_setting_of_a_study_are_completed(tmp_path):
     (tmp_path / "a.toml").write_text("")
     (tmp_path / "a.csv").write_text("")
     assert study_files(f"{tmp_path}/") == [f"{tmp_path}/a.toml"]
     assert study_files(f"{tmp_path}/b") == []
     assert study_files(f"{tmp_path}/none/") == []
-
-
-def test_every_setting_of_a_study_is_completed() -> None:
     studies = [
         {},
         {"rom": {"route": "paper", "vane_modes": 5}},

@@ -57,7 +57,7 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(tmp_
     assert np.linalg.norm(found) == pytest.approx(true, rel=1e-4)
 
 
-def test_what_a_study_asks_for() -> None:
+def test_what_a_study_asks_for_and_a_little_wider_range_needs_no_new_models():
     text = "[response]\nrange = [240, 300]\n[campbell]\nspeeds = [0, 20000]\nengine_orders = [7]\n"
     asked = asked_by(parse_study(text))
     assert asked == {"response.range": 300, "campbell.speeds": pytest.approx(20000 / 60 * 7)}
@@ -67,9 +67,6 @@ def test_what_a_study_asks_for() -> None:
     heated = '[material.vane]\nE_at = [[20, "200 GPa"], [600, "50 GPa"]]\nE = "200 GPa"\n'
     assert softest(parse_study(heated + "[temperature]\nvane = 480\n")) == pytest.approx(0.25)
     assert least_band({}) is None
-
-
-def test_a_little_wider_range_needs_no_new_models() -> None:
     keys = {
         reduced_step(parse_study(f"[response]\nrange = [240, {high}]"), "vane", ()).key
         for high in (315, 340, 380)

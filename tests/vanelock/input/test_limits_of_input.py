@@ -92,23 +92,17 @@ def test_where_the_limits_lie(tmp_path, text, expected):
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_the_limits_leave_room():
+def test_the_limits_leave_room_mistakes_are_counted_and_a_pipe_is_not_waited_for(tmp_path):
     text = "\n".join(f"# {'comment ' * 20}" for _ in range(10_000))
     assert len(text) < LARGEST
     assert toml_tables(text, "study") == {}
     assert toml_tables("a.b.c.d.e.f = 1", "study")["a"]["b"]["c"]["d"]["e"]["f"] == 1
     assert toml_tables('n = "1.2.3.4.5.6.7.8.9.10.11.12.13"', "study")
-
-
-def test_mistakes_are_counted(tmp_path):
     with pytest.raises(InputError) as error:
         parse_study("".join(f"k{i} = 1\n" for i in range(1000)))
     lines = str(error.value).splitlines()
     assert len(lines) == 21
     assert lines[-1] == "study: and 980 more mistakes"
-
-
-def test_a_pipe_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "study.toml")
     with pytest.raises(InputError, match="is no regular file"):
         load_study(tmp_path / "study.toml")

@@ -223,23 +223,11 @@ def test_one_line_for_one_mistake(text, line):
     assert complaint(text) == line
 
 
-def test_dimensions_that_contradict_one_another():
+def test_dimensions_that_contradict_one_another_are_refused_on_reading(tmp_path):
     message = complaint("[vane]\nleg_front = 0.09")
     assert message.startswith("vane.leg_rear = 0.0885")
     assert "leg_front = 0.09" in message
     assert len(message.splitlines()) == 1
-
-
-def test_monitor_names_a_node_and_a_component():
-    wanted = "casing output 2, axial"
-    assert parse_study(f'[outputs]\nmonitor = "{wanted}"').outputs.monitor == wanted
-    for absent in ("blade", "vane output 9, radial", "casing output 0"):
-        text = complaint(f'[outputs]\nmonitor = "{absent}"')
-        assert text.startswith(f'outputs.monitor = "{absent}": expected an output node')
-        assert "output 1 to 3" in text
-
-
-def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
     path = tmp_path / "vane.toml"
     path.write_text("[vane]\naerofoils = 12")
     line = complaint(path, load_study)
@@ -247,7 +235,13 @@ def test_parts_that_do_not_fit_are_refused_on_reading(tmp_path):
     assert "\n" not in line
 
 
-def test_the_smallest_and_the_largest_elements_may_be_asked_for():
+def test_monitors_name_a_node_and_the_smallest_and_largest_elements_may_be_asked_for():
+    wanted = "casing output 2, axial"
+    assert parse_study(f'[outputs]\nmonitor = "{wanted}"').outputs.monitor == wanted
+    for absent in ("blade", "vane output 9, radial", "casing output 0"):
+        text = complaint(f'[outputs]\nmonitor = "{absent}"')
+        assert text.startswith(f'outputs.monitor = "{absent}": expected an output node')
+        assert "output 1 to 3" in text
     assert [_mesh_size(size) for size in (SMALLEST, LARGEST)] == [SMALLEST, LARGEST]
     assert _mesh_size(["8 mm", 0.005]) == (0.008, 0.005)
     for size in (0.999 * SMALLEST, 1.001 * LARGEST, [0.008, 0.1], [0.008], ["coarse", 0.01]):

@@ -84,13 +84,11 @@ def test_an_entry_under_another_name_is_noticed(cache, noticed):
     assert all("it is the entry of another stage or study" in each for each in noticed)
 
 
-def test_a_failed_store_leaves_nothing(cache):
+def test_a_failed_store_leaves_nothing(cache, tmp_path):
     with pytest.raises(TypeError, match="cannot store"):
         cache.store("a stage", "key", Numbers(np.array([object()]), "mine"), 1.0)
     assert list(cache.folder.iterdir()) == []
-
-
-def test_a_file_in_the_place_of_the_folder(tmp_path, cache):
+    cache.folder.rmdir()
     cache.folder.write_text("in the way")
     with pytest.raises(InputError, match="cannot be written"):
         cache.store("a stage", "key", Numbers(np.zeros(1), ""), 1.0)

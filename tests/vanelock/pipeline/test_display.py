@@ -52,7 +52,9 @@ EVENTS: list[Event] = [
 LAST = "done in 21.0 s, at most 3.1 GB of memory: pictures 15.0 s, responses 3.5 s, meshes 1.2 s"
 
 
-def test_plain_lines_say_each_thing_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_plain_lines_say_each_thing_once_and_a_file_has_no_width_unless_asked_for(
+    capsys, monkeypatch
+):
     lines = PlainLines()
     for event in EVENTS:
         lines(event)
@@ -63,6 +65,10 @@ def test_plain_lines_say_each_thing_once(capsys: pytest.CaptureFixture[str]) -> 
     assert heard.err.splitlines() == ["note: about 2 min", *stages, failed, *last]
     shown = [line.strip() for line in heard.out.splitlines() if "─" not in line]
     assert shown == ["", "Responses", "peak", "case    [um]", "mu=0.3    40", "warning: w"]
+    monkeypatch.delenv("COLUMNS", raising=False)
+    assert width_of(StringIO()) == 1000
+    monkeypatch.setenv("COLUMNS", "72")
+    assert width_of(StringIO()) == 72
 
 
 SHOW = """
@@ -181,10 +187,3 @@ def test_a_fit_says_its_responses(capsys, monkeypatch):
     bar(Begun("fit"))
     bar(trial)
     assert [task.fields["said"] for task in shown.tasks] == [said]
-
-
-def test_a_file_has_no_width_unless_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("COLUMNS", raising=False)
-    assert width_of(StringIO()) == 1000
-    monkeypatch.setenv("COLUMNS", "72")
-    assert width_of(StringIO()) == 72

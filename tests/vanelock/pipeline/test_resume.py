@@ -261,12 +261,19 @@ def test_a_complete_file_of_the_same_study_stays_until_the_next_one_is(tmp_path:
     assert seen() == ("b", False, False)
 
 
-def test_results_removed_under_a_run_are_reported(tmp_path: Path) -> None:
+def test_a_folder_is_held_by_one_run_and_results_removed_under_it_are_reported(tmp_path):
     results = of_one(tmp_path)
     results.path.unlink()
     with pytest.raises(InputError) as caught, results.edit() as file:
         file["two"] = 2
     assert reason(caught, results.path) == "No such file or directory"
+    with claimed(tmp_path / "run"):
+        with pytest.raises(InputError, match="another run is using this folder"):
+            with claimed(tmp_path / "run"):
+                pass
+        (tmp_path / "run" / "kept.txt").write_text("")
+    with claimed(tmp_path / "run"):
+        pass
 
 
 def of_one(folder: Path) -> Results:
@@ -278,16 +285,6 @@ def of_one(folder: Path) -> Results:
     results.flush()
     results.end()
     return results
-
-
-def test_a_folder_is_held_by_one_run(tmp_path: Path) -> None:
-    with claimed(tmp_path / "run"):
-        with pytest.raises(InputError, match="another run is using this folder"):
-            with claimed(tmp_path / "run"):
-                pass
-        (tmp_path / "run" / "kept.txt").write_text("")
-    with claimed(tmp_path / "run"):
-        pass
 
 
 def test_parts_of_files_that_a_kill_left_are_swept_up(tmp_path: Path) -> None:

@@ -172,7 +172,7 @@ def tables(text):
     return {block.title.split()[0]: block for block in blocks if isinstance(block, Table)}
 
 
-def test_the_page_lists_what_scatters_and_not_as_fixed():
+def test_the_page_lists_what_scatters_or_varies_together_and_not_as_fixed():
     shown = tables(STUDY.format(count=100) + 'vane.thickness = { low = "4 mm", high = 0.005 }')
     assert shown["Scattering:"].rows == [
         ("excitation.force", "radial force per node", "lognormal, mean 30 N, deviation 9 N"),
@@ -183,13 +183,10 @@ def test_the_page_lists_what_scatters_and_not_as_fixed():
     assert "joints.interlock.mu" in fixed
     assert not {"excitation.force", "joints.interlock.kt"} & set(fixed)
     assert "Set" not in shown  # the number of samples is the default
-
-
-def test_the_page_lists_what_varies_together_and_not_as_fixed():
     shown = tables('[rows]\n"joints.interlock.mu" = [0.1, 0.2]\n"excitation.force" = [10, 20]')
     assert [row[2] for row in shown["Varied"].rows] == ["0.1, 0.2", "10, 20 N"]
-    fixed = {row[0] for row in shown["Main"].rows}
-    assert not {"joints.interlock.mu", "excitation.force"} & fixed
+    constant = {row[0] for row in shown["Main"].rows}
+    assert not {"joints.interlock.mu", "excitation.force"} & constant
 
 
 def test_keys_of_optional_tables_know_their_defaults():

@@ -86,7 +86,7 @@ def test_motion_that_is_not_small_is_reported():
     assert warnings.large(small, peak(small), np.nan, "unknown", None) == []
 
 
-def test_hooks_that_are_open_at_rest_are_reported(ring):
+def test_hooks_open_at_rest_and_a_state_at_rest_that_is_not_solved_are_reported(ring):
     """A gap opens the hook; a pressed hook gives no warning."""
     open_hook = replace(ring, contacts=replace(ring.contacts, v0=np.array([-1e-5, 3e-5])))
     static = static_response(open_hook)
@@ -94,6 +94,14 @@ def test_hooks_that_are_open_at_rest_are_reported(ring):
     (line,) = warnings.open_at_rest(static, joints, ["hook"])
     assert line.startswith("1 of 1 contacts of hook are open at rest: the linear limits")
     assert warnings.open_at_rest(static_response(ring), joints, ["hook", "interlock"]) == []
+    off = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
+    rest = static_response(off)
+    assert warnings.at_rest(rest, False) == []
+    assert warnings.at_rest(rest, True) == [warnings.LOOSE]
+    lost = replace(rest, converged=np.zeros(1, bool), residual=np.array([3e-2]))
+    _, line = warnings.at_rest(lost, True)
+    assert [line] == warnings.at_rest(lost, False)
+    assert line.startswith("the state at rest DID NOT CONVERGE (residual 3.0e-02)")
 
 
 def test_a_correction_is_doubted_where_what_is_held_moves():
@@ -161,17 +169,6 @@ def test_bounds_of_another_peak_than_the_curve_s_are_reported():
     (line,) = BOUNDS.warnings(case, [bounded])
     assert "are of ANOTHER PEAK than the curve's" in line
     assert line.endswith("theirs is 2 um at 250 Hz, the curve's 2.5 um at 249 Hz")
-
-
-def test_a_state_at_rest_that_is_not_solved_is_reported(ring):
-    off = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
-    rest = static_response(off)
-    assert warnings.at_rest(rest, False) == []
-    assert warnings.at_rest(rest, True) == [warnings.LOOSE]
-    lost = replace(rest, converged=np.zeros(1, bool), residual=np.array([3e-2]))
-    _, line = warnings.at_rest(lost, True)
-    assert [line] == warnings.at_rest(lost, False)
-    assert line.startswith("the state at rest DID NOT CONVERGE (residual 3.0e-02)")
 
 
 def test_modes_of_interest_that_differ_are_reported(ring):

@@ -46,13 +46,17 @@ def test_largest_instant_over_two_shapes():
     assert energy(annulus.largest_instant(a, b)) == pytest.approx(best, rel=1e-6)
 
 
-def test_cylindrical_components_of_a_known_wave(sector):
+def test_cylindrical_components_and_names_of_known_waves(sector):
     part = sector(sectors=16)
     angle = np.arctan2(part.points[:, 1], part.points[:, 0])
     given = annulus.cylindrical(part.points, wave(part.points, 1))
     expected = np.exp(-1j * angle)[:, None] * np.array([0.3, 0.2 - 0.5j, 0.7j])
     np.testing.assert_allclose(given, expected, atol=1e-14)
     assert annulus.dominant(part.points, wave(part.points, 1)) == 2
+    assert annulus.wave_name(1, 16) == "nodal diameter 1"
+    assert annulus.wave_name(8, 16) == "nodal diameter 8"
+    assert annulus.wave_name(15, 16) == "nodal diameter 1, backward wave"
+    assert annulus.wave_name(-1, 16) == "nodal diameter 1, backward wave"
 
 
 @pytest.mark.parametrize(
@@ -61,10 +65,3 @@ def test_cylindrical_components_of_a_known_wave(sector):
 )
 def test_round_scale(largest, drawn, scale):
     assert annulus.round_scale(largest, drawn) == pytest.approx(scale, rel=1e-12)
-
-
-def test_a_wave_beyond_half_the_sectors_travels_backward():
-    assert annulus.wave_name(1, 16) == "nodal diameter 1"
-    assert annulus.wave_name(8, 16) == "nodal diameter 8"
-    assert annulus.wave_name(15, 16) == "nodal diameter 1, backward wave"
-    assert annulus.wave_name(-1, 16) == "nodal diameter 1, backward wave"

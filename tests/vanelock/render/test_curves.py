@@ -184,7 +184,7 @@ def test_curves_need_neither_pyplot_nor_vtk(tmp_path):
     assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
 
 
-def test_listed_points_are_dots_that_end_no_range(figures):
+def test_listed_points_are_dots_and_frequencies_far_apart_get_a_logarithmic_axis(figures):
     lone = Curve([265.0], [2e-5], "μ = 0.3", joined=False)
     some = Curve([240.0, 265.0], [1e-5, 3e-5], "μ = 0.1", joined=False)
     response_curves("x.png", [lone, some])
@@ -192,9 +192,7 @@ def test_listed_points_are_dots_that_end_no_range(figures):
     lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
     assert all(len(line.get_xdata()) < 2 for line in lines)
     assert peak(Curve([265.0], [2e-5])) == MarkedPeak(265.0, 2e-5, False)
-
-
-def test_frequencies_far_apart_get_a_logarithmic_axis(figures):
+    figures.clear()
     response_curves("x.png", [Curve([1e-9, 265.0, 1e9], [1e-6, 2e-6, 0.0])], engine_order=1)
     figures[0].canvas.draw()
     (axes,) = figures[0].axes
@@ -212,18 +210,22 @@ def test_linear_limits_of_several_groups_are_told_apart(figures):
     assert colours[1] == colours[3]
 
 
-def test_a_label_never_breaks_inside_a_quantity(figures):
+def test_labels_break_between_quantities_and_what_is_of_no_group_or_case_stays_plain(
+    figures, tmp_path
+):
     group = "interlock.mu = 0.3, excitation.force = 12, chord = 0.047"
     response_curves("x.png", [Curve(F, F * 1e-7, group)])
     lines = labels(figures[0])[0].split("\n")
     assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]
-
-
-def test_limits_without_a_group_are_grey_beside_responses_without_one() -> None:
     drawn = [Curve(F, resonance(245.0, 130e-6), kind="free"), Curve(F, resonance(250.0, 1e-5))]
     (_, limit), (_, response) = looks(drawn)
     assert (limit.colour, limit.dash) == (style.GREY, "dash")
     assert (response.colour, response.dash) == (style.BLUE, "solid")
+    verdict = np.full(len(F), -1)
+    verdict[20] = 0
+    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
+    assert curve.pieces == [(-1, slice(0, len(F)))]
+    assert curve.outcome == "stable"
 
 
 def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp_path, figures):
@@ -249,14 +251,6 @@ def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp
     assert grey == [code == 2 for code, *_ in found]
     assert [line.is_dashed() for line in drawn] == [code == 1 for code, *_ in found]
     assert labels(figures[0]) == ["a\n40.0 µm at 250.0 Hz, unstable"]
-
-
-def test_a_verdict_on_the_peak_alone_leaves_the_line_as_it_is(tmp_path, figures):
-    verdict = np.full(len(F), -1)
-    verdict[20] = 0
-    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
-    assert curve.pieces == [(-1, slice(0, len(F)))]
-    assert curve.outcome == "stable"
 
 
 def test_an_envelope_is_shaded_in_its_curves_colour(tmp_path, figures):

@@ -66,20 +66,14 @@ def test_a_body_has_the_colours_given_at_its_points():
     assert high[2] > 200 > 40 > high[0]
 
 
-def test_colours_follow_the_map_and_grey_out_what_is_unknown():
+def test_colours_follow_maps_the_phase_map_closes_and_repeated_bodies_keep_their_points():
     shown = scene.colours(np.array([0.0, 5.0, 10.0, np.nan]), style.AMPLITUDE_MAP, 0, 10)
     expected = [style.AMPLITUDE_MAP(v)[:3] for v in (0.0, 0.5, 1.0)] + [to_rgb(style.LIGHT)]
     np.testing.assert_allclose(shown, expected, atol=1e-12)
-
-
-def test_the_phase_map_closes():
     np.testing.assert_allclose(style.PHASE_MAP(0.0), style.PHASE_MAP(1.0), atol=1e-12)
-
-
-def test_repeated_bodies_keep_their_own_points():
     given = scene.repeat(np.array([[0, 1, 2], [1, 2, 3]]), 4, 3)
-    expected = [[0, 1, 2], [1, 2, 3], [4, 5, 6], [5, 6, 7], [8, 9, 10], [9, 10, 11]]
-    np.testing.assert_array_equal(given, expected)
+    repeated = [[0, 1, 2], [1, 2, 3], [4, 5, 6], [5, 6, 7], [8, 9, 10], [9, 10, 11]]
+    np.testing.assert_array_equal(given, repeated)
 
 
 def test_smooth_surface_doubles_points_on_sharp_edges_only(sector):

@@ -87,13 +87,19 @@ def test_mesh_picture(parts, tmp_path):
     assert np.count_nonzero(band) > 400
 
 
-def test_mode_picture_does_not_depend_on_the_scale_of_the_shape(parts, tmp_path):
+def test_mode_picture_does_not_depend_on_the_scale_and_an_unwritable_place_is_refused(
+    parts, tmp_path
+):
     waves = [radial_wave(part, 2, 1.0) for part in parts]
     first = mode_picture(tmp_path / "a.png", parts, waves, 2, "Mode 1")
     assert colours_in(first) > 40
     assert 0.3 < share_white(first) < 0.9
     second = mode_picture(tmp_path / "b.png", parts, [1e-5 * w for w in waves], 2, "Mode 1")
     assert np.mean(np.abs(imread(first) - imread(second)) > 0.02) < 1e-3
+    (tmp_path / "file").write_text("")
+    waves = [radial_wave(part, 1, 1.0) for part in parts]
+    with pytest.raises(InputError, match="cannot be written"):
+        mode_picture(tmp_path / "file" / "mode.png", parts, waves, 1, "Mode")
 
 
 def test_response_picture_shows_every_phase(parts, tmp_path):
@@ -148,10 +154,3 @@ def test_shapes_that_do_not_fit_are_refused(parts, tmp_path, bad, message):
     waves = [radial_wave(part, 1, 1.0) for part in parts]
     with pytest.raises(InputError, match=message):
         mode_picture(tmp_path / "mode.png", parts, bad(waves), 1, "Mode")
-
-
-def test_an_unwritable_place_is_refused(parts, tmp_path):
-    (tmp_path / "file").write_text("")
-    waves = [radial_wave(part, 1, 1.0) for part in parts]
-    with pytest.raises(InputError, match="cannot be written"):
-        mode_picture(tmp_path / "file" / "mode.png", parts, waves, 1, "Mode")

@@ -137,15 +137,12 @@ def test_zoom_and_back(visit, page):
     assert page.evaluate(back, before)
 
 
-def test_logarithmic_axes(page):
+def test_axes_are_logarithmic_and_a_wide_table_scrolls_in_its_own_box(page):
     kinds = page.evaluate(
         "(() => { const l = document.querySelectorAll('.plot .area')[1]._fullLayout;"
         " return [l.xaxis.type, l.yaxis.type]; })()"
     )
     assert kinds == ["log", "log"]
-
-
-def test_wide_table_scrolls_in_its_own_box(page):
     box = page.locator(".scroll").first.evaluate("b => [b.scrollWidth, b.clientWidth, b.tabIndex]")
     assert box[0] > box[1]
     assert box[2] == 0  # the keyboard reaches it

@@ -19,28 +19,20 @@ def test_numbers_have_four_digits():
     assert str(wording.cell(0.5)) == "0.5"
 
 
-def test_only_bold_and_code_are_marked():
+def test_texts_labels_and_files_are_shown_as_a_page_does(tmp_path):
+    """Only bold and code are marked, and empty lines part paragraphs."""
     text = "**μ = <0.3>** by `mu * **k**` & <i>more</i> 2 ** 3"
     assert str(wording.marked(text)) == (
         "<strong>μ = &lt;0.3&gt;</strong> by <code>mu * **k**</code>"
         " &amp; &lt;i&gt;more&lt;/i&gt; 2 ** 3"
     )
-
-
-def test_empty_lines_part_paragraphs():
     assert str(wording.paragraphs("\nOne\nline.\n\n \nTwo {0} %s.\n")) == (
         "<p>One\nline.</p>\n<p>Two {0} %s.</p>"
     )
-
-
-def test_label_is_a_quantity_and_its_unit():
     assert wording.quantity("amplitude (µm)") == ("amplitude", "µm")
     assert wording.quantity("friction coefficient (–)") == ("friction coefficient", "")
     assert wording.quantity("force t(u)") == ("force t(u)", "")
     assert wording.quantity("points") == ("points", "")
-
-
-def test_files_are_described_from_the_report(tmp_path):
     assert wording.file_text(tmp_path / "figures" / "a.csv", tmp_path) == "figures/a.csv"
     assert wording.file_text(Path("runs/vane/figures/a.csv"), Path("runs/vane")) == "figures/a.csv"
     assert wording.file_text("figures/a.csv", tmp_path) == "figures/a.csv"

@@ -22,7 +22,7 @@ def refused(tmp_path, block, match):
     assert not list(tmp_path.glob("*.html*"))
 
 
-def test_nothing_is_loaded_from_elsewhere(sample):
+def test_nothing_is_loaded_from_elsewhere_and_a_page_without_curves_is_small(sample, tmp_path):
     text = sample.path.read_text("utf-8")
     own = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
     assert re.findall(r'(?:src|href)="(?!data:|#)[^"]*"', own) == []
@@ -31,9 +31,6 @@ def test_nothing_is_loaded_from_elsewhere(sample):
     assert "default-src 'none'" in own
     assert "<script>alert(1)</script>" not in text
     assert text.count("</script>") == text.count("<script")
-
-
-def test_page_without_curves_is_small(tmp_path):
     path = report.write_page(tmp_path / "new" / "report.html", page_of(report.Text("Hello.")))
     text = path.read_text("utf-8")
     assert "<p>Hello.</p>" in text

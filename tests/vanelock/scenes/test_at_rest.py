@@ -46,17 +46,13 @@ def block(lattice: Callable[..., Part], tmp_path: Path, scene_file: Write):
     return write
 
 
-def test_a_block_rests_as_long_as_friction_holds_it(block) -> None:
-    """Pushed sideways by T under N it slides where T > μN; the static state agrees."""
+def test_a_block_rests_as_long_as_friction_holds_it_and_it_does_not_tip_over(block):
+    """It slides where T > μN, pushed under N at its middle, and tips where T > N/2."""
     held = block((0.99 * MU * 100, 0, -100))
     assert "warning" not in {row[0] for row in check_file(held).rows}
     assert static_response(joined(held)).converged.all()
     with pytest.raises(InputError, match=r"components\.block: held by contacts alone, whose"):
         check_file(block((1.01 * MU * 100, 0, -100)))
-
-
-def test_a_block_tips_over(block) -> None:
-    """Pushed at its top by T under N at its middle it tips where T > N/2, if friction lets it."""
     path = block((51, 0, -100))
     path.write_text(path.read_text().replace(f"mu = {MU}", "mu = 0.6"))
     with pytest.raises(InputError, match="cannot balance the static load"):
@@ -72,25 +68,21 @@ def test_a_run_is_refused_before_anything_is_reduced(block, tmp_path: Path) -> N
     assert not any("component" in stage for stage in stages)
 
 
-def test_what_nothing_presses_is_reported(tmp_path: Path, scene_file: Write) -> None:
-    """An interference alone pushes a free part away and leaves it."""
+def test_what_nothing_presses_is_reported_but_not_what_ties_hold(tmp_path, scene_file):
+    """An interference alone pushes a free part away; one tied to a clamped one moves no contact."""
     pad = PAD.format("one", 3) + "interference = 1e-6\n"
     text = chain(1, 3, SPRINGS).write(tmp_path, "one") + pad + load("one", 1, "[0, 0, 1]")
     assert ("warning", LOOSE) in check_file(scene_file(text)).rows
     pressed = text + load("one", 1, "[0, 0, 1]", 1, "harmonic = 0\n")
     assert "warning" not in {row[0] for row in check_file(scene_file(pressed)).rows}
-
-
-LOOSE = "components.one: held by contacts alone, which nothing presses: at rest it may lie anywhere"
-
-
-def test_ties_carry_what_holds_a_part(tmp_path: Path, scene_file: Write) -> None:
-    """A free part that is tied to a clamped one moves no contact by itself."""
     text = chain(1, 3, SPRINGS, ground=1.0).write(tmp_path, "one")
     text += chain(11, 3, SPRINGS).write(tmp_path, "two") + PAD.format("two", 13)
     text += '[ties.glue]\nbetween = ["one", "two"]\npairs = [[3, 11]]\n'
     text += load("two", 13, "[0, 0, -1]", 1, "harmonic = 0\n") + load("two", 13, "[0, 0, 1]")
     assert "warning" not in {row[0] for row in check_file(scene_file(text)).rows}
+
+
+LOOSE = "components.one: held by contacts alone, which nothing presses: at rest it may lie anywhere"
 
 
 def test_an_inner_row_without_stiffness_is_refused(tmp_path: Path, scene_file: Write) -> None:

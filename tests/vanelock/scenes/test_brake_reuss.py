@@ -83,10 +83,20 @@ def test_frequencies_are_those_of_the_raw_matrices(folder, summary):
             assert ours[rigid:] == pytest.approx(exact, rel=1e-4)
 
 
-def test_friction_that_sticks_changes_nothing_of_what_the_bolts_press(summary):
+def test_bolts_press_at_rest_and_the_lap_slides_without_lift_off(summary):
+    """What is open at rest stays so; friction that sticks changes nothing of the forces at rest."""
     with h5py.File(summary[1] / "results.h5") as file:
         found = static_bounds(System.load(file["system"]))
     np.testing.assert_allclose(found.rest_load, [[BOLTS] * 3], rtol=1e-6)
+    with h5py.File(summary[1] / "results.h5") as file:
+        found = file["response/nominal"]
+        state, rest = found["state"][()], found["preload/force"][0, 0, :, 0].real
+    assert rest.sum() == pytest.approx(BOLTS, rel=1e-9)
+    assert summary[0].converged == len(state)
+    np.testing.assert_array_equal(state == OPEN, np.tile(rest < 1e-9 * BOLTS, (len(state), 1)))
+    assert not (state == SLIP_OPEN).any()
+    assert (state == SLIP).any()
+    assert 0 < summary[0].of_stuck < 1
 
 
 def test_tip_moves_as_the_raw_matrices_say(folder: Path, summary: tuple[Summary, Path]) -> None:
@@ -100,16 +110,3 @@ def test_tip_moves_as_the_raw_matrices_say(folder: Path, summary: tuple[Summary,
     found = summary[0]
     assert found.peak is not None
     assert found.peak.amplitude / found.of_stuck == pytest.approx(peak, rel=2e-3)
-
-
-def test_bolts_press_and_the_lap_slides_without_lift_off(summary: tuple[Summary, Path]) -> None:
-    """What is open at rest stays so; the forces at rest are the bolts'."""
-    with h5py.File(summary[1] / "results.h5") as file:
-        found = file["response/nominal"]
-        state, rest = found["state"][()], found["preload/force"][0, 0, :, 0].real
-    assert rest.sum() == pytest.approx(BOLTS, rel=1e-9)
-    assert summary[0].converged == len(state)
-    np.testing.assert_array_equal(state == OPEN, np.tile(rest < 1e-9 * BOLTS, (len(state), 1)))
-    assert not (state == SLIP_OPEN).any()
-    assert (state == SLIP).any()
-    assert 0 < summary[0].of_stuck < 1

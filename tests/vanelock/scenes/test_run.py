@@ -66,8 +66,8 @@ def test_a_system_from_a_file_that_lacks_something_is_refused_before_a_response(
         assert not list((tmp_path / "run").rglob("*esponse*"))
 
 
-def test_damping_by_a_matrix(tmp_path: Path, scene_file: Write) -> None:
-    """C = β K, no ratio: each linear peak falls with the mode's own ζ = β ω / 2."""
+def test_damping_by_a_matrix_and_with_joints_open_or_stuck(tmp_path, scene_file):
+    """C = β K, no ratio; joints are open where nothing is said, or as a system's own file says."""
     import scipy.io
     import scipy.sparse as sp
 
@@ -77,10 +77,6 @@ def test_damping_by_a_matrix(tmp_path: Path, scene_file: Write) -> None:
     system = joined(scene_file(text + PAD))
     assert system.damping_ratio is None
     np.testing.assert_allclose(system.diameters[0].C, 2e-5 * system.diameters[0].K, atol=1e-9)
-
-
-def test_damping_with_joints_open_or_stuck(tmp_path: Path, scene_file: Write) -> None:
-    """What is not said is open, or as a system's own file says."""
     text = arm(tmp_path) + "modes = 2\n" + PAD
     assert joined(scene_file(text)).damping_joints == "open"
     stuck = joined(scene_file(text + '[damping]\njoints = "stuck"\n'))

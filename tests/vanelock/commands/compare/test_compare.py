@@ -38,7 +38,7 @@ def run(label, *cases, text="", complete=True, monitor="vane output 1, radial"):
 MU, H = "joints.interlock.mu", "response.harmonics"
 
 
-def test_cases_are_paired_by_name_values_and_order():
+def test_cases_are_paired_by_name_values_and_order_and_not_guessed():
     one = run("A", case("mu=0.1", {MU: 0.1}), case("mu=0.2", {MU: 0.2}), case("nominal", {}))
     other = run(
         "B",
@@ -55,9 +55,6 @@ def test_cases_are_paired_by_name_values_and_order():
     ]
     assert notes[-1] == "force=3 is in B alone"
     assert "by values" in notes[0]
-
-
-def test_values_that_fit_two_cases_are_not_guessed():
     one = run("A", case("mu=0.2", {MU: 0.2}))
     other = run("B", *(case(f"mu=0.2,harmonics={h}", {MU: 0.2, H: h}) for h in (1, 3)))
     pairs, notes = matched(one, other)
@@ -96,7 +93,7 @@ def test_the_case_that_changes_most_stands_on_top():
     assert "of 4 cases the 2 whose peak" in top[1].text
 
 
-def test_counts_get_no_percentages():
+def test_counts_get_no_percentages_and_what_is_missing_is_said():
     both = case("nominal", {}), case("nominal", {})
     for each, (h, points) in zip(both, ((3, 50), (5, 60)), strict=True):
         each.numbers.update(harmonics=h, points=points, converged=points, seconds=h)
@@ -104,9 +101,6 @@ def test_counts_get_no_percentages():
     changes = {line.what: line.change for line in found.results}
     assert (changes["harmonics"], changes["points"], changes["converged"]) == (None, None, None)
     assert changes["time"] == pytest.approx(2 / 3)
-
-
-def test_what_is_missing_is_said():
     found = compared(
         run("A", case("nominal", {})), run("B", complete=False, monitor="vane output 2, axial")
     )

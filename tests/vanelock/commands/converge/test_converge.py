@@ -46,7 +46,7 @@ def test_every_setting_has_the_studys_own_value_once():
         chosen(parse_study(""), ("mesh",), 1e5)
 
 
-def test_values_around_what_the_study_has():
+def test_values_lie_around_what_the_study_has_and_meshes_grow_up_to_the_limit_alone():
     assert values("[rom]\naccuracy = 5e-4", "rom.accuracy")[1] == ["0.0005"]
     assert values("[rom]\nvane_modes = 8", "rom.vane_modes") == (["4", "8", "16", "32"], ["8"])
     assert values('[rom]\nroute = "paper"', "rom.casing_modes")[1] == ["10"]
@@ -54,9 +54,6 @@ def test_values_around_what_the_study_has():
     assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
     isotropic = values('[response]\nfriction = "isotropic"', "response.samples")
     assert isotropic == (["64", "128", "256", "512", "1024", "located"], ["located"])
-
-
-def test_meshes_grow_up_to_the_limit_alone():
     study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 170')
     few, many = (
         {setting.key: setting for setting in settings_of(study, dofs)}["mesh.size"]

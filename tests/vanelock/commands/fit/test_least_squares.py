@@ -47,16 +47,12 @@ def test_values_and_errors_are_scipy_s(given):
     assert doubts(found) == []
 
 
-def test_a_fit_in_small_units_goes_as_far():
-    """In metres residuals are of the order of 1e-7, and gradients of 1e-12."""
+def test_a_fit_in_small_units_goes_as_far_and_one_that_misses_has_larger_errors():
+    """In metres residuals are of the order of 1e-7; a bump that no resonance has is a miss."""
     data = predict(TRUTH) + 0.02 * np.random.default_rng(4).standard_normal(41)
     found = fit(predict, data, None, parameters())
     small = fit(lambda theta: 1e-6 * predict(theta), 1e-6 * data, None, parameters())
     np.testing.assert_allclose(small.value, found.value, rtol=1e-4)
-
-
-def test_a_model_that_misses_its_data_has_larger_errors():
-    """A bump that no resonance has: errors grow by the misfit, and it is said."""
     sigma = np.full(41, 0.005)
     data = predict(TRUTH) * (1 + 0.3 * np.sin(40 * HERTZ))
     found = fit(predict, data, sigma, parameters())

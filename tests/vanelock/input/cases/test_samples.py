@@ -55,11 +55,14 @@ def test_keys_are_paired_at_random_and_the_seed_says_how():
     assert not first.study.scatter
 
 
-def test_numbers_carry_units_and_keys_may_stand_without_quotes():
+def test_numbers_carry_units_and_are_allowed_by_their_keys():
     text = 'joints.interlock.interference = { low = "1 um", high = 3e-6 }\n'
     (found,) = samples(study(text)).values()
     assert 1e-6 <= min(found) < 1.1e-6
     assert 2.9e-6 < max(found) <= 3e-6
+    text = f'{MU} = {{ distribution = "normal", mean = 0.1, deviation = 0.1 }}'
+    with pytest.raises(InputError, match=r"sample \d+: joints.interlock.mu = -.*truncate = true"):
+        cases(study(text))
 
 
 TABLE = """
@@ -94,12 +97,6 @@ MISTAKES = TABLE.replace("MU", MU).replace("KT", KT).strip().splitlines()
 )
 def test_mistakes(text, line):
     assert complaint(text, lambda text: cases(study(text))).startswith(line)
-
-
-def test_a_sample_that_the_key_does_not_allow_is_named():
-    text = f'{MU} = {{ distribution = "normal", mean = 0.1, deviation = 0.1 }}'
-    with pytest.raises(InputError, match=r"sample \d+: joints.interlock.mu = -.*truncate = true"):
-        cases(study(text))
 
 
 @pytest.mark.parametrize(

@@ -23,21 +23,19 @@ def test_product_runs_the_last_key_fastest():
     assert all(not c.study.sweep for c in found)
 
 
-def test_no_sweep_is_one_case():
+def test_cases_have_values_and_names():
+    """No sweep is one; keys may stand without quotes, and defaults may depend on others."""
     (case,) = cases(parse_study(""))
     assert (case.name, case.values) == ("nominal", {})
-
-
-def test_keys_may_stand_without_quotes_and_values_carry_units():
     found = cases(parse_study('[sweep]\nvane.chord = ["40 mm", 0.045]'))
     assert [case.study.vane.chord for case in found] == [pytest.approx(0.04), 0.045]
-
-
-def test_names_tell_equal_last_words_apart():
     study = parse_study(
         '[sweep]\n"joints.hook.mu" = [0.2]\n"joints.interlock.mu" = [0.3]\n"vane.chord" = [0.04]'
     )
     assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=40mm"
+    found = cases(parse_study('[sweep]\n"excitation.unbalance" = [1e-3, 2e-3]'))
+    assert [c.study.excitation.unbalance for c in found] == [1e-3, 2e-3]
+    assert [c.study.excitation.force_per_node for c in found] == [0, 0]
 
 
 def test_words_can_be_swept_too():
@@ -67,12 +65,6 @@ def test_engine_orders_are_cases_the_slowest_of_all():
     assert (only.name, only.study.excitation.engine_order) == ("engine_order=16", 16)
 
 
-def test_a_default_that_depends_on_another_key_can_be_swept():
-    found = cases(parse_study('[sweep]\n"excitation.unbalance" = [1e-3, 2e-3]'))
-    assert [c.study.excitation.unbalance for c in found] == [1e-3, 2e-3]
-    assert [c.study.excitation.force_per_node for c in found] == [0, 0]
-
-
 MISTAKES = """
 "joints.interlock.muu": unknown key; nearest known key: joints.interlock.mu
 "joints.interlock": only keys that hold a number or a choice of words can be swept
@@ -94,14 +86,14 @@ RIGHT = {"vane.chord": "0.04", "response.coupling": '"coupled"', "ring.sectors":
 
 @pytest.mark.parametrize("line", MISTAKES.strip().splitlines())
 def test_mistakes(tmp_path, line):
-    key, entry, value = re.match(r'"(.*?)"(\[1\])?(?: = (.*?))?: ', line).groups()
+    ((key, entry, value),) = re.findall(r'^"(.*?)"(\[1\])?(?: = (.*?))?: ', line)
     values = f"[{RIGHT.get(key, '0.1')}, {value}]" if entry else value or "[0.1]"
     path = tmp_path / "vane.toml"
     path.write_text(f'[sweep]\n"{key}" = {values}\n[excitation]\nengine_orders = [1]')
     assert complaint(path, load_study) == f"{path}: sweep.{line}"
 
 
-def test_impossible_combinations_are_refused():
+def test_impossible_combinations_and_too_many_cases_are_refused():
     study = parse_study(
         '[sweep]\n"vane.thickness" = [0.002, 0.004]\n"vane.edge_thickness" = [0.001, 0.003]\n'
         "[vane]\nthickness = 0.01\nedge_thickness = 0.0001"
@@ -110,9 +102,6 @@ def test_impossible_combinations_are_refused():
         InputError, match=r"vane\.thickness = 0\.002, vane\.edge_thickness = 0\.003"
     ):
         cases(study)
-
-
-def test_too_many_cases():
     keys = ("joints.hook.mu", "joints.interlock.mu", "joints.hook.kn")
     many = ", ".join(f"{0.1 + i * 1e-3}" for i in range(47))  # 47^3 = 103,823
     study = parse_study("[sweep]\n" + "".join(f'"{key}" = [{many}]\n' for key in keys))

@@ -15,12 +15,17 @@ def read(folder, text, gauges=1, order=2, **keys):
     return read_measured(MeasuredCurve(file=str(path), **keys), order, gauges, "measured[0]")
 
 
-def test_frequency_and_amplitude_in_any_order_of_rows(tmp_path):
+def test_frequency_and_amplitude_in_any_order_of_rows_and_what_the_study_says_of_them(tmp_path):
     rows = "Frequency (Hz), Amplitude (um)\n260.5,2.5\n259,1\n# end\n,\n261,\n"
     found = read(tmp_path, f"# rig\n\n{rows}")
     assert (found.name, found.frequency.tolist()) == ("data", [259, 260.5])
     assert found.amplitude == pytest.approx([1e-6, 2.5e-6])
     assert (found.quantity, found.sigma, found.gauge) == ("displacement", None, None)
+    keys = {"name": "rig 2", "engine_order": 1, "sigma": 0.1, "direction": "down"}
+    found = read(tmp_path, "speed (rpm),displacement (mm)\n6000,1\n6060,2\n", **keys)
+    assert (found.name, found.direction) == ("rig 2", "down")
+    assert found.frequency == pytest.approx([100, 101])
+    assert found.sigma == pytest.approx([1e-4, 1e-4])
 
 
 @pytest.mark.parametrize(
@@ -43,14 +48,6 @@ def test_one_curve_in_many_executor(tmp_path, text):
     assert found.amplitude == pytest.approx([2.5e-6, 3e-6])
     assert found.sigma == pytest.approx([1e-7, 1e-7])
     assert (found.quantity, found.gauge, found.engine_order) == ("strain", 0, 2)
-
-
-def test_what_the_study_says_of_a_file(tmp_path):
-    keys = {"name": "rig 2", "engine_order": 1, "sigma": 0.1, "direction": "down"}
-    found = read(tmp_path, "speed (rpm),displacement (mm)\n6000,1\n6060,2\n", **keys)
-    assert (found.name, found.direction) == ("rig 2", "down")
-    assert found.frequency == pytest.approx([100, 101])
-    assert found.sigma == pytest.approx([1e-4, 1e-4])
 
 
 @pytest.mark.parametrize(

@@ -221,11 +221,15 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         assert message.endswith("is for Universal Files (.uff, .unv, .uf)")
 
 
-def test_a_range_holds_for_every_file_and_must_leave_points(tmp_path: Path) -> None:
+def test_a_range_must_leave_points_and_no_displacement_is_found_at_0_hz(tmp_path):
     csv = tmp_path / "rig.csv"
     csv.write_text("f (Hz),a (um)\n1,2\n3,4\n5,6\n")
     assert read(csv, range=[2, 6]).frequency.tolist() == [3, 5]
     assert complaint(csv, range=[4, 6]) == "rig.csv: 1 point from 4 to 6 Hz: at least 2 are needed"
+    hertz = np.array([0.0, 0.25, 1.0, 8.0])
+    found = _factor(Ordinate("velocity", 1e-3, False), hertz, None, "rig.uff")
+    assert np.isnan(found[0])
+    assert found[1:] == pytest.approx(1e-3 / (2 * np.pi * hertz[1:]))
 
 
 def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:
@@ -237,10 +241,3 @@ def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:
     study.write_text('[[measured]]\nfile = "rig.uff"\nrange = [270, 250]\n')
     with pytest.raises(InputError, match=r"measured\[0\]\.range.*low < high"):
         load_study(study)
-
-
-def test_a_displacement_is_found_at_every_frequency_but_none() -> None:
-    hertz = np.array([0.0, 0.25, 1.0, 8.0])
-    found = _factor(Ordinate("velocity", 1e-3, False), hertz, None, "rig.uff")
-    assert np.isnan(found[0])
-    assert found[1:] == pytest.approx(1e-3 / (2 * np.pi * hertz[1:]))

@@ -74,15 +74,12 @@ def test_solved_response_dissipates_what_its_slider_travels_under_load():
     assert found.depth_per_hour[0] == pytest.approx(1e-15 * found.work[0] * 36000 / 2e-6)
 
 
-def test_stuck_contact_travels_nowhere():
+def test_stuck_contact_travels_nowhere_and_sampled_friction_has_no_exact_slip():
     response = nonlinear.frequency_response(jenkins(1.0), [10.0], nonlinear.Options(3))
     found = wear(response)
     assert found.slip[0] == found.work[0] == found.energy[0] == 0
     assert np.isnan(found.energy_per_area[0])
     assert np.isnan(found.volume_per_hour[0])
-
-
-def test_sampled_friction_has_no_exact_slip():
     response = nonlinear.frequency_response(
         jenkins(60.0), [10.0], nonlinear.Options(3, samples=256)
     )

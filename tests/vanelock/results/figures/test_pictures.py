@@ -126,7 +126,7 @@ def test_the_curves_are_drawn_again_where_a_measured_one_is_called_otherwise_or_
     assert len({json.dumps(each) for each in shows}) == 6  # pictures and CSV files
 
 
-def test_an_open_joint_has_no_preload(ring):
+def test_an_open_joint_has_no_preload_and_no_friction_no_share_of_it(ring):
     gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
     rest = static_response(gap)
     rest.force[0, 0] = [[2, 0, 0], [4e-16, 1e-16, 0]]
@@ -135,9 +135,6 @@ def test_an_open_joint_has_no_preload(ring):
     assert (interlock["closed"], interlock["open"], interlock["slipped"]) == (0, 1, 0)
     assert (interlock["n_min"], interlock["n_max"], interlock["t_over_n"]) == (0, 0, None)
     assert hook["n_mean"] == 2
-
-
-def test_without_friction_no_share_of_the_bound_is_round_off(ring):
     smooth = replace(ring, contacts=replace(ring.contacts, mu=np.zeros(2)))
     rest = static_response(smooth)
     rest.force[0, 0, :, 1] = 1e-17

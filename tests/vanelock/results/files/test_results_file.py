@@ -61,13 +61,21 @@ def test_round_trip(tmp_path, ring):
     np.testing.assert_array_equal(found.x[1], response.x[1])
 
 
-def test_a_new_run_replaces_the_old_results(tmp_path, ring):
+def test_a_new_run_replaces_old_results_and_missing_files_and_cases_are_named(tmp_path, ring):
     path = tmp_path / "results.h5"
     for text in ("old", "new"):
         with Results(path).edit() as file:
             file[text] = 1
     with open_results(path) as file:
         assert set(file) == {"new"}
+    path.unlink()
+    check_results(path)
+    with pytest.raises(InputError, match="no such file"), open_results(path):
+        pass
+    with Results(tmp_path / "results.h5").edit() as file:
+        file.create_group("response/nominal")
+    with pytest.raises(InputError, match=r"no case 'other' \(it has nominal\)"):
+        load_system(tmp_path / "results.h5", "other")
 
 
 @pytest.mark.parametrize("content", ["damaged", "cut", "foreign", "version", "folder"])
@@ -96,16 +104,6 @@ def test_files_that_are_not_ours(tmp_path, content):
     assert str(caught.value).startswith(f"{path}: {expected}")
     assert "--output" in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
-
-
-def test_missing_files_and_cases(tmp_path, ring):
-    check_results(tmp_path / "results.h5")
-    with pytest.raises(InputError, match="no such file"), open_results(tmp_path / "results.h5"):
-        pass
-    with Results(tmp_path / "results.h5").edit() as file:
-        file.create_group("response/nominal")
-    with pytest.raises(InputError, match=r"no case 'other' \(it has nominal\)"):
-        load_system(tmp_path / "results.h5", "other")
 
 
 def test_a_damaged_part_is_reported_and_written_again(tmp_path):

@@ -120,7 +120,7 @@ def test_limits_are_responses_and_the_first_case_is_the_default(ran: vanelock.Ru
     assert row["relative to stuck"] == pytest.approx(heights[2] / heights[1])
 
 
-def test_a_wrong_name_lists_what_there_is(ran: vanelock.Run) -> None:
+def test_a_wrong_name_lists_what_there_is_and_what_is_no_run_is_refused(ran, tmp_path):
     have = r"no case 'mu=1' \(it has free, mu=0\.05, mu=0\.2, stuck\)$"
     for ask in (ran.response, ran.system, ran.plot):
         with pytest.raises(InputError, match=have) as caught:
@@ -130,6 +130,13 @@ def test_a_wrong_name_lists_what_there_is(ran: vanelock.Run) -> None:
         ran.plot("free")
     with pytest.raises(InputError, match="'free' is a linear limit: name a case, which has a sys"):
         ran.system("free")
+    with pytest.raises(InputError, match="no such folder"):
+        vanelock.load(tmp_path / "none")
+    with pytest.raises(InputError, match=r"holds no results\.h5: not the folder of a run"):
+        vanelock.load(tmp_path)
+    assert vanelock.load(ran.folder / "results.h5").cases == CASES
+    with pytest.raises(InputError, match="no such file"):
+        vanelock.run(tmp_path / "none.toml")
 
 
 def test_the_figure_has_the_curves_of_the_programs_own(ran: vanelock.Run) -> None:
@@ -150,16 +157,6 @@ def test_the_figure_has_the_curves_of_the_programs_own(ran: vanelock.Run) -> Non
     assert alone.axes[0].get_yscale() == "log"
     shown: bytes = figure._repr_png_()
     assert shown.startswith(b"\x89PNG")
-
-
-def test_what_is_no_run_is_refused(ran: vanelock.Run, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such folder"):
-        vanelock.load(tmp_path / "none")
-    with pytest.raises(InputError, match=r"holds no results\.h5: not the folder of a run"):
-        vanelock.load(tmp_path)
-    assert vanelock.load(ran.folder / "results.h5").cases == CASES
-    with pytest.raises(InputError, match="no such file"):
-        vanelock.run(tmp_path / "none.toml")
 
 
 def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(tmp_path, capsys):
