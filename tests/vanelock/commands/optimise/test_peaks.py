@@ -12,7 +12,7 @@ from vanelock.commands.optimise.bound import least_bound
 from vanelock.commands.optimise.front import front, undominated
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.commands.optimise.peaks import NEAR, Peaks
-from vanelock.commands.optimise.search import Progress, optimum, searched
+from vanelock.commands.optimise.search import Progress, optimum, searched, spread
 from vanelock.commands.optimise.tables import notes
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.peak import PeakPoint
@@ -223,3 +223,12 @@ def test_the_least_bound_is_where_peaks_of_unlike_sliders_cross():
     assert found.of == "upper bound"
     assert len(asked) == 4  # the study's own, the peak's optimum, and one more for each place
     assert any("static friction" in text for text in notes(found))
+
+
+def test_starts_spread_over_the_bounds():
+    low, high = np.array([0.0, 10.0]), np.array([1.0, 30.0])
+    places = spread(low, high, 30)
+    assert ((low < places) & (places < high)).all()
+    share = (places - low) / (high - low)
+    quarters = 2 * (share[:, 0] > 0.5) + (share[:, 1] > 0.5)
+    assert np.bincount(quarters.astype(int), minlength=4).min() >= 6
