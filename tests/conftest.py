@@ -159,9 +159,7 @@ JOINTS = (
     Joint("hook", kn=1.67e7, kt=1.67e7, mu=0.3, interference=20e-6),
     Joint("interlock", kn=1e6, kt=1e6, mu=0.15, interference=2e-6),
 )
-VANE_MASTERS = (
-    "hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "output",
-)  # fmt: skip
+VANE_MASTERS = ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "output")
 CASING_MASTERS = ("hook_front", "hook_rear", "key", "force", "output")
 
 

@@ -52,9 +52,7 @@ def test_only_a_tag_is_published_after_everything_has_passed() -> None:
         assert "secrets." not in (ROOT / name).read_text()
 
 
-def test_the_container_has_the_libraries_that_the_set_up_looks_for(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_container_has_the_libraries_that_the_set_up_looks_for(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "tools"))
     import system_packages
 

@@ -15,14 +15,8 @@ from types import ModuleType
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-MADE_FROM = [
-    "Makefile",
-    "pyproject.toml",
-    "requirements.lock",
-    "tools/setup.sh",
-    "tools/environment.py",
-    "tools/system_packages.py",
-]
+SCRIPTS = [f"tools/{name}" for name in ("setup.sh", "environment.py", "system_packages.py")]
+MADE_FROM = ["Makefile", "pyproject.toml", "requirements.lock", *SCRIPTS]
 # Any Debian with Python has these.
 ALWAYS_THERE = {"c", "dl", "m", "pthread", "rt", "stdc++", "gcc_s", "z"}
 
@@ -58,6 +52,14 @@ def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return log
 
 
+@pytest.fixture
+def without_sudo(log: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The same of a user who has no sudo."""
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    (log.parent / "bin" / "sudo").unlink()
+    return log
+
+
 def test_what_gmsh_links_to_is_looked_for(tools: ModuleType) -> None:
     (library,) = [
         path for path in files("gmsh") or [] if re.search(r"libgmsh\.so\.[\d.]+$", str(path))
@@ -74,81 +76,49 @@ def test_absent_library_is_noticed(tools: ModuleType) -> None:
     assert tools.system_packages.absent_libraries(asked) == ["libvane.so.7"]
 
 
-def test_root_installs_by_apt(
-    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(os, "geteuid", lambda: 0)
+@pytest.mark.parametrize(("user", "first"), [(0, "apt-get "), (1000, "sudo -n true")])
+def test_root_installs_by_apt_and_a_user_with_sudo_by_that(tools, log, monkeypatch, user, first):
+    monkeypatch.setattr(os, "geteuid", lambda: user)
     tools.system_packages.install(["libgl1", "gcc"])
-    *_, last = log.read_text().splitlines()
-    assert last.startswith("apt-get ")
-    assert last.endswith(" install --yes --no-install-recommends libgl1 gcc")
-
-
-def test_user_with_sudo_installs_by_sudo(
-    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    tools.system_packages.install(["libgl1"])
     calls = log.read_text().splitlines()
-    assert calls[0] == "sudo -n true"
-    assert calls[-2].startswith("sudo -n env DEBIAN_FRONTEND=noninteractive apt-get ")
-    assert calls[-1].endswith(" install --yes --no-install-recommends libgl1")
+    assert calls[0].startswith(first)
+    assert calls[-1].startswith("apt-get ")
+    assert calls[-1].endswith(" install --yes --no-install-recommends libgl1 gcc")
+    if user:
+        assert calls[-2].startswith("sudo -n env DEBIAN_FRONTEND=noninteractive apt-get ")
 
 
-def test_user_without_sudo_is_given_the_line(
-    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    (log.parent / "bin" / "sudo").unlink()
+def test_user_without_sudo_is_given_the_line(tools, without_sudo, monkeypatch):
+    """A compiler that is missing alone does not stop the set-up."""
+    line = "apt-get install --yes --no-install-recommends {}gcc"
     monkeypatch.setattr(tools.system_packages, "missing_required", lambda: ["libgl1", "libegl1"])
     monkeypatch.setattr(tools.system_packages, "missing_for_cholmod", lambda: ["gcc"])
     with pytest.raises(SystemExit) as stop:
         tools._system()
-    line = "apt-get update && apt-get install --yes --no-install-recommends libgl1 libegl1 gcc"
-    assert f"    {line}\n" in str(stop.value.code)
-    assert log.read_text() == ""
-
-
-def test_missing_compiler_alone_does_not_stop(
-    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    (log.parent / "bin" / "sudo").unlink()
+    said = f"    apt-get update && {line.format('libgl1 libegl1 ')}\n"
+    assert said in str(stop.value.code)
+    assert without_sudo.read_text() == ""
     monkeypatch.setattr(tools.system_packages, "missing_required", list)
-    monkeypatch.setattr(tools.system_packages, "missing_for_cholmod", lambda: ["gcc"])
-    obstacle = tools._system()
-    assert "apt-get install --yes --no-install-recommends gcc" in obstacle
+    assert line.format("") in tools._system()
 
 
-def test_browser_is_installed_for_the_tests(
-    tools: ModuleType, log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_browser_is_installed_for_the_tests_if_there_is_none(tools, log, monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     tools._browser()
-    *_, last = log.read_text().splitlines()
-    assert last.endswith(" install --yes --no-install-recommends chromium")
-
-
-def test_missing_browser_is_reported_and_does_not_stop(
-    tools: ModuleType,
-    log: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    (log.parent / "bin" / "sudo").unlink()
-    tools._browser()
-    printed = capsys.readouterr().out
-    assert "tests of the report will fail" in printed
-    assert "apt-get install --yes --no-install-recommends chromium\n" in printed
-
-
-def test_browser_that_is_there_is_left_alone(tools: ModuleType, log: Path) -> None:
+    calls = log.read_text()
+    assert calls.endswith(" install --yes --no-install-recommends chromium\n")
     browser = log.parent / "bin" / "google-chrome"
     browser.write_text("#!/bin/sh\n")
     browser.chmod(0o755)
     tools._browser()
-    assert log.read_text() == ""
+    assert log.read_text() == calls
+
+
+def test_missing_browser_is_reported_and_does_not_stop(tools, without_sudo, capsys):
+    tools._browser()
+    printed = capsys.readouterr().out
+    assert "tests of the report will fail" in printed
+    assert "apt-get install --yes --no-install-recommends chromium\n" in printed
 
 
 def test_parts_of_the_lock_are_installed_by_themselves(tools: ModuleType) -> None:
@@ -162,20 +132,15 @@ def test_parts_of_the_lock_are_installed_by_themselves(tools: ModuleType) -> Non
     assert "mkl==" not in tools.locked(text, "test, docs")
 
 
-def test_a_file_whose_digest_is_not_in_the_lock_is_refused(
-    tools: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_whose_digest_is_not_in_the_lock_is_refused(tools, tmp_path, monkeypatch):
     wheel = tmp_path / "vane_toy-1.0-py3-none-any.whl"
     with zipfile.ZipFile(wheel, "w") as file:
-        file.writestr(
-            "vane_toy-1.0.dist-info/METADATA",
-            "Metadata-Version: 2.1\nName: vane-toy\nVersion: 1.0\n",
-        )
-        file.writestr(
-            "vane_toy-1.0.dist-info/WHEEL",
-            "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
-        )
-        file.writestr("vane_toy-1.0.dist-info/RECORD", "")
+        for name, text in (
+            ("METADATA", "Metadata-Version: 2.1\nName: vane-toy\nVersion: 1.0\n"),
+            ("WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"),
+            ("RECORD", ""),
+        ):
+            file.writestr(f"vane_toy-1.0.dist-info/{name}", text)
     lock = tmp_path / "requirements.lock"
     monkeypatch.setattr(tools, "ROOT", tmp_path)
     monkeypatch.setattr(tools, "PYTHON", Path(sys.executable))
@@ -223,10 +188,12 @@ def make(folder: Path, target: str) -> str:
 
 
 @pytest.mark.parametrize("target", ["study", "test"])
-def test_made_environment_is_left_alone(checkout: Path, target: str) -> None:
+def test_made_environment_is_left_alone_where_it_was_made(checkout: Path, target: str) -> None:
     commands = make(checkout, target)
     assert "setup.sh" not in commands
     assert len(commands.splitlines()) == 1
+    moved = checkout.rename(checkout.with_name("elsewhere"))
+    assert make(moved, target).startswith("sh tools/setup.sh")
 
 
 @pytest.mark.parametrize("changed", MADE_FROM[1:])
@@ -234,11 +201,6 @@ def test_changed_source_makes_it_anew(checkout: Path, changed: str) -> None:
     later = time.time() + 10
     os.utime(checkout / changed, (later, later))
     assert make(checkout, "study").startswith("sh tools/setup.sh")
-
-
-def test_moved_checkout_makes_its_own(checkout: Path) -> None:
-    moved = checkout.rename(checkout.with_name("elsewhere"))
-    assert make(moved, "test").startswith("sh tools/setup.sh")
 
 
 @pytest.mark.system

@@ -88,9 +88,7 @@ def test_installed_wheel_works_outside_the_tree(site: Path, tmp_path: Path) -> N
     assert all(Path(file).is_relative_to(site) for file in files)
 
 
-def test_installed_command_has_its_version_manual_and_examples(
-    wheel: Path, site: Path, tmp_path: Path
-) -> None:
+def test_installed_command_has_its_version_manual_and_examples(wheel, site, tmp_path):
     (built,) = re.findall(r"^vanelock-([^-]+)-", wheel.name)
 
     def said(*arguments: str) -> str:

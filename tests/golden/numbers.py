@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,23 @@ import h5py
 import numpy as np
 
 from tests.golden.runs import GoldenRun
+from tests.vanelock.results.pages import card, on_page, plain
 
 Numbers = dict[str, list[float]]
 """By table or file and column; NaN where there is nothing."""
 
-OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "cost", "memory"}
+OF_THE_MACHINE = {"stages", "time", "seconds", "cpu", "cost", "memory", "meshed"}
 """Tables, columns and arrays that say how fast a machine was."""
 FEW = 40
 """Of longer columns of a file a test keeps the least, the largest and how many there are."""
+PAGES = "default", "sweep"
+"""Runs whose pages are read, too."""
+PAGE = "page "
+"""How names of what stands on a page begin: numbers of three or four digits."""
+TITLES = (
+    "All cases at their largest", "Worst location of each feature", "The critical location of",
+    "Power of one sector at the peak", "Joints of one sector at the peak", "Finite-element meshes",
+)  # fmt: skip
 ROUND_OFF = 1e-9
 """Below it, in the units that are shown, numbers are round-off of larger ones."""
 
@@ -33,12 +43,27 @@ def shown(run: GoldenRun) -> Numbers:
             rows = event.record()["rows"]
             for name in rows[0] if rows else ():
                 keep(found, f"table {key} {counted[key]}: {name}", [row[name] for row in rows])
+    if run.folder.name in PAGES:
+        on_its_page(found, (run.folder / "report.html").read_text("utf-8"))
     for path in sorted(run.folder.glob("figures/*.csv")):
         with open(path, encoding="utf-8") as file:
             lines = list(csv.reader(line for line in file if not line.startswith("#")))
         for head, *column in zip(*lines, strict=True):
             keep(found, f"{path.name}: {head}", column)
     return found
+
+
+def on_its_page(found: Numbers, page: str) -> None:
+    """Add the cards of a page and its tables of what is computed of each case."""
+    for title in TITLES:
+        if title in page:
+            heads, rows = on_page(page, title)
+            for head, *column in zip(heads, *rows, strict=True):
+                keep(found, f"{PAGE}{title}: {head}", column)
+    for label in re.findall(r'<div class="label">(.*?)</div>', page):
+        value, note = card(page, re.escape(label))
+        words = re.findall(r"-?\d[\d.,]*", f"{value} {note}")
+        keep(found, f"{PAGE}{plain(label)}: numbers", [each.strip(".,") for each in words])
 
 
 def keep(found: Numbers, name: str, column: list[Any]) -> None:
@@ -52,7 +77,7 @@ def keep(found: Numbers, name: str, column: list[Any]) -> None:
 def number(cell: Any) -> float:
     """A cell's number, NaN where it has none."""
     try:
-        return float(cell)
+        return float(cell.replace(",", "") if isinstance(cell, str) else cell)
     except (TypeError, ValueError):
         return math.nan
 

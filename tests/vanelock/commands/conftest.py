@@ -25,9 +25,7 @@ def small_model(tmp_path_factory: pytest.TempPathFactory) -> Rejoined:
 
 @pytest.fixture
 def called(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[object, str, str]]:
     """Function that runs the command in this process and in `tmp_path`: status, output, errors."""
     monkeypatch.chdir(tmp_path)

@@ -26,9 +26,7 @@ def test_all_examples_have_names_and_help_tells_them() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_an_example_is_written_as_it_is(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_example_is_written_as_it_is(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(app, ["init", "--example", name])
     assert done.exit_code == 0
@@ -56,33 +54,27 @@ def test_an_example_that_was_written_passes_check(name: str, tmp_path: Path) -> 
     assert done.exit_code == 0, done.output
 
 
-def test_what_is_there_is_left_alone(tmp_path: Path, refused: Callable[..., str]) -> None:
+def test_what_cannot_be_written_is_refused(tmp_path: Path, refused: Callable[..., str]) -> None:
+    """What is there is left alone, and other names are refused with those that there are."""
     (tmp_path / "vane.toml").write_text("mine")
     (tmp_path / "lap_joint").mkdir()
-    line = refused("init", "--example", "vane")
-    assert line == "vanelock: vane.toml: exists already; name another file"
-    line = refused("init", "--example", "lap_joint")
-    assert line == "vanelock: lap_joint: exists already; name another folder"
-    line = refused("init", "--example", "vane", "none/vane.toml")
-    assert line == "vanelock: none/vane.toml: cannot be written: none is not a folder"
+    for arguments, line in (
+        (("--example", "vane"), "vane.toml: exists already; name another file"),
+        (("--example", "lap_joint"), "lap_joint: exists already; name another folder"),
+        (
+            ("--example", "vane", "none/vane.toml"),
+            "none/vane.toml: cannot be written: none is not a folder",
+        ),
+        (("--example", "lap"), f'--example "lap": expected one of {", ".join(NAMES)}'),
+        (("--scene", "--example", "vane"), "--example: expected without --scene and --all"),
+    ):
+        assert refused("init", *arguments) == f"vanelock: {line}"
     assert (tmp_path / "vane.toml").read_text() == "mine"
     assert [*(tmp_path / "lap_joint").iterdir()] == []
     assert len([*tmp_path.iterdir()]) == 2
 
 
-def test_other_names_are_refused_with_those_that_there_are(
-    tmp_path: Path, refused: Callable[..., str]
-) -> None:
-    line = refused("init", "--example", "lap")
-    assert line == f'vanelock: --example "lap": expected one of {", ".join(NAMES)}'
-    line = refused("init", "--scene", "--example", "vane")
-    assert line == "vanelock: --example: expected without --scene and --all"
-    assert [*tmp_path.iterdir()] == []
-
-
-def test_a_failure_leaves_nothing_half_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Callable[..., str]
-) -> None:
+def test_a_failure_leaves_nothing_half_written(tmp_path, monkeypatch, refused):
     def full(source: object, target: object) -> None:
         Path(str(target)).write_bytes(b"some")
         raise OSError(28, "No space left on device")

@@ -21,7 +21,7 @@ def printed(*words: str) -> str:
     return done.output
 
 
-def test_all_pages_are_listed_with_their_titles() -> None:
+def test_all_pages_are_listed_and_plain_markdown_where_no_terminal_shows_them():
     docs = ROOT / "docs"
     names = {str(page.relative_to(docs).with_suffix("")) for page in docs.rglob("*.md")}
     names = {name for name in names if not name.startswith("reference/")}  # made by `make docs`
@@ -30,9 +30,6 @@ def test_all_pages_are_listed_with_their_titles() -> None:
     assert printed() == f"{contents_list()}\n"
     assert [line.split()[0] for line in lines if line.startswith("  ")] == [*pages()]
     assert re.search(r"^  theory/contact +Contact law$", printed(), re.MULTILINE)
-
-
-def test_a_page_is_plain_markdown_where_no_terminal_shows_it() -> None:
     text = printed("start/install")
     assert text.startswith("# Install\n\nLinux with Python")
     assert "$ make study\n" in text

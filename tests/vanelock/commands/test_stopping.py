@@ -18,53 +18,20 @@ import h5py
 import pytest
 
 from tests.small_study import SMALL
-from tests.vanelock.scenes.conftest import chain
+from tests.vanelock.scenes.test_run import PAD, QUIET, arm
 from vanelock import open_results
 from vanelock.common.files.hdf5 import written
 from vanelock.common.process.signals import Stopped, held, raise_dropped, raised
 from vanelock.pipeline import progress
-from vanelock.results.files.run_folder import claimed
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
 RUN = ("run", "a.toml", "--json", "--workers", "1")
 
-STUDY = (
-    SMALL
-    + """
-[response]
-frequencies = [252, 256]
-harmonics = 1
-[outputs]
-shapes = false
-loops = false
-report = false
-"""
-)
-SCENE = """
-[contacts.pad]
-between = ["arm", "ground"]
-pairs = [3]
-normal = [0, 0, 1]
-kn = 4e4
-kt = 7e4
-mu = 0.2
-interference = "400 um"
-[[loads]]
-component = "arm"
-nodes = [4]
-direction = [0, 1, 0]
-amplitude = 1
-[outputs]
-loops = false
-report = false
-[response]
-harmonics = 1
-range = [78, 82]
-points = 5
-[sweep]
-"contacts.pad.mu" = [0.15, 0.3]
+STUDY = f"""{SMALL}
+response = {{ frequencies = [252, 256], harmonics = 1 }}
+outputs = {{ shapes = false, loops = false, report = false }}
 """
 GOES_ON = (
     "vanelock: stopped; finished work is kept in runs/a, and the same command goes on from there\n"
@@ -106,8 +73,8 @@ def unfinished(folder):
 
 def write_scene(folder):
     """A study of two cases, of a chain of four nodes."""
-    arm = chain(1, 4, (3e5, 2e5, 1e5), ground=1.0).write(folder, "arm")
-    (folder / "a.toml").write_text(arm + SCENE)
+    sweep = '[sweep]\n"contacts.pad.mu" = [0.15, 0.3]\n'
+    (folder / "a.toml").write_text(arm(folder) + PAD + QUIET + sweep)
 
 
 @pytest.fixture
@@ -289,21 +256,6 @@ def test_what_is_ignored_stays_ignored():
             os.kill(os.getpid(), signal.SIGHUP)
     finally:
         signal.signal(signal.SIGHUP, before)
-
-
-def test_a_folder_is_swept_when_its_run_ends(tmp_path):
-    left = [tmp_path / ".results.h5.1.tmp", tmp_path / "cache" / "ab" / ".mesh.2.tmp"]
-
-    def run():
-        with claimed(tmp_path):
-            for path in left:
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.touch()
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        run()
-    assert not unfinished(tmp_path)
 
 
 def check(folder, *arguments, **options):

@@ -61,19 +61,19 @@ def test_round_trip(tmp_path):
         assert file["length"].attrs["unit"] == "m"
 
 
-def test_round_trip_inside_an_open_file(tmp_path):
-    with h5py.File(tmp_path / "several.h5", "w") as file:
-        example().save(file.create_group("mesh/vane"))
-        assert Outer.load(file["mesh/vane"]).count == 16
-
-
-def test_a_failed_save_leaves_the_old_file(tmp_path):
+def test_saving_makes_folders_and_leaves_what_is_there_if_it_fails(tmp_path):
     path = tmp_path / "inner.h5"
     Inner(np.array([1.0 + 0j])).save(path)
     with pytest.raises(TypeError):
         Inner(object()).save(path)  # type: ignore[arg-type]
     np.testing.assert_array_equal(Inner.load(path).value, [1.0])
     assert [item.name for item in tmp_path.iterdir()] == ["inner.h5"]
+    example().save(tmp_path / "new" / "there.h5")
+    assert (tmp_path / "new" / "there.h5").is_file()
+    (tmp_path / "taken").write_text("mine")
+    with pytest.raises(InputError, match=r"taken.*cannot be written"):
+        example().save(tmp_path / "taken" / "where.h5")
+    assert (tmp_path / "taken").read_text() == "mine"
 
 
 def test_what_is_no_product_is_refused(tmp_path):
@@ -97,15 +97,6 @@ def test_what_is_no_product_is_refused(tmp_path):
             Outer.load(tmp_path / name)
         assert "\n" not in str(caught.value)
         assert name in str(caught.value)
-
-
-def test_folders_are_made_but_not_where_a_file_stands(tmp_path):
-    example().save(tmp_path / "new" / "there.h5")
-    assert (tmp_path / "new" / "there.h5").is_file()
-    (tmp_path / "taken").write_text("mine")
-    with pytest.raises(InputError, match=r"taken.*cannot be written"):
-        example().save(tmp_path / "taken" / "where.h5")
-    assert (tmp_path / "taken").read_text() == "mine"
 
 
 def test_a_product_shows_itself_in_one_line():

@@ -37,27 +37,21 @@ def test_rows_in_si_are_shown_in_the_units_of_their_columns() -> None:
     assert area.by_head() == {"area (mm^2)": [1e6]}
 
 
-def test_whole_numbers_are_printed_in_full_and_others_to_four_digits() -> None:
+def test_whole_numbers_are_printed_in_full_others_to_four_digits_and_one_is_singular():
     plain, exact = Column("n"), Column("f", form=".6g")
     assert [plain.text(each) for each in (1234567, 12.34567, None, "text", True)] == [
         "1,234,567", "12.35", "-", "text", "yes",
     ]  # fmt: skip
     assert exact.text(12.34567) == "12.3457"
-
-
-def test_one_is_singular() -> None:
     found = [counted(*each) for each in ((1, "contact"), (0, "case"), (2000, "mesh"))]
     assert found == ["1 contact", "0 cases", "2,000 meshes"]
 
 
-def test_columns_are_left_out_by_name_or_because_they_are_empty() -> None:
+def test_columns_are_left_out_with_what_they_say_below():
     assert [column.head for column in table().without("peak_um", "H").columns] == ["case", "x"]
     assert table().without("case").rows[1] == [pytest.approx(math.nan, nan_ok=True), 3, None]
     assert [each.head for each in table().without_empty("H", "x").columns] == ["case", "peak", "H"]
-
-
-def test_what_columns_say_stands_below_with_the_notes() -> None:
     columns = (*heads("case"), Column("x", note="x: from 0"), Column("y", note="y: to 1"))
-    table = Table("Cases", columns, [], ("a note",))
-    assert table.lines == ["x: from 0; y: to 1.", "a note"]
-    assert table.without("x").lines == ["y: to 1.", "a note"]
+    said = Table("Cases", columns, [], ("a note",))
+    assert said.lines == ["x: from 0; y: to 1.", "a note"]
+    assert said.without("x").lines == ["y: to 1.", "a note"]

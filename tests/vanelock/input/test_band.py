@@ -21,9 +21,7 @@ from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import frequencies, limits
 
 
-def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
-    tmp_path: Path,
-) -> None:
+def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(tmp_path: Path) -> None:
     """Beyond the fourteenth elastic mode of the vane, 2,855 Hz: a fixed number, ten, ends below."""
     study = parse_study(
         f'{SMALL}mesh.correction = "none"\nrom.accuracy = 1e-5\nresponse.range = [3040, 3060]\n'
@@ -56,7 +54,7 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(
     assert np.linalg.norm(found) == pytest.approx(true, rel=1e-4)
 
 
-def test_what_a_study_asks_for() -> None:
+def test_what_a_study_asks_for_and_a_little_wider_range_needs_no_new_models():
     text = "[response]\nrange = [240, 300]\n[campbell]\nspeeds = [0, 20000]\nengine_orders = [7]\n"
     asked = asked_by(parse_study(text))
     assert asked == {"response.range": 300, "campbell.speeds": pytest.approx(20000 / 60 * 7)}
@@ -66,9 +64,6 @@ def test_what_a_study_asks_for() -> None:
     heated = '[material.vane]\nE_at = [[20, "200 GPa"], [600, "50 GPa"]]\nE = "200 GPa"\n'
     assert softest(parse_study(heated + "[temperature]\nvane = 480\n")) == pytest.approx(0.25)
     assert least_band({}) is None
-
-
-def test_a_little_wider_range_needs_no_new_models() -> None:
     keys = {
         part_step(parse_study(f"[response]\nrange = [240, {high}]"), "vane").key
         for high in (315, 340, 380)

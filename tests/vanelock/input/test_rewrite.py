@@ -55,7 +55,7 @@ def test_values_change_where_they_stand_and_comments_stay():
     ]
 
 
-def test_keys_that_are_not_there_are_added():
+def test_keys_that_are_not_there_are_added_and_the_template_can_be_fitted():
     made = rewritten(
         TEXT, {"joints.interlock.kt": 2e6, "joints.hook.kt": 3e7, "excitation.force": 20.0}
     )
@@ -64,9 +64,6 @@ def test_keys_that_are_not_there_are_added():
     assert found["joints"]["hook"] == {"kt": 3e7, "mu": 0.3}
     assert found["excitation"] == {"force": 20.0}
     assert rewritten("", {"joints.interlock.mu": 0.1}).strip() == "[joints.interlock]\nmu = 0.1"
-
-
-def test_the_template_can_be_fitted():
     keys = {"joints.interlock.mu": 0.11, "joints.hook.kn": 2e7, "material.vane.E": 1.8e11}
     study = parse_study(rewritten(template_text(all_keys=True), keys))
     assert study.joints.interlock.mu == 0.11

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from contextlib import suppress
 from io import StringIO
 
 import pytest
@@ -51,28 +52,23 @@ EVENTS: list[Event] = [
 LAST = "done in 21.0 s, at most 3.1 GB of memory: pictures 15.0 s, responses 3.5 s, meshes 1.2 s"
 
 
-def test_plain_lines_say_each_thing_once(capsys: pytest.CaptureFixture[str]) -> None:
+def test_plain_lines_say_each_thing_once_and_a_file_has_no_width_unless_asked_for(
+    capsys, monkeypatch
+):
     lines = PlainLines()
     for event in EVENTS:
         lines(event)
     heard = capsys.readouterr()
-    assert heard.err.splitlines() == [
-        "note: about 2 min",
-        "mesh vane: 1.2 s",
-        "rom vane: unchanged",
-        "response mu=0.3: 3.5 s",
-        "FAILED mu=0.5: too much (tried 2 times)",
-        LAST,
-        "open runs/a/report.html",
-    ]
-    assert [line.strip() for line in heard.out.splitlines() if "─" not in line] == [
-        "",
-        "Responses",
-        "peak",
-        "case    [um]",
-        "mu=0.3    40",
-        "warning: w",
-    ]
+    stages = ["mesh vane: 1.2 s", "rom vane: unchanged", "response mu=0.3: 3.5 s"]
+    failed = "FAILED mu=0.5: too much (tried 2 times)"
+    last = [LAST, "open runs/a/report.html"]
+    assert heard.err.splitlines() == ["note: about 2 min", *stages, failed, *last]
+    shown = [line.strip() for line in heard.out.splitlines() if "─" not in line]
+    assert shown == ["", "Responses", "peak", "case    [um]", "mu=0.3    40", "warning: w"]
+    monkeypatch.delenv("COLUMNS", raising=False)
+    assert width_of(StringIO()) == 1000
+    monkeypatch.setenv("COLUMNS", "72")
+    assert width_of(StringIO()) == 72
 
 
 SHOW = """
@@ -89,44 +85,27 @@ def test_a_terminal_is_left_with_the_answer(width: int) -> None:
     """On a real terminal, whose screen is made of what was written there."""
     mine, theirs = pty.openpty()
     environment = {**os.environ, "COLUMNS": str(width), "TERM": "xterm", "PYTHONPATH": "."}
-    done = subprocess.Popen(
-        [sys.executable, "-c", SHOW], stdout=theirs, stderr=theirs, env=environment
-    )
+    command = [sys.executable, "-c", SHOW]
+    done = subprocess.Popen(command, stdout=theirs, stderr=theirs, env=environment)
     os.close(theirs)
     written = b""
-    while True:
-        try:
-            chunk = os.read(mine, 65536)
-        except OSError:  # the other end is closed
-            break
-        if not chunk:
-            break
-        written += chunk
+    with suppress(OSError):  # the other end is closed
+        while chunk := os.read(mine, 65536):
+            written += chunk
     assert done.wait() == 0
     os.close(mine)
     lines = screen(written.decode())
     assert max(map(len, lines)) <= width
-    shown = [line for line in lines if line and "─" not in line]
-    assert shown == [
+    failed = ["FAILED mu=0.5: too much (tried 2 times)", "FAILED cases", " case", " mu=0.5"]
+    answer = ["Responses", "         peak", " case    [um]", " mu=0.3    40", "warning: w"]
+    first, *more = textwrap.wrap(LAST, width - 2)
+    assert [line for line in lines if line and "─" not in line] == [
         "note: about 2 min",
-        "FAILED mu=0.5: too much (tried 2 times)",
-        "FAILED cases",
-        " case",
-        " mu=0.5",
-        "Responses",
-        "         peak",
-        " case    [um]",
-        " mu=0.3    40",
-        "warning: w",
-        *wrapped_to(width),
+        *failed,
+        *answer,
+        *[first, *(f"  {line}" for line in more)],
         "open runs/a/report.html",
     ]
-
-
-def wrapped_to(width: int) -> list[str]:
-    """The last line as a terminal of that width shows it."""
-    first, *more = textwrap.wrap(LAST, width - 2)
-    return [first, *(f"  {line}" for line in more)]
 
 
 def test_a_stage_without_points_is_named_while_it_lasts(capsys: pytest.CaptureFixture[str]) -> None:
@@ -188,16 +167,14 @@ def bars() -> tuple[Bar, Progress]:
 
 def test_points_move_the_bar_of_their_stage() -> None:
     bar, shown = bars()
-    bar(Begun("response mu=0.3"))
-    bar(PointDone("mu=0.3", 3, 9, 4e-5, 75.0))
+    for event in EVENTS[4:6]:
+        bar(event)
     (task,) = shown.tasks
     assert (task.description, task.completed, task.total) == ("responses", 3, 9)
     assert task.fields["said"] == "mu=0.3: point 3/9, peak 40.0 um, 1:15 left"
 
 
-def test_a_fit_says_its_responses(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_fit_says_its_responses(capsys, monkeypatch):
     """One at once on a terminal, now and then elsewhere."""
     lines = PlainLines()
     monkeypatch.setattr(lines, "interval", 0.0)
@@ -210,10 +187,3 @@ def test_a_fit_says_its_responses(
     bar(Begun("fit"))
     bar(trial)
     assert [task.fields["said"] for task in shown.tasks] == [said]
-
-
-def test_a_file_has_no_width_unless_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("COLUMNS", raising=False)
-    assert width_of(StringIO()) == 1000
-    monkeypatch.setenv("COLUMNS", "72")
-    assert width_of(StringIO()) == 72

@@ -19,26 +19,12 @@ from vanelock.stages.sweep.time_left import Clock
 
 
 def summary(**changed):
-    values = {
-        "case": "mu=0.3",
-        "values": {},
-        "harmonics": 3,
-        "mu": 0.3,
-        "peak": Peak(4, 252.5, 4.5e-5, False),
-        "of_free": 0.34,
-        "of_stuck": 0.19,
-        "position": 0.09,
-        "slipping": 1.0,
-        "opening": 0.9,
-        "closed_slipping": 0.0,
-        "friction_share": 1.0,
-        "work": {"interlock": 2e-6},
-        "loose": False,
-        "converged": 10,
-        "points": 10,
-        "worst": 0.0,
-        "seconds": 1.5,
-    }
+    values = dict(
+        case="mu=0.3", values={}, harmonics=3, mu=0.3, peak=Peak(4, 252.5, 4.5e-5, False),
+        of_free=0.34, of_stuck=0.19, position=0.09, slipping=1.0, opening=0.9, closed_slipping=0.0,
+        friction_share=1.0, work={"interlock": 2e-6}, loose=False, converged=10, points=10,
+        worst=0.0, seconds=1.5,
+    )  # fmt: skip
     return Summary(**{**values, **changed})
 
 
@@ -56,11 +42,9 @@ def test_response_table_says_what_did_not_converge():
     lost = summary(case="lost", peak=None, converged=8, worst=3e-4, of_free=float("nan"))
     edge = summary(case="edge", peak=Peak(0, 240.0, 1e-5, True))
     table = response_table([summary(), lost, edge], "vane output 1, radial")
-    rows = table.record()["rows"]
-    assert rows[0]["peak_um"] == 45
-    assert rows[0]["slipping_percent"] == 100
-    assert (rows[1]["peak_um"], rows[1]["of_free"]) == (None, None)
-    assert rows[1]["converged"] == "8/10"
+    whole, lost, _ = table.record()["rows"]
+    assert (whole["peak_um"], whole["slipping_percent"]) == (45, 100)
+    assert (lost["peak_um"], lost["of_free"], lost["converged"]) == (None, None, "8/10")
     notes = "\n".join(table.notes)
     assert "warning: lost: 2 of 10 points DID NOT CONVERGE (largest residual 3.0e-04)" in notes
     assert "edge: the largest point is at the end of the frequency range" in notes
@@ -104,18 +88,13 @@ def test_stage_times_add_up():
 
 
 def test_json_is_one_valid_object_a_line(capsys):
-    summary = {"cases": [{"x": np.nan, "y": float("inf"), "z": (1, 2.5)}]}
     json_lines(Done("mesh", 1.5, False))
-    json_lines(Finished("runs/a", 2.0, summary))
-    lines = capsys.readouterr().out.splitlines()
-    assert json.loads(lines[0]) == {
-        "event": "done",
-        "stage": "mesh",
-        "seconds": 1.5,
-        "cached": False,
-    }
-    assert json.loads(lines[1])["page"] == ""
-    assert json.loads(lines[1])["summary"] == {"cases": [{"x": None, "y": None, "z": [1, 2.5]}]}
+    cases = [{"x": np.nan, "y": float("inf"), "z": (1, 2.5)}]
+    json_lines(Finished("runs/a", 2.0, {"cases": cases}))
+    done, finished = map(json.loads, capsys.readouterr().out.splitlines())
+    assert done == {"event": "done", "stage": "mesh", "seconds": 1.5, "cached": False}
+    assert finished["page"] == ""
+    assert finished["summary"] == {"cases": [{"x": None, "y": None, "z": [1, 2.5]}]}
 
 
 def test_time_left_follows_the_work(monkeypatch):

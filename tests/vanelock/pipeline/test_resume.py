@@ -6,7 +6,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -261,19 +261,12 @@ def test_a_complete_file_of_the_same_study_stays_until_the_next_one_is(tmp_path:
     assert seen() == ("b", False, False)
 
 
-def test_results_removed_under_a_run_are_reported(tmp_path: Path) -> None:
-    results = Results(tmp_path / "results.h5")
-    with results.edit() as file:
-        file["one"] = 1
-    results.flush()
-    results.end()
+def test_a_folder_is_held_by_one_run_and_results_removed_under_it_are_reported(tmp_path):
+    results = of_one(tmp_path)
     results.path.unlink()
     with pytest.raises(InputError) as caught, results.edit() as file:
         file["two"] = 2
     assert reason(caught, results.path) == "No such file or directory"
-
-
-def test_a_folder_is_held_by_one_run(tmp_path: Path) -> None:
     with claimed(tmp_path / "run"):
         with pytest.raises(InputError, match="another run is using this folder"):
             with claimed(tmp_path / "run"):
@@ -283,14 +276,35 @@ def test_a_folder_is_held_by_one_run(tmp_path: Path) -> None:
         pass
 
 
+def of_one(folder: Path) -> Results:
+    """A results file of one number, at its end."""
+    results = Results(folder / "results.h5")
+    folder.mkdir(exist_ok=True)
+    with results.edit() as file:
+        file["one"] = 1
+    results.flush()
+    results.end()
+    return results
+
+
 def test_parts_of_files_that_a_kill_left_are_swept_up(tmp_path: Path) -> None:
+    """By the next run, and by one that an error ends."""
     parts = [".results.h5.1.tmp", "cache/.a.1.tmp", "figures/.a.png.1.tmp", "shapes/a/.b.vtu.1.tmp"]
-    for name in (*parts, "figures/mine.tmp", "elsewhere/.a.1.tmp"):
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).touch()
-    with claimed(tmp_path):
-        there = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
-    assert there == {".lock", "figures/mine.tmp", "elsewhere/.a.1.tmp"}
+
+    def left(names: list[str]) -> None:
+        for name in names:
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).touch()
+
+    def there() -> set[str]:
+        return {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
+
+    left([*parts, "figures/mine.tmp", "elsewhere/.a.1.tmp"])
+    with suppress(KeyboardInterrupt), claimed(tmp_path):
+        during = there()
+        left(parts)
+        raise KeyboardInterrupt
+    assert during == there() == {".lock", "figures/mine.tmp", "elsewhere/.a.1.tmp"}
 
 
 WRITERS: dict[str, Callable[[Path], object]] = {
@@ -348,12 +362,7 @@ def test_a_folder_that_may_not_be_written_is_refused_in_a_line(tmp_path: Path) -
 def test_results_open_in_another_program_are_refused_in_a_line(tmp_path: Path) -> None:
     study, folder = tmp_path / "study.toml", tmp_path / "run"
     study.write_text("")
-    results = Results(folder / "results.h5")
-    folder.mkdir()
-    with results.edit() as file:
-        file["one"] = 1
-    results.flush()
-    results.end()
+    results = of_one(folder)
     with h5py.File(results.path, "a") as file:  # holds HDF5's lock
         made = command("run", study, "-o", folder)
         assert file["one"][()] == 1

@@ -35,6 +35,15 @@ from vanelock.common.product import Product
 from vanelock.pipeline.step import step
 
 
+ERRORS = {
+    "raises": RuntimeError("as it should"),
+    "raises once": RuntimeError("as it should"),
+    "no memory": MemoryError(),
+    "refuses": InputError("toy.number = 3: must not be 3"),
+    "full disk": FolderError("there: cannot be written: No space left on device"),
+}
+
+
 @dataclass(frozen=True)
 class Number(Product):
     value: np.ndarray
@@ -57,16 +66,10 @@ class Toy:
             first = not (self.folder and again.exists())
             if self.folder:
                 again.touch()
-            if self.how == "raises" or (self.how == "raises once" and first):
-                raise RuntimeError("as it should")
-            if self.how == "no memory":
-                raise MemoryError
-            if self.how == "refuses":
-                raise InputError("toy.number = 3: must not be 3")
             if self.how == "dies" or (self.how == "dies once" and first):
                 os.kill(os.getpid(), signal.SIGKILL)
-            if self.how == "full disk":
-                raise FolderError("there: cannot be written: No space left on device")
+            if self.how in ERRORS and (first or "once" not in self.how):
+                raise ERRORS[self.how]
             if self.how == "counts":
                 with Path(self.folder, f"{self.number}.times").open("a") as file:
                     file.write("x")

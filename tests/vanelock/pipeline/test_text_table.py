@@ -70,15 +70,12 @@ def test_minor_columns_go_first_and_only_where_that_is_enough() -> None:
     assert heads(50).count("─\n") == 2
 
 
-def test_folded_rows_begin_with_their_names() -> None:
+def test_folded_rows_begin_with_their_names_and_long_reasons_are_on_several_lines():
     columns = Column("a"), *(Column(f"number {i}") for i in range(6))
     table = Table("T", columns, [("row", *[12345.0] * 6)])
     lines = text_lines(table, 30)
     assert sum(line.startswith(" row ") for line in lines) == 3
     assert max(map(len, lines)) <= 30
-
-
-def test_long_reasons_are_on_several_lines() -> None:
     why = "the mesh of the vane cannot be made: " + "its sides cross; " * 9
     columns = Column("case"), Column("tried"), Column("why")
     table = Table("FAILED cases", columns, [("mu=0.3", 2, why)])
@@ -88,9 +85,11 @@ def test_long_reasons_are_on_several_lines() -> None:
     assert len([line for line in lines if line.startswith(" mu=0.3")]) == 1
 
 
-def test_lines_break_after_commas_and_spaces_alone() -> None:
+def test_lines_break_after_commas_and_spaces_alone_and_no_rows_leave_heads():
     assert wrapped("mu=0.15,interference=4um", 10) == ["mu=0.15,", "interference=4um"]
     assert wrapped("", 10) == [""]
+    table = Table("Inputs that differ", [Column("key"), Column("value")], [])
+    assert text_lines(table, 80)[:3] == ["", "Inputs that differ", " key  value"]
 
 
 def test_a_column_has_the_same_decimals() -> None:
@@ -103,8 +102,3 @@ def test_a_column_has_the_same_decimals() -> None:
     assert digits(plain, [132.8, 0.0123]) == ["132.8", "0.0123"]
     assert digits(plain, [9.99999, 1.5]) == ["10.0", "1.5"]
     assert digits(Column("error", form=".0e"), [6e-7, np.nan]) == ["6e-07", "nan"]
-
-
-def test_a_table_without_rows_is_its_heads() -> None:
-    table = Table("Inputs that differ", [Column("key"), Column("value")], [])
-    assert text_lines(table, 80)[:3] == ["", "Inputs that differ", " key  value"]

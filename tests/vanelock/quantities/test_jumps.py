@@ -21,14 +21,11 @@ def test_a_jump_is_reported_with_its_place_and_heights() -> None:
     assert not list(notes([DOWN]))
 
 
-def test_of_two_sweeps_the_lower_is_given_beside_the_peak() -> None:
+def test_the_lower_of_two_sweeps_and_the_largest_of_many_jumps_are_given():
     lines = list(notes([DOWN, UP]))
     assert lines[-1] == ("the peak is that of the sweep down; sweeping up reaches 5 um at 250 Hz")
     alike = Sweep("up", DOWN.peak, ())
     assert list(notes([DOWN, alike])) == []
-
-
-def test_of_many_jumps_the_largest_are_named() -> None:
     jumps = tuple(Jump((200.0 + i, 200.5 + i), (1e-6 * i, 0.0)) for i in range(1, 8))
     (line, _) = notes([Sweep("down", None, jumps)])
     assert line.count("between") == 4
@@ -37,8 +34,6 @@ def test_of_many_jumps_the_largest_are_named() -> None:
 
 
 @pytest.mark.parametrize("direction", ["down", "both"])
-def test_where_both_directions_are_taken_anyway_none_is_given(
-    direction: str,
-) -> None:
+def test_where_both_directions_are_taken_anyway_none_is_given(direction: str) -> None:
     with pytest.raises(InputError, match=r"response\.direction"):
         parse_study(f'accuracy = 0.01\n[response]\ndirection = "{direction}"\n')

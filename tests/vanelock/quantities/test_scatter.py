@@ -118,12 +118,16 @@ def test_limits_hold_as_often_as_they_say():
     assert 0.91 <= inside / 300 <= 0.99
 
 
+def sampled(count: int, apart: float = 1.0) -> tuple[Any, list[Any]]:
+    """Samples whose peaks lie so many Hz apart, each larger than the one before."""
+    every = cases(parse_study(STUDY.format(count=count)))
+    peaks = [Peak(0, 250 + apart * i, 1e-5 * (i + 1), False) for i in range(count)]
+    named = zip(every, peaks, strict=True)
+    return every, [SimpleNamespace(case=case.name, peak=peak) for case, peak in named]
+
+
 def test_few_samples_give_no_limits_and_fewer_nothing():
-    every = cases(parse_study(STUDY.format(count=12)))
-    found: list[Any] = [
-        SimpleNamespace(case=case.name, peak=Peak(0, 250.0 + i, 1e-5 * (i + 1), False))
-        for i, case in enumerate(every)
-    ]
+    every, found = sampled(12)
     percentiles = scattered(every, found[:11])
     assert percentiles is not None
     assert np.isnan(percentiles.amplitude[11])
@@ -137,11 +141,7 @@ def test_few_samples_give_no_limits_and_fewer_nothing():
 
 def test_frequencies_on_a_coarse_grid_have_a_note():
     """Peaks at 250 to 250.9 Hz: 0.1 Hz apart they need no note, 1 Hz apart they do."""
-    every = cases(parse_study(STUDY.format(count=10)))
-    found: list[Any] = [
-        SimpleNamespace(case=case.name, peak=Peak(0, 250 + 0.1 * i, 1e-5, False))
-        for i, case in enumerate(every)
-    ]
+    every, found = sampled(10, 0.1)
     for apart, notes in ((0.1, 0), (1.0, 1)):
         percentiles = scattered(every, found, [apart] * 10)
         assert percentiles is not None
@@ -154,11 +154,7 @@ def test_frequencies_on_a_coarse_grid_have_a_note():
 
 
 def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
-    every = cases(parse_study(STUDY.format(count=10)))
-    found: list[Any] = [
-        SimpleNamespace(case=case.name, peak=Peak(0, 250 + i, 1e-5 * (i + 1), False))
-        for i, case in enumerate(every)
-    ]
+    every, found = sampled(10)
     content: Any = SimpleNamespace(
         scattered=scattered(every, found), monitor=SimpleNamespace(name="o")
     )
@@ -176,28 +172,21 @@ def tables(text):
     return {block.title.split()[0]: block for block in blocks if isinstance(block, Table)}
 
 
-def test_the_page_lists_what_scatters_and_not_as_fixed():
+def test_the_page_lists_what_scatters_or_varies_together_and_not_as_fixed():
     shown = tables(STUDY.format(count=100) + 'vane.thickness = { low = "4 mm", high = 0.005 }')
     assert shown["Scattering:"].rows == [
         ("excitation.force", "radial force per node", "lognormal, mean 30 N, deviation 9 N"),
-        (
-            "joints.interlock.kt",
-            "tangential stiffness",
-            "normal, mean 1 N/µm, deviation 0.1 N/µm",
-        ),
+        ("joints.interlock.kt", "tangential stiffness", "normal, mean 1 N/µm, deviation 0.1 N/µm"),
         ("vane.thickness", "thickness of an aerofoil at mid-chord", "uniform, low 4 mm, high 5 mm"),
     ]
     fixed = [row[0] for row in shown["Main"].rows]
     assert "joints.interlock.mu" in fixed
     assert not {"excitation.force", "joints.interlock.kt"} & set(fixed)
     assert "Set" not in shown  # the number of samples is the default
-
-
-def test_the_page_lists_what_varies_together_and_not_as_fixed():
     shown = tables('[rows]\n"joints.interlock.mu" = [0.1, 0.2]\n"excitation.force" = [10, 20]')
     assert [row[2] for row in shown["Varied"].rows] == ["0.1, 0.2", "10, 20 N"]
-    fixed = {row[0] for row in shown["Main"].rows}
-    assert not {"joints.interlock.mu", "excitation.force"} & fixed
+    constant = {row[0] for row in shown["Main"].rows}
+    assert not {"joints.interlock.mu", "excitation.force"} & constant
 
 
 def test_keys_of_optional_tables_know_their_defaults():

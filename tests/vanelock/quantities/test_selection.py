@@ -48,15 +48,12 @@ def run_data(text, own_limits=False, folder=None):
     return run, events
 
 
-def test_samples_that_are_looked_into_are_those_with_pictures():
+def test_samples_looked_into_are_those_with_pictures_and_of_a_sweep_ends_and_extremes():
     many, _ = run_data(SAMPLES.format(30))
     peaks = many.peaks
     order = sorted(peaks, key=lambda name: peaks[name].amplitude)
     assert set(looked_into(many)) == {order[0], order[15], order[-1]}
     assert looked_into(many) == [each.case.name for each in named(many)]
-
-
-def test_of_a_sweep_the_ends_and_the_extremes_are_looked_into():
     many, _ = run_data(SWEEP)
     assert looked_into(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
     assert [each.case.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
@@ -96,7 +93,7 @@ def plot(made, folder):
     return response_plot(made)
 
 
-def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):
+def test_linear_curves_have_the_line_styles_of_the_picture_and_the_colour_of_their_case(tmp_path):
     made, _ = run_data('[sweep]\n"joints.interlock.mu" = [0.1, 0.2]')
     shown = plot(made, tmp_path)
     assert [(t.name, t.dash) for t in shown.traces] == [
@@ -107,9 +104,6 @@ def test_linear_curves_have_the_line_styles_of_the_picture(tmp_path):
     ]
     assert {t.colour for t in shown.traces[:2]} == {render.style.GREY}
     assert "Dashed and dotted: linear, all contacts free and stuck." in shown.caption
-
-
-def test_linear_curves_of_a_case_have_its_colour(tmp_path):
     made, _ = run_data('[sweep]\n"joints.hook.kn" = [5, 6]', own_limits=True)
     colours = {t.name: t.colour for t in plot(made, tmp_path).traces}
     assert len(colours) == 6

@@ -86,7 +86,7 @@ def test_motion_that_is_not_small_is_reported():
     assert warnings.large(small, peak(small), np.nan, "unknown", None) == []
 
 
-def test_hooks_that_are_open_at_rest_are_reported(ring):
+def test_hooks_open_at_rest_and_a_state_at_rest_that_is_not_solved_are_reported(ring):
     """A gap opens the hook; a pressed hook gives no warning."""
     open_hook = replace(ring, contacts=replace(ring.contacts, v0=np.array([-1e-5, 3e-5])))
     static = static_response(open_hook)
@@ -94,6 +94,14 @@ def test_hooks_that_are_open_at_rest_are_reported(ring):
     (line,) = warnings.open_at_rest(static, joints, ["hook"])
     assert line.startswith("1 of 1 contacts of hook are open at rest: the linear limits")
     assert warnings.open_at_rest(static_response(ring), joints, ["hook", "interlock"]) == []
+    off = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
+    rest = static_response(off)
+    assert warnings.at_rest(rest, False) == []
+    assert warnings.at_rest(rest, True) == [warnings.LOOSE]
+    lost = replace(rest, converged=np.zeros(1, bool), residual=np.array([3e-2]))
+    _, line = warnings.at_rest(lost, True)
+    assert [line] == warnings.at_rest(lost, False)
+    assert line.startswith("the state at rest DID NOT CONVERGE (residual 3.0e-02)")
 
 
 def test_a_correction_is_doubted_where_what_is_held_moves():
@@ -163,17 +171,6 @@ def test_bounds_of_another_peak_than_the_curve_s_are_reported():
     assert line.endswith("theirs is 2 um at 250 Hz, the curve's 2.5 um at 249 Hz")
 
 
-def test_a_state_at_rest_that_is_not_solved_is_reported(ring):
-    off = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
-    rest = static_response(off)
-    assert warnings.at_rest(rest, False) == []
-    assert warnings.at_rest(rest, True) == [warnings.LOOSE]
-    lost = replace(rest, converged=np.zeros(1, bool), residual=np.array([3e-2]))
-    _, line = warnings.at_rest(lost, True)
-    assert [line] == warnings.at_rest(lost, False)
-    assert line.startswith("the state at rest DID NOT CONVERGE (residual 3.0e-02)")
-
-
 def test_modes_of_interest_that_differ_are_reported(ring):
     """The two masses' modes free and stuck: MAC as in test_limits, and a worse one."""
     found = limits(ring, 1)
@@ -199,17 +196,11 @@ def test_harmonics_beyond_the_band_are_reported_where_they_count():
     found = frequency_response(oscillator(v0=2e-5, force=50.0), np.linspace(45, 60, 16), Options(3))
     at = peak(found)
     share = np.linalg.norm(found.contact[at.point, 2:]) / np.linalg.norm(found.contact[at.point, 1])
-    warned = warnings.beyond_band(found, at, 70.0)
-    assert (warned != []) == (share > warnings.HARMONICS)
-    assert warnings.beyond_band(found, at, 1000.0) == []
-    assert warnings.beyond_band(found, at, None) == []
-
-
-def test_harmonics_that_count_are_named():
-    found = frequency_response(oscillator(), [50.0, 51.0], Options(3))
+    assert (warnings.beyond_band(found, at, 70.0) != []) == (share > warnings.HARMONICS)
+    assert warnings.beyond_band(found, at, 1000.0) == warnings.beyond_band(found, at, None) == []
     contact = found.contact.copy()
-    contact[:, 2] = 0.5 * contact[:, 1]
-    (line,) = warnings.beyond_band(replace(found, contact=contact), Peak(0, 50.0, 1.0, False), 70.0)
+    contact[:, 2:] = np.stack([0.5 * contact[:, 1], 0 * contact[:, 1]], axis=1)
+    (line,) = warnings.beyond_band(replace(found, contact=contact), at, 70.0)
     assert line.startswith("harmonics from 2 on, beyond the 70 Hz")
     assert "50 % of the contacts' motion" in line
 
@@ -250,12 +241,7 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
     key = "joints.interlock.mu"
     height = {0.1: 2e-5, 0.2: 1e-5, 0.3: 3e-5}
     known = [
-        summary(
-            case=f"mu={mu}",
-            mu=mu,
-            values={key: mu},
-            peak=Peak(3, 250.0, top, False),
-        )
+        summary(case=f"mu={mu}", mu=mu, values={key: mu}, peak=Peak(3, 250.0, top, False))
         for mu, top in height.items()
     ]
     content: Any = SimpleNamespace(known=known)

@@ -67,6 +67,16 @@ def quadratic(
     return np.vstack([points, middle]), np.hstack([cells, len(points) + which.reshape(-1, 6)])
 
 
+def radial_wave(part: Part, nodal_diameter: int, amplitude: float) -> NDArray[np.complex128]:
+    """(m, 3) u_r = a e^{-i ND θ}."""
+    angle = np.arctan2(part.points[:, 1], part.points[:, 0])
+    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    found: NDArray[np.complex128] = (
+        amplitude * radial * np.exp(-1j * nodal_diameter * angle)[:, None]
+    )
+    return found
+
+
 @pytest.fixture(scope="session")
 def sector() -> Build:
     return block_sector

@@ -7,6 +7,7 @@ import pytest
 from matplotlib.image import imread
 from PIL.GifImagePlugin import GifImageFile
 
+from tests.vanelock.render.conftest import radial_wave
 from vanelock.common.errors import InputError
 from vanelock.render import Wave, mode_animation, response_animation, style
 from vanelock.render.scenes import gif
@@ -15,12 +16,6 @@ from vanelock.render.shapes import animation
 from vanelock.render.shapes.shapes import skins_of
 
 FIRST, SECOND = 1e-4, 3e-5
-
-
-def radial_wave(part, nodal_diameter, amplitude):
-    angle = np.arctan2(part.points[:, 1], part.points[:, 0])
-    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    return amplitude * radial * np.exp(-1j * nodal_diameter * angle)[:, None]
 
 
 @pytest.fixture
@@ -138,14 +133,6 @@ def test_a_thinned_skin_has_fewer_triangles_over_the_same_body(sector):
     expected, border = measured(whole, shown)
     assert area == pytest.approx(expected, rel=5e-3)
     np.testing.assert_array_equal(edge, border)
-
-
-def test_a_harmonic_that_is_zero_changes_nothing(two_waves):
-    part, waves = two_waves
-    nothing = Wave(3, 3, [0 * waves[0].shapes[0]])
-    with_it = animation.moving_parts([part], [*waves, nothing])[0]
-    without = animation.moving_parts([part], waves)[0]
-    np.testing.assert_array_equal(with_it.displacement(3, 0.4), without.displacement(3, 0.4))
 
 
 def test_a_static_part_is_no_wave(two_waves, tmp_path):

@@ -20,30 +20,11 @@ def wave(points, nodal_diameter):
 def test_each_sector_carries_the_wave_of_the_whole_ring(sector, nodal_diameter):
     part = sector(sectors=16)
     own = wave(part.points, nodal_diameter)
-    for j in (1, 5, 15):
+    for j in (1, 5, 15, 16):
         there = annulus.sector_points(part.points, j, 16)
         expected = wave(there, nodal_diameter)
         given = annulus.sector_shape(own, j, 16, nodal_diameter)
         np.testing.assert_allclose(given, expected, atol=1e-13)
-
-
-@pytest.mark.parametrize("nodal_diameter", [1, 2, 5])
-def test_the_wave_closes_on_itself(sector, nodal_diameter):
-    part = sector(sectors=16)
-    own = wave(part.points, nodal_diameter)
-    closed = annulus.sector_shape(own, 16, 16, nodal_diameter)
-    np.testing.assert_allclose(closed, own, atol=1e-13)
-    np.testing.assert_allclose(annulus.sector_points(part.points, 16, 16), part.points, atol=1e-15)
-
-
-def test_neighbours_meet_at_the_cyclic_faces(sector):
-    part = sector(sectors=8)
-    own = wave(part.points, 2)
-    left, right = part.node_sets["left"], part.node_sets["right"]
-    neighbour = annulus.sector_shape(own, 1, 8, 2)
-    np.testing.assert_allclose(neighbour[left], own[right], atol=1e-13)
-    places = annulus.sector_points(part.points, 1, 8)
-    np.testing.assert_allclose(places[left], part.points[right], atol=1e-15)
 
 
 def test_peak_is_the_largest_length_in_a_cycle():
@@ -52,11 +33,6 @@ def test_peak_is_the_largest_length_in_a_cycle():
     steps = np.linspace(0, 2 * np.pi, 20001)
     lengths = [np.linalg.norm(annulus.at(shape, angle), axis=1) for angle in steps]
     np.testing.assert_allclose(annulus.peak(shape), np.max(lengths, axis=0), rtol=1e-7)
-
-
-def test_peak_of_a_circle_and_of_a_line():
-    circle, line = np.array([3.0, 3.0j, 0.0]), np.array([3.0, 4.0, 0.0]) * np.exp(0.4j)
-    np.testing.assert_allclose(annulus.peak(np.array([circle, line])), [3.0, 5.0], rtol=1e-15)
 
 
 def test_largest_instant_over_two_shapes():
@@ -70,13 +46,17 @@ def test_largest_instant_over_two_shapes():
     assert energy(annulus.largest_instant(a, b)) == pytest.approx(best, rel=1e-6)
 
 
-def test_cylindrical_components_of_a_known_wave(sector):
+def test_cylindrical_components_and_names_of_known_waves(sector):
     part = sector(sectors=16)
     angle = np.arctan2(part.points[:, 1], part.points[:, 0])
     given = annulus.cylindrical(part.points, wave(part.points, 1))
     expected = np.exp(-1j * angle)[:, None] * np.array([0.3, 0.2 - 0.5j, 0.7j])
     np.testing.assert_allclose(given, expected, atol=1e-14)
     assert annulus.dominant(part.points, wave(part.points, 1)) == 2
+    assert annulus.wave_name(1, 16) == "nodal diameter 1"
+    assert annulus.wave_name(8, 16) == "nodal diameter 8"
+    assert annulus.wave_name(15, 16) == "nodal diameter 1, backward wave"
+    assert annulus.wave_name(-1, 16) == "nodal diameter 1, backward wave"
 
 
 @pytest.mark.parametrize(
@@ -85,10 +65,3 @@ def test_cylindrical_components_of_a_known_wave(sector):
 )
 def test_round_scale(largest, drawn, scale):
     assert annulus.round_scale(largest, drawn) == pytest.approx(scale, rel=1e-12)
-
-
-def test_a_wave_beyond_half_the_sectors_travels_backward():
-    assert annulus.wave_name(1, 16) == "nodal diameter 1"
-    assert annulus.wave_name(8, 16) == "nodal diameter 8"
-    assert annulus.wave_name(15, 16) == "nodal diameter 1, backward wave"
-    assert annulus.wave_name(-1, 16) == "nodal diameter 1, backward wave"

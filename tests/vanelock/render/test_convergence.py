@@ -25,21 +25,15 @@ def axes():
     return found
 
 
-def test_lines_join_members_of_a_sequence_alone(axes):
+def test_values_are_named_joined_in_sequences_and_the_reference_is_a_line_at_its_cost(axes):
     joined = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "-"]
     np.testing.assert_allclose(joined[0], [[0.1, 1e-2], [0.4, 1e-3]])
     # An error too small to be drawn lies at the foot.
     np.testing.assert_allclose(joined[1], [[0.1, 1e-3], [0.4, 1e-7]])
-
-
-def test_every_value_is_named_and_the_studys_own_stands_out(axes):
     assert [text.get_text() for text in axes.texts] == ["1", "3", "adaptive", "9"]
     assert [text.get_fontweight() for text in axes.texts] == ["normal", "bold", "normal", "normal"]
     large = [line for line in axes.lines if line.get_markersize() == 8]
     assert [line.get_xdata().tolist() for line in large] == [[0.4], [0.4]]
-
-
-def test_the_reference_is_a_line_at_its_cost(axes):
     (dotted,) = [line for line in axes.lines if line.get_linestyle() == ":"]
     assert set(dotted.get_xdata()) == {1.2}
 

@@ -49,21 +49,14 @@ def crosses(axes):
     return [(line.get_color(), list(line.get_xdata()), list(line.get_ydata())) for line in lines]
 
 
-def test_peak_is_the_largest_converged_point():
+def test_peak_is_the_largest_converged_point(figures):
     amplitude = resonance(250.0, 40e-6)
     assert peak(Curve(F, amplitude)) == MarkedPeak(250.0, amplitude.max(), False)
     without = peak(Curve(F, amplitude, converged=F != 250.0))
     assert without is not None
     assert without.amplitude == amplitude[[19, 21]].max()
     assert abs(without.frequency - 250.0) == 0.5
-
-
-def test_a_peak_at_the_end_of_the_range_is_said_to_be_there(figures):
-    rising = Curve(F, F * 1e-7)
-    found = peak(rising)
-    assert found is not None
-    assert found.at_edge
-    response_curves("x.png", [rising])
+    response_curves("x.png", [Curve(F, F * 1e-7)])
     assert labels(figures[0]) == ["response\n26.0 µm at 260.0 Hz, end of range"]
 
 
@@ -89,19 +82,33 @@ def test_the_legend_has_case_and_peak(figures):
     assert speed.get_xlim() == pytest.approx((240 * 30, 260 * 30))
 
 
-def test_colours_show_friction_and_line_styles_harmonics(figures):
+def drawn(figure):
+    """Lines of whole curves."""
+    return [line for line in figure.axes[0].lines if len(line.get_xdata()) == len(F)]
+
+
+@pytest.mark.parametrize(
+    ("more", "styles"),
+    [
+        (lambda i: {"harmonics": (1, 3)[i]}, ["--", "-", "--", "-"]),
+        (lambda i: {"variant": ("coupled", "uncoupled")[i]}, ["-", "--", "-", "--"]),
+    ],
+)
+def test_colours_show_friction_and_line_styles_harmonics_or_variants(figures, more, styles):
     made = [
-        Curve(F, resonance(250.0 + mu, 1e-5 * h), f"μ = {mu}", h)
+        Curve(F, resonance(250.0 + mu, 1e-5), f"μ = {mu}", **more(i))
         for mu in (0.1, 0.3)
-        for h in (1, 3)
+        for i in (0, 1)
     ]
     response_curves("x.png", made)
-    drawn = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
-    assert [line.get_linestyle() for line in drawn] == ["--", "-", "--", "-"]
-    colours = [line.get_color() for line in drawn]
-    assert same_color(colours[0], colours[1])
-    assert same_color(colours[2], colours[3])
+    lines = drawn(figures[0])
+    assert [line.get_linestyle() for line in lines] == styles
+    colours = [line.get_color() for line in lines]
+    assert same_color(*colours[:2])
+    assert same_color(*colours[2:])
     assert not same_color(colours[0], colours[2])
+    if "variant" in more(0):
+        assert labels(figures[0])[1].startswith("μ = 0.1, uncoupled\n")
 
 
 def test_points_that_did_not_converge_are_crossed_out_and_break_the_line(figures):
@@ -123,20 +130,17 @@ def test_points_that_did_not_converge_are_crossed_out_and_break_the_line(figures
     assert max(placed[2]) <= high
 
 
-def test_a_wild_lost_point_does_not_squeeze_the_curves(figures):
+def test_a_wild_lost_point_does_not_squeeze_the_curves_and_a_lost_curve_is_named(figures):
     amplitude, converged = resonance(250.0, 40e-6), np.ones(41, bool)
     converged[5], amplitude[5] = False, 1.0
     response_curves("x.png", [Curve(F, amplitude, converged=converged)])
     (axes,) = figures[0].axes
     assert axes.get_ylim()[1] < 60
     assert crosses(axes)[0][1] == [F[5]]
-
-
-def test_a_curve_without_any_converged_point_is_still_in_the_legend(figures):
     lost = Curve(F, np.full(41, np.nan), "μ = 0.3")
     response_curves("x.png", [lost, Curve(F, resonance(250.0, 1e-5), "μ = 0.1")])
-    assert labels(figures[0])[0] == "μ = 0.3\nno converged point"
-    assert len(crosses(figures[0].axes[0])[0][1]) == 41
+    assert labels(figures[1])[0] == "μ = 0.3\nno converged point"
+    assert len(crosses(figures[1].axes[0])[0][1]) == 41
 
 
 def test_the_picture_shows_curves_and_crosses(tmp_path):
@@ -151,20 +155,16 @@ def test_the_picture_shows_curves_and_crosses(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("curve", "message"),
+    ("curves", "message"),
     [
-        (Curve(F, F[:-1]), r"frequency of shape \(41,\) and amplitude of shape \(40,\)"),
-        (Curve(F, F, converged=[True]), r"converged of shape \(1,\): \(41,\) is needed"),
+        ([Curve(F, F[:-1])], r"frequency of shape \(41,\) and amplitude of shape \(40,\)"),
+        ([Curve(F, F, converged=[True])], r"converged of shape \(1,\): \(41,\) is needed"),
+        ([], "curves: none given"),
     ],
 )
-def test_arrays_that_do_not_fit_are_refused(curve, message, tmp_path):
+def test_curves_that_do_not_fit_are_refused(curves, message, tmp_path):
     with pytest.raises(InputError, match=message):
-        response_curves(tmp_path / "x.png", [curve])
-
-
-def test_no_curve_is_refused(tmp_path):
-    with pytest.raises(InputError, match="curves: none given"):
-        response_curves(tmp_path / "x.png", [])
+        response_curves(tmp_path / "x.png", curves)
 
 
 def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
@@ -184,7 +184,7 @@ def test_curves_need_neither_pyplot_nor_vtk(tmp_path):
     assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
 
 
-def test_listed_points_are_dots_that_end_no_range(figures):
+def test_listed_points_are_dots_and_frequencies_far_apart_get_a_logarithmic_axis(figures):
     lone = Curve([265.0], [2e-5], "μ = 0.3", joined=False)
     some = Curve([240.0, 265.0], [1e-5, 3e-5], "μ = 0.1", joined=False)
     response_curves("x.png", [lone, some])
@@ -192,9 +192,7 @@ def test_listed_points_are_dots_that_end_no_range(figures):
     lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
     assert all(len(line.get_xdata()) < 2 for line in lines)
     assert peak(Curve([265.0], [2e-5])) == MarkedPeak(265.0, 2e-5, False)
-
-
-def test_frequencies_far_apart_get_a_logarithmic_axis(figures):
+    figures.clear()
     response_curves("x.png", [Curve([1e-9, 265.0, 1e9], [1e-6, 2e-6, 0.0])], engine_order=1)
     figures[0].canvas.draw()
     (axes,) = figures[0].axes
@@ -207,38 +205,27 @@ def test_frequencies_far_apart_get_a_logarithmic_axis(figures):
 def test_linear_limits_of_several_groups_are_told_apart(figures):
     made = [Curve(F, F * 1e-7 * i, f"EO = {i}", kind="free") for i in (1, 2, 3)]
     response_curves("x.png", [*made, Curve(F, F * 2e-8, "EO = 2")])
-    drawn = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
-    colours = [line.get_color() for line in drawn]
+    colours = [line.get_color() for line in drawn(figures[0])]
     assert len(set(colours[:3])) == 3
     assert colours[1] == colours[3]
 
 
-def test_a_label_never_breaks_inside_a_quantity(figures):
+def test_labels_break_between_quantities_and_what_is_of_no_group_or_case_stays_plain(
+    figures, tmp_path
+):
     group = "interlock.mu = 0.3, excitation.force = 12, chord = 0.047"
     response_curves("x.png", [Curve(F, F * 1e-7, group)])
     lines = labels(figures[0])[0].split("\n")
     assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]
-
-
-def test_a_variant_takes_a_line_style_and_the_group_its_colour(figures):
-    drawn = [
-        Curve(F, resonance(250.0, 1e-5), group=group, variant=variant)
-        for group in ("μ = 0.1", "μ = 0.3")
-        for variant in ("coupled", "uncoupled")
-    ]
-    response_curves("x.png", drawn)
-    lines = [line for line in figures[0].axes[0].lines if len(line.get_xdata()) == len(F)]
-    assert [line.get_linestyle() for line in lines] == ["-", "--", "-", "--"]
-    assert same_color(lines[0].get_color(), lines[1].get_color())
-    assert not same_color(lines[0].get_color(), lines[2].get_color())
-    assert labels(figures[0])[1].startswith("μ = 0.1, uncoupled\n")
-
-
-def test_limits_without_a_group_are_grey_beside_responses_without_one() -> None:
     drawn = [Curve(F, resonance(245.0, 130e-6), kind="free"), Curve(F, resonance(250.0, 1e-5))]
     (_, limit), (_, response) = looks(drawn)
     assert (limit.colour, limit.dash) == (style.GREY, "dash")
     assert (response.colour, response.dash) == (style.BLUE, "solid")
+    verdict = np.full(len(F), -1)
+    verdict[20] = 0
+    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
+    assert curve.pieces == [(-1, slice(0, len(F)))]
+    assert curve.outcome == "stable"
 
 
 def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp_path, figures):
@@ -264,14 +251,6 @@ def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp
     assert grey == [code == 2 for code, *_ in found]
     assert [line.is_dashed() for line in drawn] == [code == 1 for code, *_ in found]
     assert labels(figures[0]) == ["a\n40.0 µm at 250.0 Hz, unstable"]
-
-
-def test_a_verdict_on_the_peak_alone_leaves_the_line_as_it_is(tmp_path, figures):
-    verdict = np.full(len(F), -1)
-    verdict[20] = 0
-    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
-    assert curve.pieces == [(-1, slice(0, len(F)))]
-    assert curve.outcome == "stable"
 
 
 def test_an_envelope_is_shaded_in_its_curves_colour(tmp_path, figures):

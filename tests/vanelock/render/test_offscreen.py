@@ -17,21 +17,12 @@ def unknown():
     offscreen.trial.cache_clear()
 
 
-def test_libraries_that_are_absent_are_named():
+def test_this_machine_draws_and_a_trial_that_crashes_or_errs_does_not_count(unknown):
     assert offscreen.missing(["libc.so.6", "libNoSuchThing.so.1"]) == ["libNoSuchThing.so.1"]
-
-
-def test_this_machine_draws(unknown):
     assert offscreen.render_window() in ("vtkEGLRenderWindow", "")
-
-
-def test_a_crash_of_the_trial_is_survived():
     crash = "import ctypes; ctypes.string_at(0)"  # a segmentation fault, as VTK's
     assert offscreen.draws("", "pass")
     assert not offscreen.draws("", crash)
-
-
-def test_a_trial_with_the_wrong_colour_does_not_count():
     blue = offscreen._PROBE.replace("SetBackground(1.0, 0.0, 0.0)", "SetBackground(0.0, 0.0, 1.0)")
     assert offscreen.draws(offscreen.render_window())
     assert not offscreen.draws(offscreen.render_window(), blue)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
+from tests.vanelock.render.conftest import radial_wave
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import mesh_picture, mode_picture, response_picture, style
@@ -12,31 +13,26 @@ from vanelock.render.scenes.surface import surface
 from vanelock.render.shapes import shapes
 
 
-def radial_wave(part, nodal_diameter, amplitude):
-    angle = np.arctan2(part.points[:, 1], part.points[:, 0])
-    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    return amplitude * radial * np.exp(-1j * nodal_diameter * angle)[:, None]
-
-
 def black(points, shape):
     return np.zeros((len(points), 3))
 
 
 @pytest.mark.parametrize("nodal_diameter", [0, 1, 3])
 def test_the_deformed_ring_is_the_wave_that_goes_round_it(sector, nodal_diameter):
-    """u_r = a e^{-i ND θ} takes radius r to r + s a cos(α - ND θ), all round the ring."""
+    """Takes radius r to r + s a cos(α - ND θ), all round the ring, of the skin and its lines."""
     part = sector(sectors=16)
-    skins = shapes.skins_of([part], [radial_wave(part, nodal_diameter, 1e-4)])
+    (skin,) = skins = shapes.skins_of([part], [radial_wave(part, nodal_diameter, 1e-4)])
     drawn = shapes.ring_scene(skins, nodal_diameter, 0.4, 200.0, black)
-    (body,) = drawn.bodies
-    start = np.tile(part.points[skins[0].surface.nodes][skins[0].split], (16, 1))
-    turns = np.repeat(2 * np.pi * np.arange(16) / 16, len(skins[0].split))
-    angle = np.arctan2(start[:, 1], start[:, 0]) + turns
-    radius = np.hypot(start[:, 0], start[:, 1])
-    expected = radius + 200.0 * 1e-4 * np.cos(0.4 - nodal_diameter * angle)
-    np.testing.assert_allclose(np.hypot(body.points[:, 0], body.points[:, 1]), expected, rtol=1e-13)
-    reached = np.hypot(body.points[:, 0], body.points[:, 1]).max()
-    assert reached == pytest.approx(0.6 + 0.02 * np.max(np.cos(0.4 - nodal_diameter * angle)))
+    for points, nodes in (
+        (drawn.bodies[0].points, skin.surface.nodes[skin.split]),
+        (drawn.lines[0].points, skin.surface.nodes),
+    ):
+        start = np.tile(part.points[nodes], (16, 1))
+        turns = np.repeat(2 * np.pi * np.arange(16) / 16, len(nodes))
+        angle = np.arctan2(start[:, 1], start[:, 0]) + turns
+        radius = np.hypot(start[:, 0], start[:, 1])
+        expected = radius + 200.0 * 1e-4 * np.cos(0.4 - nodal_diameter * angle)
+        np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), expected, rtol=1e-13)
 
 
 def test_a_ring_hides_its_inner_faces_and_a_lone_part_does_not(sector):
@@ -48,21 +44,6 @@ def test_a_ring_hides_its_inner_faces_and_a_lone_part_does_not(sector):
         count.append(len(shapes.ring_scene(skins, 0, 0.0, 0.01, black).bodies[0].triangles))
     skin = surface(part)
     assert count == [8 * np.count_nonzero(~skin.cyclic), len(skin.triangles)]
-
-
-def test_neighbouring_sectors_of_the_picture_meet(sector):
-    """Points on a cyclic face drawn from either side come to lie on each other."""
-    part = sector(sectors=8)
-    skins = shapes.skins_of([part], [radial_wave(part, 2, 1e-3)])
-    lines = shapes.ring_scene(skins, 2, 0.0, 50.0, black).lines[0]
-    place = np.full(len(part.points), -1)
-    place[skins[0].surface.nodes] = np.arange(len(skins[0].surface.nodes))
-    m = len(skins[0].surface.nodes)
-    left, right = (place[part.node_sets[name]] for name in ("left", "right"))
-    for j in range(8):
-        here = lines.points[j * m + right]
-        there = lines.points[(j + 1) % 8 * m + left]
-        np.testing.assert_allclose(here, there, atol=1e-14)
 
 
 def test_the_sector_is_drawn_at_its_largest_deflection(sector):
@@ -106,13 +87,19 @@ def test_mesh_picture(parts, tmp_path):
     assert np.count_nonzero(band) > 400
 
 
-def test_mode_picture_does_not_depend_on_the_scale_of_the_shape(parts, tmp_path):
+def test_mode_picture_does_not_depend_on_the_scale_and_an_unwritable_place_is_refused(
+    parts, tmp_path
+):
     waves = [radial_wave(part, 2, 1.0) for part in parts]
     first = mode_picture(tmp_path / "a.png", parts, waves, 2, "Mode 1")
     assert colours_in(first) > 40
     assert 0.3 < share_white(first) < 0.9
     second = mode_picture(tmp_path / "b.png", parts, [1e-5 * w for w in waves], 2, "Mode 1")
     assert np.mean(np.abs(imread(first) - imread(second)) > 0.02) < 1e-3
+    (tmp_path / "file").write_text("")
+    waves = [radial_wave(part, 1, 1.0) for part in parts]
+    with pytest.raises(InputError, match="cannot be written"):
+        mode_picture(tmp_path / "file" / "mode.png", parts, waves, 1, "Mode")
 
 
 def test_response_picture_shows_every_phase(parts, tmp_path):
@@ -167,10 +154,3 @@ def test_shapes_that_do_not_fit_are_refused(parts, tmp_path, bad, message):
     waves = [radial_wave(part, 1, 1.0) for part in parts]
     with pytest.raises(InputError, match=message):
         mode_picture(tmp_path / "mode.png", parts, bad(waves), 1, "Mode")
-
-
-def test_an_unwritable_place_is_refused(parts, tmp_path):
-    (tmp_path / "file").write_text("")
-    waves = [radial_wave(part, 1, 1.0) for part in parts]
-    with pytest.raises(InputError, match="cannot be written"):
-        mode_picture(tmp_path / "file" / "mode.png", parts, waves, 1, "Mode")

@@ -38,7 +38,7 @@ def test_gauges_are_marked_in_both_panels(sector, tmp_path):
     assert np.count_nonzero(ball[:, 900:1600]) > 20
 
 
-def test_colour_bars_are_in_mpa(sector, tmp_path, bars):
+def test_colour_bars_are_in_mpa_and_stresses_that_do_not_fit_are_refused(sector, tmp_path, bars):
     part = sector("vane", 0.4, 0.55, 0.08, 12, (3, 4, 2))
     total, vibration = np.full(len(part.points), 40e6), np.full(len(part.points), 7e6)
     stress_picture(tmp_path / "a.png", part, total, vibration, "Stress")
@@ -46,9 +46,6 @@ def test_colour_bars_are_in_mpa(sector, tmp_path, bars):
         (0, pytest.approx(40), "von Mises stress (MPa)"),
         (0, pytest.approx(7), "von Mises stress (MPa)"),
     ]
-
-
-def test_stresses_that_do_not_fit_are_refused(sector, tmp_path):
     part = sector()
     good = np.ones(len(part.points))
     for bad in (good[1:], good * np.nan):

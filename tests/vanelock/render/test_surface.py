@@ -37,15 +37,12 @@ def test_skin_of_a_sector_encloses_its_volume(sector, cell_type, corners_only):
     assert volume(points, skin.triangles) == pytest.approx(expected, rel=1e-12)
 
 
-def test_cyclic_faces_have_their_area(sector):
+def test_cyclic_faces_have_their_area_and_the_outline_is_the_edges(sector):
+    """Four straight edges along z, four along r, and four arcs of chords of 11.25 degrees."""
     part = sector(sectors=8)
     skin = surface(part)
     hidden = skin.triangles[skin.cyclic]
     assert area(part.points[skin.nodes], hidden) == pytest.approx(2 * 0.1 * 0.1, rel=1e-12)
-
-
-def test_outline_of_a_sector_is_its_edges(sector):
-    """Four straight edges along z, four along r, and four arcs of chords of 11.25 degrees."""
     part = sector(sectors=8, divisions=(2, 4, 3))
     skin = surface(part)
     points = part.points[skin.nodes]

@@ -45,10 +45,7 @@ def page(visit, sample, tmp_path_factory):
     picture = sample.path.parent / "figures" / "shape.png"
     # One section has all kinds of blocks; a view for every name would take long to draw.
     sections = [
-        report.Section(
-            name,
-            blocks(name, picture)[: 6 if i == 0 else 4],
-        )
+        report.Section(name, blocks(name, picture)[: 6 if i == 0 else 4])
         for i, name in enumerate(NAMES)
     ]
     path = tmp_path_factory.mktemp("names") / "page.html"
@@ -65,13 +62,10 @@ def shown(page, selector):
     return [text.strip() for text in page.locator(selector).all_text_contents()]
 
 
-def test_no_script_runs(page):
+def test_no_script_runs_and_names_are_shown_as_they_are(page):
     assert page.evaluate("window.pwned === undefined")
     assert page.locator("iframe, svg[onload], img[onerror]").count() == 0
     assert page.locator("a[href^=javascript]").count() == 0
-
-
-def test_names_are_shown_as_they_are(page):
     titles = shown(page, "main h2, section > h2")
     assert [title.rstrip("#¶ ") for title in titles] == NAMES
     cells = shown(page, "td")
@@ -80,9 +74,6 @@ def test_names_are_shown_as_they_are(page):
         assert name in cells
         assert any(name in head for head in heads)
     assert page.locator("h1").text_content() == " ".join(NAMES)
-
-
-def test_axes_and_legends_are_text(page):
     for which in (".xtitle", ".ytitle"):
         axes = page.locator(f".plot {which}").all_text_contents()
         for name, axis in zip(NAMES, axes, strict=True):

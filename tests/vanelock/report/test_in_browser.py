@@ -127,11 +127,7 @@ def test_zoom_and_back(visit, page):
     page.mouse.down()
     page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.8 * box["height"], steps=4)
     page.mouse.up()
-    visit.until(
-        page,
-        f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20",
-        before,
-    )
+    visit.until(page, f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20", before)
     back = f"([low, high]) => Math.hypot({shown}[0] - low, {shown}[1] - high) < 1e-9"
     for _ in range(10):  # on a busy machine two clicks may be too far apart to be a double one
         page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
@@ -141,15 +137,12 @@ def test_zoom_and_back(visit, page):
     assert page.evaluate(back, before)
 
 
-def test_logarithmic_axes(page):
+def test_axes_are_logarithmic_and_a_wide_table_scrolls_in_its_own_box(page):
     kinds = page.evaluate(
         "(() => { const l = document.querySelectorAll('.plot .area')[1]._fullLayout;"
         " return [l.xaxis.type, l.yaxis.type]; })()"
     )
     assert kinds == ["log", "log"]
-
-
-def test_wide_table_scrolls_in_its_own_box(page):
     box = page.locator(".scroll").first.evaluate("b => [b.scrollWidth, b.clientWidth, b.tabIndex]")
     assert box[0] > box[1]
     assert box[2] == 0  # the keyboard reaches it

@@ -22,7 +22,7 @@ def refused(tmp_path, block, match):
     assert not list(tmp_path.glob("*.html*"))
 
 
-def test_nothing_is_loaded_from_elsewhere(sample):
+def test_nothing_is_loaded_from_elsewhere_and_a_page_without_curves_is_small(sample, tmp_path):
     text = sample.path.read_text("utf-8")
     own = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
     assert re.findall(r'(?:src|href)="(?!data:|#)[^"]*"', own) == []
@@ -31,9 +31,6 @@ def test_nothing_is_loaded_from_elsewhere(sample):
     assert "default-src 'none'" in own
     assert "<script>alert(1)</script>" not in text
     assert text.count("</script>") == text.count("<script")
-
-
-def test_page_without_curves_is_small(tmp_path):
     path = report.write_page(tmp_path / "new" / "report.html", page_of(report.Text("Hello.")))
     text = path.read_text("utf-8")
     assert "<p>Hello.</p>" in text
@@ -53,27 +50,25 @@ def test_example_of_the_documentation_writes_its_page(tmp_path, monkeypatch):
     assert all(kind in written for kind in ('class="plot"', 'class="view"', 'class="answers"'))
 
 
-def test_curve_of_unequal_arrays_is_refused(tmp_path):
-    trace = report.Trace(np.arange(3.0), np.arange(4.0), "μ = 0.3")
-    refused(tmp_path, report.Plot((trace,), "x", "y", "Response"), r"Response: μ = 0\.3: x \(3,\)")
+X = np.arange(3.0)
+UNEQUAL = report.Trace(X, np.arange(4.0), "μ = 0.3")
+SIZED = report.Trace(X, X, "m", mode="markers", size=np.ones(2))
+FLAGGED = Table("Contacts", heads("a"), [[1]], flags=["good", "bad"])
 
 
-def test_sizes_of_other_number_are_refused(tmp_path):
-    trace = report.Trace(np.arange(3.0), np.arange(3.0), "m", mode="markers", size=np.ones(2))
-    refused(tmp_path, report.Plot((trace,), "x", "y", "Response"), r"Response: m: \(2,\) sizes")
-
-
-def test_table_of_uneven_rows_is_refused(tmp_path):
-    refused(tmp_path, Table("Contacts", heads("a", "b"), [[1]]), "Contacts: a row of 1 cells: 2")
-    table = Table("Contacts", heads("a"), [[1]], flags=["good", "bad"])
-    refused(tmp_path, table, "Contacts: 2 flags: 1")
-
-
-def test_pictures_that_cannot_be_shown_are_refused(tmp_path):
-    other = tmp_path / "shape.svg"
-    other.write_text("<svg/>")
-    refused(tmp_path, report.Picture(other, "Shape", ""), "shape.svg: is neither a PNG nor a GIF")
-    refused(tmp_path, report.Picture(tmp_path / "none.png", "S", ""), "none.png: cannot be read")
+@pytest.mark.parametrize(
+    ("block", "match"),
+    [
+        (report.Plot((UNEQUAL,), "x", "y", "Response"), r"Response: μ = 0\.3: x \(3,\)"),
+        (report.Plot((SIZED,), "x", "y", "Response"), r"Response: m: \(2,\) sizes"),
+        (Table("Contacts", heads("a", "b"), [[1]]), "Contacts: a row of 1 cells: 2"),
+        (FLAGGED, "Contacts: 2 flags: 1"),
+        (report.Picture(Path(__file__), "S", ""), "test_writer.py: is neither a PNG nor a GIF"),
+        (report.Picture(Path("none.png"), "S", ""), "none.png: cannot be read"),
+    ],
+)
+def test_what_does_not_fit_is_refused(tmp_path, block, match):
+    refused(tmp_path, block, match)
 
 
 def test_shapes_must_fit_their_bodies(tmp_path, sample):

@@ -12,6 +12,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock import load_scene
+from vanelock.common.errors import InputError
+from vanelock.fem import Model
 from vanelock.input.cases.values import diameters_of
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
@@ -58,6 +60,40 @@ def chain(
         K[at] += np.block([[each, -each], [-each, each]])
     K[:3, :3] += ground * each
     return Chain(K, M, np.arange(first, first + count))
+
+
+def planar(folder: Path, ground: float = 1.0) -> str:
+    """The component of a chain of three nodes that move along x and z alone."""
+    one = chain(1, 3, (3e5, 2e5, 1e5), ground=ground)
+    kept = [i for i in range(9) if i % 3 != 1]
+    flat = Chain(one.K[np.ix_(kept, kept)], one.M[np.ix_(kept, kept)], one.nodes)
+    text = flat.write(folder, "one")
+    rows = [f"{n},{d}" for n in one.nodes for d in "xz"]
+    (folder / "one_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
+    return text
+
+
+def load(component: str, node: int, direction: str, amplitude: float = 1, more: str = "") -> str:
+    """A load on one node."""
+    return (
+        f'[[loads]]\ncomponent = "{component}"\nnodes = [{node}]\ndirection = {direction}\n'
+        f"amplitude = {amplitude}\n{more}"
+    )
+
+
+def write_model(folder: Path, model: Model, name: str) -> str:
+    """A component of a scene file: matrices and places of nodes, numbered from 1."""
+    for matrix, A in (("K", model.K), ("M", model.M)):
+        sp.save_npz(folder / f"{matrix}.npz", sp.csc_array(A))
+    lines = [f"{i},{x},{y},{z}" for i, (x, y, z) in enumerate(model.part.points, 1)]
+    (folder / "nodes.csv").write_text("\n".join(["node,x,y,z", *lines]) + "\n")
+    return f'[components.{name}]\nstiffness = "K.npz"\nmass = "M.npz"\nnodes = "nodes.csv"\n'
+
+
+def refused_by(act: Callable[[Path], object], path: Path, message: str) -> None:
+    """An action on a scene file is refused with a message."""
+    with pytest.raises(InputError, match=message):
+        act(path)
 
 
 def joined(path: Path) -> System:

@@ -46,12 +46,7 @@ def run(folder: Path, direction: str) -> tuple[Path, list[str], str]:
     mass = Chain(np.diag([1.0, 50.0, 50.0]), np.eye(3), np.array([1])).write(folder, "mass")
     ratio = DAMPING / (2 * np.sqrt(2))  # of the mass on both springs
     text = SCENE.format(
-        mass=mass,
-        force=FORCE,
-        ratio=ratio,
-        direction=direction,
-        low=LOW / TURN,
-        high=HIGH / TURN,
+        mass=mass, force=FORCE, ratio=ratio, direction=direction, low=LOW / TURN, high=HIGH / TURN
     )
     (folder / "scene.toml").write_text(text)
     heard: list[Event] = []

@@ -15,7 +15,7 @@ from vanelock.rom import System
 CHAIN = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0)
 LOAD = '[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [1, 0, 0]\namplitude = 1\n'
 RUN = (
-    "[response]\nmode = 1\nharmonics = 5\npoints = 21\n[damping]\nratio = 0.01\n"
+    "[response]\nmode = 1\nharmonics = 3\npoints = 9\n[damping]\nratio = 0.01\n"
     "[outputs]\nloops = false\n"
 )
 CONTACT = (
@@ -41,17 +41,11 @@ def test_a_stop_is_the_contact_that_it_is(tmp_path: Path, scene_file: Write) -> 
     assert peak.frequency == pytest.approx(other.frequency, rel=2e-4)
     with h5py.File(tmp_path / "element" / "results.h5") as file:
         assert np.all(file["response/nominal/state"][()] == ELEMENT)
-    assert (tmp_path / "element" / "report.html").exists()
-
-
-def test_a_system_with_elements_is_what_its_file_holds(tmp_path: Path, scene_file: Write) -> None:
-    path = scene_file(CHAIN.write(tmp_path, "one") + ELEMENT_TABLE + LOAD + RUN)
-    run_scene(load_scene(path), tmp_path / "run")
-    with h5py.File(tmp_path / "run" / "results.h5") as file:
         read = System.load(file["response/nominal/system"])
     (element,) = read.contacts.elements.values()
     assert (element.force, element.name) == ("stop", "stop")
     np.testing.assert_array_equal(element.parameters, [4e4, 1e-5])
+    assert (tmp_path / "element" / "report.html").exists()
 
 
 @pytest.mark.parametrize(
@@ -65,9 +59,7 @@ def test_a_system_with_elements_is_what_its_file_holds(tmp_path: Path, scene_fil
         ('["one", "ground"]', '["ground", "one"]', r"elements\.stop\.between"),
     ],
 )
-def test_mistakes_name_their_key(
-    tmp_path: Path, scene_file: Write, old: str, new: str, message: str
-) -> None:
+def test_mistakes_name_their_key(tmp_path, scene_file, old, new, message):
     table = ELEMENT_TABLE.replace(old, new)
     path = scene_file(CHAIN.write(tmp_path, "one") + table + LOAD + RUN)
     with pytest.raises(InputError, match=message):

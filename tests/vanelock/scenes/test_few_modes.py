@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from tests.vanelock.scenes.conftest import Write, chain
+from tests.vanelock.scenes.conftest import chain
 from tests.vanelock.scenes.scenes import frequencies
 from vanelock import load_scene, run_scene
 from vanelock.common.errors import InputError
@@ -28,9 +28,7 @@ def scene_of(tmp_path: Path, keys: str, highest: float) -> str:
 @pytest.mark.parametrize(
     ("keys", "few"), [("modes = 0\n", True), ('cutoff = "10 Hz"\n', True), ("modes = 3\n", False)]
 )
-def test_what_few_modes_cost_is_estimated_and_warned_of(
-    tmp_path: Path, scene_file: Write, keys: str, few: bool
-) -> None:
+def test_what_few_modes_cost_is_estimated_and_warned_of(tmp_path, scene_file, keys, few):
     """Not below the error against all coordinates; by half of it above at most, contacts free."""
     scene = load_scene(scene_file(scene_of(tmp_path, keys, 12.0)))
     (summary,) = run_scene(scene, tmp_path / "run")
@@ -46,9 +44,7 @@ def test_what_few_modes_cost_is_estimated_and_warned_of(
     assert len(warned) == few
 
 
-def test_a_range_beyond_the_first_mode_left_out_is_refused(
-    tmp_path: Path, scene_file: Write
-) -> None:
+def test_a_range_beyond_the_first_mode_left_out_is_refused(tmp_path, scene_file):
     first = np.sqrt(sl.eigh(ROD.K[:15, :15], ROD.M[:15, :15], eigvals_only=True)[0]) / (2 * np.pi)
     scene = load_scene(scene_file(scene_of(tmp_path, "modes = 0\n", 1.01 * first)))
     with pytest.raises(InputError, match=f"reduced models answer up to {first:.5g}"):

@@ -3,14 +3,13 @@
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from tests.vanelock.scenes.conftest import Write, chain, joined
 from vanelock import nonlinear
 
 COUNT = 40
 SPRINGS = (3e5, 2e5, 1e5)
-SCENE = """
+SCENE = f"""
 [contacts.pad]
 between = ["bar", "ground"]
 pairs = [1, 2]
@@ -21,44 +20,13 @@ kt = 7e4
 mu = 0.2
 [[loads]]
 component = "bar"
-nodes = [20, 21, 22, 23, 24, 25, 26, 27, 28, 29]
+nodes = {[*range(20, 30)]}
 direction = [3, 0, 4]
 amplitude = 2
 phase = 30
-[[loads]]
-component = "bar"
-nodes = [5, 40]
-direction = [0, 1, 0]
-amplitude = 7
-harmonic = 0
 [outputs]
-nodes = {bar = [33, 2, 25]}
+nodes = {{bar = [33, 2, 25]}}
 """
-
-
-@pytest.mark.parametrize("keys", ["accuracy = 1e-6\n", "modes = 6\n"])
-def test_static_answers_are_those_of_the_whole(
-    tmp_path: Path, scene_file: Write, keys: str
-) -> None:
-    """However few modes are kept; the two contacts and two loads are all the coordinates else."""
-    bar = chain(1, COUNT, SPRINGS, ground=1.0)
-    system = joined(scene_file(bar.write(tmp_path, "bar") + keys + SCENE))
-    vectors = len(system.at(0).K) - 2 * 3
-    if "modes" in keys:
-        assert 6 < vectors <= 6 + 2 * 3 * 2  # two answers along each of three directions
-    K = bar.K.copy()
-    K[:6, :6] += np.diag([4e4, 7e4, 7e4] * 2)
-    load = np.zeros((2, COUNT, 3))
-    load[0, [4, 39]] = [0, 7, 0]
-    load[1, 19:29] = [1.2, 0, 1.6]
-    exact = np.linalg.solve(K, load.reshape(2, -1).T).T.reshape(2, COUNT, 3)[:, [32, 1, 24]]
-    given, slow = system.at(0), nonlinear.linear_response(system, [1e-4]).amplitude
-    assert system.output_names == ("bar 33", "bar 2", "bar 25")
-    np.testing.assert_allclose(slow[0], np.abs(exact[1]), rtol=1e-8, atol=1e-12)
-    B = given.own.reshape(-1, len(given.K))
-    reduced = given.K + B.T @ (system.contacts.stiffness.reshape(-1)[:, None] * B)
-    moved = given.output @ np.linalg.solve(reduced, system.force[0].vector.real)
-    np.testing.assert_allclose(moved, exact[0], rtol=1e-9, atol=1e-14)
 
 
 def test_vibration_is_that_of_the_whole(tmp_path: Path, scene_file: Write) -> None:
@@ -84,6 +52,6 @@ def test_what_needs_its_load_to_be_held_keeps_it(tmp_path: Path, scene_file: Wri
     """A node without mass that is loaded stays a coordinate, as all others do."""
     bar = chain(1, COUNT, SPRINGS, ground=1.0)
     bar.M[96:99] = 0  # node 33
-    text = SCENE.replace("[20, 21, 22, 23, 24, 25, 26, 27, 28, 29]", "[33]")
+    text = SCENE.replace(str([*range(20, 30)]), "[33]")
     system = joined(scene_file(bar.write(tmp_path, "bar") + "modes = 6\n" + text))
-    assert len(system.at(0).K) == 3 * 3 + 6 + 3 * 2
+    assert len(system.at(0).K) == 3 * 3 + 6

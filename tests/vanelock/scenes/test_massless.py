@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from tests.vanelock.scenes.conftest import Chain, Write, chain, joined
+from tests.vanelock.scenes.conftest import Chain, Write, chain, joined, refused_by
 from vanelock import load_scene, run_scene
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, frequency_response
@@ -19,6 +19,7 @@ TOUCHES = (
     "direction = [0, 0, 1]\namplitude = 1\n[response]\nmode = 1\n[outputs]\n"
     "loops = false\nreport = false\n"
 )
+SUPER = 'kind = "superelement"\n'
 WITHOUT = {
     "inner": slice(3, 6),
     "at the contact": slice(15, 18),
@@ -33,9 +34,7 @@ def scene_of(one: Chain, folder: Path, keys: str, scene_file: Write) -> Path:
 
 @pytest.mark.parametrize("keys", ['kind = "superelement"\n', "", "modes = 8\n", "cutoff = 1e4\n"])
 @pytest.mark.parametrize("without", WITHOUT)
-def test_massless_rows_follow_the_others(
-    tmp_path: Path, scene_file: Write, without: str, keys: str
-) -> None:
+def test_massless_rows_follow_the_others(tmp_path, scene_file, without, keys):
     """Frequencies are those of the matrices with these rows condensed by hand."""
     one = chain(1, 6, SPRINGS, ground=1.0)
     one.M[WITHOUT[without]] = 0
@@ -53,35 +52,29 @@ def test_massless_rows_follow_the_others(
     assert frequency_response(system, frequency[:1], Options(3)).converged.all()
 
 
-def test_a_scene_with_massless_rows_runs(tmp_path: Path, scene_file: Write) -> None:
-    one = chain(1, 6, SPRINGS, ground=1.0)
-    one.M[WITHOUT["at the contact"]] = 0
-    path = scene_of(one, tmp_path, "cutoff = 1e4\n", scene_file)
-    (found,) = run_scene(load_scene(path), tmp_path / "run")
-    assert found.converged == found.points
-
-
 @pytest.mark.parametrize(
-    ("keys", "expected"),
+    ("rows", "block", "keys", "expected"),
     [
-        ('kind = "superelement"\n', "components.one: the mass matrix is not positive"),
-        ("modes = 4\n", "components.one"),
+        (
+            slice(3, 9),
+            np.kron([[0.1, 0.2], [0.2, 0.1]], np.eye(3)),
+            SUPER,
+            "mass matrix is not pos",
+        ),
+        (
+            slice(3, 9),
+            np.kron([[0.1, 0.2], [0.2, 0.1]], np.eye(3)),
+            "modes = 4\n",
+            "components.one",
+        ),
+        (slice(3, 6), 0.0, "modes = 13\n", "allowed are 0 to 12"),
     ],
+    ids=["negative", "negative, reduced", "more modes than masses"],
 )
-def test_negative_mass_is_refused(
-    tmp_path: Path, scene_file: Write, keys: str, expected: str
-) -> None:
+def test_what_is_no_mass_is_refused(tmp_path, scene_file, rows, block, keys, expected):
     one = chain(1, 6, SPRINGS, ground=1.0)
-    one.M[3:9, 3:9] = np.kron([[0.1, 0.2], [0.2, 0.1]], np.eye(3))
-    with pytest.raises(InputError, match=expected):
-        joined(scene_of(one, tmp_path, keys, scene_file))
-
-
-def test_more_modes_than_masses_are_refused(tmp_path: Path, scene_file: Write) -> None:
-    one = chain(1, 6, SPRINGS, ground=1.0)
-    one.M[3:6] = 0
-    with pytest.raises(InputError, match="allowed are 0 to 12"):
-        joined(scene_of(one, tmp_path, "modes = 13\n", scene_file))
+    one.M[rows, rows] = block
+    refused_by(joined, scene_of(one, tmp_path, keys, scene_file), expected)
 
 
 def test_a_massless_row_that_nothing_holds_is_refused(tmp_path: Path, scene_file: Write) -> None:

@@ -24,12 +24,17 @@ def test_every_key_is_named() -> None:
     assert not missing
 
 
-def test_the_example_is_a_scene() -> None:
+def test_the_example_is_a_scene_and_init_writes_the_commented_file(tmp_path, capsys):
     found = re.search(r"```toml\n(.*?)```", PAGE, re.DOTALL)
     assert found is not None
     scene = check_scene(tomllib.loads(found[1]))
     assert set(scene.components) == {"lower", "upper"}
     assert scene.loads[1].harmonic == 0
+    with pytest.raises(SystemExit) as status:
+        main(["init", str(tmp_path / "my.toml"), "--scene", "--all"])
+    assert not status.value.code
+    assert (tmp_path / "my.toml").read_text() == template_text("scene", all_keys=True)
+    assert "vanelock run" in capsys.readouterr().out
 
 
 def test_the_commented_file_is_a_scene_with_every_key() -> None:
@@ -42,11 +47,3 @@ def test_the_commented_file_is_a_scene_with_every_key() -> None:
     bare = check_scene({"components": {"a": {"stiffness": "a.mtx"}}, "loads": [load]})
     for table in ("ring", "response", "damping", "excitation"):
         assert getattr(scene, table) == getattr(bare, table)
-
-
-def test_init_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as status:
-        main(["init", str(tmp_path / "my.toml"), "--scene", "--all"])
-    assert not status.value.code
-    assert (tmp_path / "my.toml").read_text() == template_text("scene", all_keys=True)
-    assert "vanelock run" in capsys.readouterr().out

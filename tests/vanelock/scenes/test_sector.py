@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from tests.vanelock.scenes.conftest import Write, chain, joined
+from tests.vanelock.scenes.conftest import chain, joined
 from vanelock import load_scene, run_scene
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
@@ -32,9 +32,7 @@ def rim(tmp_path: Path, coordinates: str, keys: str = "low = [1]\nhigh = [5]\nmo
 
 
 @pytest.mark.parametrize("coordinates", ["cartesian", "cylindrical"])
-def test_sector_has_the_frequencies_of_the_ring(
-    tmp_path: Path, scene_file: Write, coordinates: str
-) -> None:
+def test_sector_has_the_frequencies_of_the_ring(tmp_path, scene_file, coordinates):
     system = joined(scene_file(rim(tmp_path, coordinates)))
     sector = chain(1, COUNT, (3e5, 2e5, 1e5), ground=0.05)
     around = turn(N) if coordinates == "cartesian" else np.eye(3)
@@ -69,16 +67,14 @@ def test_sector_has_the_frequencies_of_the_ring(
         ("modes = 900\n", "900 fixed-interface modes of 12 slave dofs"),
     ],
 )
-def test_faces_that_do_not_fit_are_refused(
-    tmp_path: Path, scene_file: Write, keys: str, expected: str
-) -> None:
+def test_faces_that_do_not_fit_are_refused(tmp_path, scene_file, keys, expected):
     with pytest.raises(InputError, match=expected):
         joined(scene_file(rim(tmp_path, "cartesian", keys)))
 
 
 def test_a_joined_ring_has_its_sectors_and_engine_order_where_speeds_are_given(
-    tmp_path: Path, scene_file: Write
-) -> None:
+    tmp_path, scene_file
+):
     """Those of its file, which a scene of a joined system does not repeat."""
     text = rim(tmp_path, "cylindrical").replace("engine_order = 1", "engine_order = 2")
     joined(scene_file(text)).save(tmp_path / "ring.h5")

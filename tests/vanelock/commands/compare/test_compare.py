@@ -38,7 +38,7 @@ def run(label, *cases, text="", complete=True, monitor="vane output 1, radial"):
 MU, H = "joints.interlock.mu", "response.harmonics"
 
 
-def test_cases_are_paired_by_name_values_and_order():
+def test_cases_are_paired_by_name_values_and_order_and_not_guessed():
     one = run("A", case("mu=0.1", {MU: 0.1}), case("mu=0.2", {MU: 0.2}), case("nominal", {}))
     other = run(
         "B",
@@ -55,9 +55,6 @@ def test_cases_are_paired_by_name_values_and_order():
     ]
     assert notes[-1] == "force=3 is in B alone"
     assert "by values" in notes[0]
-
-
-def test_values_that_fit_two_cases_are_not_guessed():
     one = run("A", case("mu=0.2", {MU: 0.2}))
     other = run("B", *(case(f"mu=0.2,harmonics={h}", {MU: 0.2, H: h}) for h in (1, 3)))
     pairs, notes = matched(one, other)
@@ -96,7 +93,7 @@ def test_the_case_that_changes_most_stands_on_top():
     assert "of 4 cases the 2 whose peak" in top[1].text
 
 
-def test_counts_get_no_percentages():
+def test_counts_get_no_percentages_and_what_is_missing_is_said():
     both = case("nominal", {}), case("nominal", {})
     for each, (h, points) in zip(both, ((3, 50), (5, 60)), strict=True):
         each.numbers.update(harmonics=h, points=points, converged=points, seconds=h)
@@ -104,33 +101,27 @@ def test_counts_get_no_percentages():
     changes = {line.what: line.change for line in found.results}
     assert (changes["harmonics"], changes["points"], changes["converged"]) == (None, None, None)
     assert changes["time"] == pytest.approx(2 / 3)
-
-
-def test_what_is_missing_is_said():
     found = compared(
-        run("A", case("nominal", {})),
-        run("B", complete=False, monitor="vane output 2, axial"),
+        run("A", case("nominal", {})), run("B", complete=False, monitor="vane output 2, axial")
     )
     assert found.notes[0].startswith("B: the run is not complete; compared: 0 cases")
     assert "different displacements: vane output 1, radial in A" in found.notes[1]
     assert found.notes[2] == "nominal is in A alone"
 
 
-def test_folders_without_results_are_refused(tmp_path):
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"empty: holds no results.h5: not the folder of a run"):
-        compare_runs(tmp_path / "empty", tmp_path / "none")
-    with pytest.raises(InputError, match="none: no such folder"):
-        compare_runs(tmp_path / "none", tmp_path / "empty")
-
-
-def test_results_that_lack_something_are_refused_in_one_line(tmp_path):
-    for name in ("a", "b"):
+def test_folders_without_whole_results_are_refused_in_one_line(tmp_path):
+    for name in ("empty", "a", "b"):
         (tmp_path / name).mkdir()
+    for name in ("a", "b"):
         with Results(tmp_path / name / "results.h5").edit() as file:
             file.attrs["complete"] = True
-    with pytest.raises(InputError, match=r"a/results.h5: lacks what a run writes .*provenance"):
-        compare_runs(tmp_path / "a", tmp_path / "b")
+    for one, other, expected in (
+        ("empty", "none", r"empty: holds no results.h5: not the folder of a run"),
+        ("none", "empty", "none: no such folder"),
+        ("a", "b", r"a/results.h5: lacks what a run writes .*provenance"),
+    ):
+        with pytest.raises(InputError, match=expected):
+            compare_runs(tmp_path / one, tmp_path / other)
 
 
 def test_settings_are_given_in_peoples_units():

@@ -19,12 +19,8 @@ STUDY = f"""
 name = "small"
 {SMALL}
 joints.interlock.mu = 0.15
-[response]
-harmonics = 1
-range = [251, 256]
-points = 3
-[sweep]
-"joints.interlock.mu" = [0.1, 0.2]
+response = {{ harmonics = 1, range = [251, 256], points = 3 }}
+sweep."joints.interlock.mu" = [0.1, 0.2]
 """
 
 
@@ -37,21 +33,20 @@ def values(text, key):
 
 def test_every_setting_has_the_studys_own_value_once():
     found = settings_of(parse_study(""))
-    assert [setting.key for setting in found] == [
-        "mesh.size",
-        "rom.accuracy",
-        "response.harmonics",
-        "response.samples",
-        "response.points",
-        "response.coupling",
-        "joints.hook.patch",
-    ]
+    every = "mesh.size rom.accuracy response.harmonics response.samples response.points"
+    every += " response.coupling joints.hook.patch"
+    assert [setting.key for setting in found] == every.split()
     for setting in found:
         assert sum(level.own for level in setting.levels) == 1, setting.key
         assert len({level.shown for level in setting.levels}) == len(setting.levels)
+    listed = settings_of(parse_study("[response]\nfrequencies = [250, 260]"))
+    assert "response.points" not in {setting.key for setting in listed}
+    refusal = r'--setting "mesh": this study has mesh.size, rom.accuracy'
+    with pytest.raises(InputError, match=refusal):
+        chosen(parse_study(""), ("mesh",), 1e5)
 
 
-def test_values_around_what_the_study_has():
+def test_values_lie_around_what_the_study_has_and_meshes_grow_up_to_the_limit_alone():
     assert values("[rom]\naccuracy = 5e-4", "rom.accuracy")[1] == ["0.0005"]
     assert values("[rom]\nvane_modes = 8", "rom.vane_modes") == (["4", "8", "16", "32"], ["8"])
     assert values('[rom]\nroute = "paper"', "rom.casing_modes")[1] == ["10"]
@@ -59,9 +54,6 @@ def test_values_around_what_the_study_has():
     assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
     isotropic = values('[response]\nfriction = "isotropic"', "response.samples")
     assert isotropic == (["64", "128", "256", "512", "1024", "located"], ["located"])
-
-
-def test_meshes_grow_up_to_the_limit_alone():
     study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 170')
     few, many = (
         {setting.key: setting for setting in settings_of(study, dofs)}["mesh.size"]
@@ -70,18 +62,6 @@ def test_meshes_grow_up_to_the_limit_alone():
     assert [level.shown for level in few.levels] == ["coarse", "11.3 mm"]
     assert len(many.levels) > len(few.levels)
     assert [level.study.mesh.face_nodes for level in few.levels] == [170, None]
-
-
-def test_listed_frequencies_leave_nothing_to_raise_there():
-    study = parse_study("[response]\nfrequencies = [250, 260]")
-    assert "response.points" not in {setting.key for setting in settings_of(study)}
-
-
-def test_an_unknown_setting_is_refused_with_those_there_are():
-    with pytest.raises(
-        InputError, match=r'--setting "mesh": this study has mesh.size, rom.accuracy'
-    ):
-        chosen(parse_study(""), ("mesh",), 1e5)
 
 
 def test_the_vertex_of_a_parabola():

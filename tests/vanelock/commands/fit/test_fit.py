@@ -29,14 +29,9 @@ STUDY = f"""
 name = "rig"
 {SMALL}
 {MU} = 0.4  # a guess
-[response]
-harmonics = 1
-[[measured]]
-file = "rig.csv"
-sigma = 0.3
-[fit]
-parameters = ["{MU}"]
-starts = 1
+response.harmonics = 1
+measured = [{{ file = "rig.csv", sigma = 0.3 }}]
+fit = {{ parameters = ["{MU}"], starts = 1 }}
 """
 HERTZ = np.linspace(249.0, 263.0, 8)
 CURVE = Measured("rig", HERTZ, HERTZ)
@@ -156,28 +151,22 @@ def test_frequencies_are_as_the_root_of_the_stiffness(small_model):
 
 
 def test_bounds_and_starts():
-    text = '[measured]\nfile = "a"\n[fit]\nparameters = ["joints.interlock.interference"]'
+    key = "joints.interlock.interference"
+    text = f'[measured]\nfile = "a"\n[fit]\nparameters = ["{key}"]'
     (found,) = varied_parameters(parse_study(text), "fit")
     assert (found.start, found.low, found.high) == pytest.approx((2e-6, 2e-7, 2e-5))
     assert found.logarithmic
-    given = text + "\nbounds = { joints.interlock.interference = ['-1 um', '5 um'] }"
+    given = f"{text}\nbounds = {{ {key} = ['-1 um', '5 um'] }}"
     (found,) = varied_parameters(parse_study(given), "fit")
     assert (found.low, found.high) == pytest.approx((-1e-6, 5e-6))
     assert not found.logarithmic
-    outside = text + "\nbounds = { joints.interlock.interference = ['3 um', '5 um'] }"
-    with pytest.raises(InputError, match="starts at 2e-06, outside of its bounds 3e-06 to 5e-06"):
-        varied_parameters(parse_study(outside), "fit")
-    beyond = text + "\nbounds = { joints.interlock.interference = ['1 um', '5 mm'] }"
-    with pytest.raises(InputError, match=r"interference must be <= 0\.001"):
-        varied_parameters(parse_study(beyond), "fit")
-    gap = "[joints.interlock]\ninterference = 0\n" + text
-    with pytest.raises(InputError, match="starts at 0: give its bounds in fit.bounds"):
-        varied_parameters(parse_study(gap), "fit")
-
-
-def test_a_study_without_a_fit(tmp_path):
-    with pytest.raises(InputError, match=r"fit: the study has no \[fit\] table"):
-        fit_study(parse_study(""), tmp_path)
+    for wrong, expected in (
+        (given.replace("-1 um", "3 um"), "starts at 2e-06, outside of its bounds 3e-06 to 5e-06"),
+        (given.replace("5 um", "5 mm").replace("-1", "1"), r"interference must be <= 0\.001"),
+        (f"{key} = 0\n{text}", "starts at 0: give its bounds in fit.bounds"),
+    ):
+        with pytest.raises(InputError, match=expected):
+            varied_parameters(parse_study(wrong), "fit")
 
 
 def test_slopes_are_those_of_differences(small_model):

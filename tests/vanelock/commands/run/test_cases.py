@@ -3,16 +3,12 @@
 from types import SimpleNamespace
 from typing import Any
 
-import pytest
-
 from vanelock import parse_study
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.input.cases.sweep import cases
 
 
-def test_a_diagram_whose_case_fails_is_made_by_the_next_try(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_diagram_whose_case_fails_is_made_by_the_next_try(monkeypatch):
     """Which may be the same case's, or that of the next with the same lines."""
     place = "vanelock.commands.run.cases"
     monkeypatch.setattr(f"{place}.lines_step", lambda *_: SimpleNamespace(key="lines"))

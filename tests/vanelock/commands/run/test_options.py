@@ -14,10 +14,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 HEAD = f"""{SMALL}
 joints.interlock.mu = 0.1
 mesh.correction = "none"
-[outputs]
-shapes = false
-loops = false
-report = false
+outputs = {{ shapes = false, loops = false, report = false }}
 [response]
 harmonics = 1
 """
@@ -57,8 +54,6 @@ def test_engine_orders_are_responses_of_their_own(tmp_path):
         assert kept.converged.all()
         again = frequency_response(system, kept.frequency, Options(1))
         np.testing.assert_array_equal(again.contact, kept.contact)
-    _, again = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
-    assert not computed(again)
     # A study of one order has the same response, to the last bit.
     together = response(tmp_path, "engine_order=16")
     run(f"{frequencies}[excitation]\nengine_order = 16", tmp_path)
@@ -74,7 +69,7 @@ def folder(tmp_path_factory):
 
 def test_couplings_and_friction_are_swept_like_numbers(folder):
     text = (
-        'frequencies = [256, 262]\n[excitation]\nforce = 30\n[sweep]\n"response.coupling" = '
+        'frequencies = [256]\n[excitation]\nforce = 30\n[sweep]\n"response.coupling" = '
         '["coupled", "uncoupled", "constant-load"]\n'
         '"response.friction" = ["orthogonal", "isotropic"]'
     )

@@ -11,13 +11,10 @@ import scipy.linalg as sl
 
 from tests.small_study import HOOK, INTERLOCK
 from vanelock import load_system, open_results, parse_study, run_study
-from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.input.cases.sweep import cases
-from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Response, linear_response
+from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Finished, Notice, PointDone
-from vanelock.results.files.run_folder import claimed
-from vanelock.rom import System
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
@@ -55,35 +52,19 @@ def again(golden, tmp_path_factory):
 
 def test_every_stage_ran_once(first):
     done = [event.stage for event in first.events if isinstance(event, Done)]
-    assert sorted(done) == sorted(
-        [
-            "mesh vane",
-            "mesh casing",
-            "fem vane",
-            "fem casing",
-            "rom vane, condensed",
-            "rom vane",
-            *(f"rom casing, ND {k}" for k in range(4)),
-            "rom casing, condensed",
-            "mesh excess, vane",
-            *4 * ["mesh correction"],
-            "linear limits",
-            "linear response, free",
-            "linear response, stuck",
-            "preload",
-            "response nominal",
-            "static bounds",
-            *(f"{each} nominal" for each in ("stress", "sensitivities", "check")),
-            *(f"figures/{each}_nominal.png" for each in ("haigh", "loop", "contacts")),
-            *(f"figures/{each}.png" for each in ("response", "preload", "mesh")),
-            *(f"shapes/{each}_nominal.png" for each in ("response", "stress")),
-            "shapes/mode_free.png",
-            "shapes/mode_stuck.png",
-            "mesh errors, peak",
-            "neglected harmonics, peak",
-            "report.html",
-        ]
-    )
+    expected = """
+        mesh vane; mesh casing; fem vane; fem casing; rom vane, condensed; rom vane
+        rom casing, ND 0; rom casing, ND 1; rom casing, ND 2; rom casing, ND 3
+        rom casing, condensed; mesh excess, vane; linear limits
+        mesh correction; mesh correction; mesh correction; mesh correction
+        linear response, free; linear response, stuck; preload; response nominal; static bounds
+        stress nominal; sensitivities nominal; check nominal; figures/haigh_nominal.png
+        figures/loop_nominal.png; figures/contacts_nominal.png; figures/response.png
+        figures/preload.png; figures/mesh.png; shapes/response_nominal.png
+        shapes/stress_nominal.png; shapes/mode_free.png; shapes/mode_stuck.png; mesh errors, peak
+        neglected harmonics, peak; report.html
+    """
+    assert sorted(done) == sorted(re.split(r"; |\n\s+", expected.strip()))
     points = [event for event in first.events if isinstance(event, PointDone)]
     assert [(p.case, p.done, p.total) for p in points] == [("nominal", i, 9) for i in range(1, 10)]
     assert points[-1].left == 0
@@ -130,54 +111,6 @@ def test_limits_are_those_of_the_stored_matrices(first):
     assert shown[1]["rise_percent"] == pytest.approx(100 * limits.rise)
 
 
-def test_preload_table_counts_the_contacts(first):
-    hook, interlock = first.rows("preload")
-    assert (hook["closed"], hook["open"]) == (HOOK, 0)
-    assert (interlock["closed"], interlock["open"]) == (INTERLOCK, 0)
-    with open_results(first.folder / "results.h5") as file:
-        static = Response.load(file["response/nominal/preload"])
-        joint = np.array(System.load(file["system"]).contacts.joint)
-    force = static.force[0, 0].real
-    assert hook["n_mean"] == pytest.approx(force[joint == "hook", 0].mean())
-    assert interlock["n_min"] == pytest.approx(force[joint == "interlock", 0].min())
-    # n = kn v where the contact is closed.
-    v = static.contact[0, 0, joint == "hook", 0].real
-    np.testing.assert_allclose(force[joint == "hook", 0], 5e7 * v, rtol=1e-9)
-
-
-def test_summary_agrees_with_the_stored_response(first):
-    (found,) = first.summaries
-    with open_results(first.folder / "results.h5") as file:
-        response = Response.load(file["response/nominal"])
-        linear = {which: Response.load(file[f"response/{which}"]) for which in ("free", "stuck")}
-        limits = Limits.load(file["limits/all"])
-        monitor = file["response/nominal"].attrs["monitor"]
-        assert file["response/nominal"].attrs["peak_amplitude"] == found.peak.amplitude
-    system = load_system(first.folder / "results.h5", "nominal")
-    node = system.output_names.index(monitor.partition(", ")[0])
-    component = ["radial", "circumferential", "axial"].index(monitor.partition(", ")[2])
-    assert node == 0
-    at_peak = linear["free"].amplitude[:, 0].max(axis=0)
-    assert component == at_peak.argmax()
-    amplitude = response.amplitude[:, node, component]
-    top = amplitude.argmax()
-    assert found.peak.amplitude == amplitude[top]
-    assert found.peak.frequency == response.frequency[top]
-    for which, ratio in (("free", found.of_free), ("stuck", found.of_stuck)):
-        assert ratio == pytest.approx(
-            amplitude[top] / linear[which].amplitude[:, 0, component].max()
-        )
-    free, stuck = limits.free_frequency, limits.stuck_frequency
-    assert found.position == pytest.approx((found.peak.frequency - free) / (stuck - free))
-    states = response.state[top][-INTERLOCK:]
-    assert found.slipping == np.mean((states == SLIP) | (states == SLIP_OPEN))
-    assert found.opening == np.mean((states == OPEN) | (states == SLIP_OPEN))
-    assert (found.converged, found.points) == (9, 9)
-    (row,) = first.rows("cases")
-    assert row["peak_um"] == pytest.approx(1e6 * amplitude[top])
-    assert row["converged"] == "9/9"
-
-
 def test_linear_peak_is_found_between_the_frequencies_asked_for(first):
     system = load_system(first.folder / "results.h5", "nominal")
     shown = first.rows("linear")
@@ -205,9 +138,6 @@ def test_other_friction_reuses_the_reduced_model_and_a_damaged_entry_is_computed
     assert computed(heard) - linear == {"preload", "response nominal", "static bounds"} | pictures
     preload = next(each for each in heard if isinstance(each, Table) and each.key == "preload")
     assert "mu=0.2" not in str(preload.title)
-    _, heard = run(text.replace("report = false", "report = false\nloops = false"), folder)
-    assert computed(heard) == set()
-
     (entry,) = (folder / "cache").rglob(
         f"mesh-casing-{mesh_step(parse_study(text), 'casing').key}-*"
     )
@@ -241,8 +171,3 @@ def test_a_dimension_reaches_the_part_it_belongs_to():
         "rom vane",
         "recovery vane",
     }
-
-
-def test_two_runs_in_one_folder(tmp_path):
-    with claimed(tmp_path), pytest.raises(InputError, match="another run is using this folder"):
-        run("", tmp_path)

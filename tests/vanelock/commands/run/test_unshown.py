@@ -6,21 +6,13 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.vanelock.scenes.conftest import chain
+from tests.vanelock.scenes.test_run import PAD, QUIET, arm
 from vanelock import load_scene, run_scene
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
-SCENE = (
-    '[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\nnormal = [0, 0, 1]\nkn = 4e4\n'
-    'kt = 7e4\nmu = 0.2\ninterference = "400 um"\n'
-    '[[loads]]\ncomponent = "arm"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n'
-    "[outputs]\nloops = false\nreport = false\n"
-    "[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
-    '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
-)
 NAMES = ["mu=0.05", "mu=0.1", "mu=0.2"]
 
 
@@ -32,7 +24,7 @@ def stopped(event: Event) -> None:
 
 def test_cases_that_are_solved_are_in_results_after_an_interrupt(tmp_path: Path) -> None:
     path = tmp_path / "scene.toml"
-    path.write_text(chain(1, 4, (3e5, 2e5, 1e5), ground=1.0).write(tmp_path, "arm") + SCENE)
+    path.write_text(f'{arm(tmp_path)}{PAD}{QUIET}[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]')
     folder, results = tmp_path / "run", tmp_path / "run" / "results.h5"
     run_scene(load_scene(path), folder)
     with h5py.File(results) as file:

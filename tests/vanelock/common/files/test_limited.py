@@ -2,7 +2,6 @@
 
 import os
 import sys
-from collections.abc import Callable
 
 import pytest
 
@@ -36,9 +35,7 @@ def huge() -> str:
         (huge, "it asks for too much memory"),
     ],
 )
-def test_a_child_that_falls_says_why(
-    work: Callable[[], str], expected: str, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_child_that_falls_says_why(work, expected, capfd):
     with pytest.raises(Fallen, match=expected):
         limited(work, seconds=1, memory=200_000_000)
     assert capfd.readouterr() == ("", "")
@@ -71,18 +68,14 @@ def refusing() -> str:
         (refusing, "a.bin: element 4 has no nodes"),
     ],
 )
-def test_a_library_that_fails_is_reported_in_one_line(
-    read: Callable[[], str], expected: str, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_library_that_fails_is_reported_in_one_line(read, expected, capfd):
     with pytest.raises(InputError) as caught:
         by_library(read, "a.bin", 1000, "a mesh")
     assert str(caught.value) == expected
     assert capfd.readouterr() == ("", "")
 
 
-def test_what_a_library_reads_is_handed_over_and_its_talk_is_not(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_what_a_library_reads_is_handed_over_and_its_talk_is_not(capfd):
     def read() -> dict[str, int]:
         print("reading ...")
         return {"nodes": 4}

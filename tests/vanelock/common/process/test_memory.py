@@ -43,13 +43,10 @@ def limited(monkeypatch, **given):
     monkeypatch.setattr(resource, "getrlimit", getrlimit)
 
 
-def test_the_machine_bounds_where_nothing_else_does(proc, monkeypatch):
+def test_machine_and_limits_of_the_shell_bound_what_is_not_taken_already(proc, monkeypatch):
     limited(monkeypatch)
     assert memory.bounds() == [(8000 * KB, 6000 * KB, "this machine's memory")]
     assert memory.capacity() == 8000 * KB
-
-
-def test_limits_of_the_shell_count_what_is_taken_already(proc, monkeypatch):
     limited(monkeypatch, space=3000 * KB, data=1000 * KB)
     left = {each.name: each.left / KB for each in memory.bounds()}
     assert left["the address space that `ulimit -v` allows"] == 2500
@@ -103,12 +100,16 @@ def test_a_factorisation_that_does_not_fit_is_refused_before_it_is_begun(monkeyp
         fem.schur_complement(A, [0, 1])
 
 
-def test_what_cholmod_cannot_allocate_is_an_error_of_memory():
+def test_what_cholmod_cannot_allocate_is_an_error_and_what_is_used_least_goes_first():
     pytest.importorskip("sksparse")
     from sksparse.cholmod import CholmodOutOfMemoryError
 
     with pytest.raises(MemoryError, match="CHOLMOD"), cholmod.cholmod_errors():
         raise CholmodOutOfMemoryError("out of memory")
+    kept: dict[str, str] = {}
+    for key in "abacb":
+        assert memory.latest(kept, key, key.upper, 2) == key.upper()
+    assert kept == {"c": "C", "b": "B"}
 
 
 @pytest.mark.system
@@ -136,13 +137,6 @@ def test_a_run_under_a_small_limit_is_one_line_and_status_2(tmp_path, limit, siz
     (line,) = done.stderr.splitlines()
     assert line.startswith("vanelock: not enough memory (")
     assert words in line
-
-
-def test_what_is_used_least_goes_first():
-    kept: dict[str, str] = {}
-    for key in "abacb":
-        assert memory.latest(kept, key, key.upper, 2) == key.upper()
-    assert kept == {"c": "C", "b": "B"}
 
 
 FAULTS = """

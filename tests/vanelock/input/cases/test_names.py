@@ -3,7 +3,7 @@
 import pytest
 
 from vanelock import cases, parse_study
-from vanelock.input.cases.names import slug, valued, words
+from vanelock.input.cases.names import merged, slug, valued, words
 
 SWEPT = """
 [sweep]
@@ -17,25 +17,32 @@ SWEPT = """
 
 
 def test_values_have_units_and_no_exponents() -> None:
-    found = cases(parse_study(SWEPT))
-    assert len({case.name for case in found}) == len(found) == 16
+    found = [case.name.split(",") for case in cases(parse_study(SWEPT))]
+    assert len({*map(tuple, found)}) == len(found) == 16
     every = ["interference=4um", "chord=40mm", "E=205GPa", "size=coarse", "kn=20N_um", "sectors=16"]
-    assert found[0].name.split(",") == every
-    assert found[6].name.split(",")[0] == "interference=17um"
-    assert found[-1].name.split(",")[:4] == [
-        "interference=0mm",
-        "chord=40mm",
-        "E=205GPa",
-        "size=6mm",
-    ]
-    assert found[-1].name.split(",")[4] == "kn=150N_m"
+    assert found[0] == every
+    assert found[6][0] == "interference=17um"
+    last = ["interference=0mm", "chord=40mm", "E=205GPa", "size=6mm", "kn=150N_m"]
+    assert found[-1][:5] == last
 
 
 def test_people_and_files_get_the_same_name() -> None:
     name = "mu=0.15,interference=17um,kn=20N_um,angle=-3.5deg,coupling=uncoupled"
     assert words(name) == "μ = 0.15, interference = 17 µm, kn = 20 N/µm, angle = -3.5°, uncoupled"
     assert slug(name) == "mu0.15_interference17um_kn20N_um_angle-3.5deg_couplinguncoupled"
-    assert words("size=coarse,monitor=upper 17um") == "size = coarse, monitor = upper 17um"
+    assert slug("hook.mu=0.15,kn=1e+06") == "hook.mu0.15_kn1e+06"
+    for name, text in (
+        ("size=coarse,monitor=upper 17um", "size = coarse, monitor = upper 17um"),
+        ("mu=0.15,harmonics=3", "μ = 0.15, H = 3"),
+        ("nominal", "nominal"),
+        (
+            "engine_order=-2,coupling=constant-load,friction=isotropic,mu=0.3",
+            "EO = -2, constant-load, isotropic friction, μ = 0.3",
+        ),
+    ):
+        assert words(name) == text
+    assert words("mu=0.15,harmonics=3", without="harmonics") == "μ = 0.15"
+    assert merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
 
 
 @pytest.mark.parametrize(

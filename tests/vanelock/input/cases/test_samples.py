@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tests.vanelock.input.conftest import complaint
 from vanelock import Scene, Study, cases, parse_study
 from vanelock.common.errors import InputError
 from vanelock.files import checked, load_study
@@ -54,69 +55,48 @@ def test_keys_are_paired_at_random_and_the_seed_says_how():
     assert not first.study.scatter
 
 
-def test_numbers_carry_units_and_keys_may_stand_without_quotes():
+def test_numbers_carry_units_and_are_allowed_by_their_keys():
     text = 'joints.interlock.interference = { low = "1 um", high = 3e-6 }\n'
     (found,) = samples(study(text)).values()
     assert 1e-6 <= min(found) < 1.1e-6
     assert 2.9e-6 < max(found) <= 3e-6
+    text = f'{MU} = {{ distribution = "normal", mean = 0.1, deviation = 0.1 }}'
+    with pytest.raises(InputError, match=r"sample \d+: joints.interlock.mu = -.*truncate = true"):
+        cases(study(text))
+
+
+TABLE = """
+"joints.interlock.muu" = { low = 0, high = 1 } | "joints.interlock.muu": unknown key; nearest \
+known key: joints.interlock.mu
+"response.harmonics" = { low = 1, high = 3 } | "response.harmonics": only keys that hold a number \
+with a fraction can scatter
+MU = { low = 0.5, high = 0.1 } | MU.high = 0.1: must be above low
+MU = { distribution = "normal", mean = 0.3, deviation = 0 } | MU.deviation = 0: must be > 0
+MU = { distribution = "lognormal", mean = -1, deviation = 1 } | MU.mean = -1: must be > 0
+KT = { low = "1 N", high = 2e6 } | KT.low = "1 N": expected a number in N/m, or text with a unit \
+such as "1 N/m"
+MU = { distribution = "normal", mean = 1, deviation = 0.1, low = 9 } | MU: leaves nothing between \
+low and high
+MU = { low = 0.1, high = nan } | MU.high = nan: expected a finite
+MU = { distribution = "lognormal", mean = 0.3, deviation = 1e300 } | MU: numbers too large or too \
+small for a lognormal distribution
+MU = { distribution = "lognormal", mean = 1e300, deviation = 1e-300 } | MU: numbers too large or \
+too small for a lognormal distribution
+MU = { distribution = "normal", mean = 1e308, deviation = 1e308 } | MU: numbers too large or too \
+small for a normal distribution
+"""
+MISTAKES = TABLE.replace("MU", MU).replace("KT", KT).strip().splitlines()
 
 
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        (
-            '"joints.interlock.muu" = { low = 0, high = 1 }',
-            'scatter.keys."joints.interlock.muu": unknown key; nearest known key: '
-            "joints.interlock.mu",
-        ),
-        (
-            '"response.harmonics" = { low = 1, high = 3 }',
-            'scatter.keys."response.harmonics": '
-            "only keys that hold a number with a fraction can scatter",
-        ),
-        (f"{MU} = {{ low = 0.5, high = 0.1 }}", f"scatter.keys.{MU}.high = 0.1: must be above low"),
-        (
-            f'{MU} = {{ distribution = "normal", mean = 0.3, deviation = 0 }}',
-            f"scatter.keys.{MU}.deviation = 0: must be > 0",
-        ),
-        (
-            f'{MU} = {{ distribution = "lognormal", mean = -1, deviation = 1 }}',
-            f"scatter.keys.{MU}.mean = -1: must be > 0",
-        ),
-        (
-            f'{KT} = {{ low = "1 N", high = 2e6 }}',
-            f'scatter.keys.{KT}.low = "1 N": expected a number in N/m, or text with a unit such as '
-            '"1 N/m"',
-        ),
-        (
-            f'{MU} = {{ distribution = "normal", mean = 1, deviation = 0.1, low = 9 }}',
-            f"scatter.keys.{MU}: leaves nothing between low and high",
-        ),
-        (f"{MU} = {{ low = 0.1, high = nan }}", f"scatter.keys.{MU}.high = nan: expected a finite"),
-        *(
-            (
-                f'{MU} = {{ distribution = "{shape}", mean = {mean}, deviation = {deviation} }}',
-                f"scatter.keys.{MU}: numbers too large or too small for a {shape} distribution",
-            )
-            for shape, mean, deviation in (
-                ("lognormal", 0.3, 1e300),
-                ("lognormal", 1e300, 1e-300),
-                ("normal", 1e308, 1e308),
-            )
-        ),
+        *((text, f"scatter.keys.{line}") for text, line in (x.split(" | ") for x in MISTAKES)),
         (f"{MU} = {{ low = 0, high = 1 }}\n[sweep]\n{KT} = [1e6]", "scatter: give either this, or"),
     ],
 )
 def test_mistakes(text, line):
-    with pytest.raises(InputError) as caught:
-        cases(study(text))
-    assert str(caught.value).startswith(line)
-
-
-def test_a_sample_that_the_key_does_not_allow_is_named():
-    text = f'{MU} = {{ distribution = "normal", mean = 0.1, deviation = 0.1 }}'
-    with pytest.raises(InputError, match=r"sample \d+: joints.interlock.mu = -.*truncate = true"):
-        cases(study(text))
+    assert complaint(text, lambda text: cases(study(text))).startswith(line)
 
 
 @pytest.mark.parametrize(
@@ -155,13 +135,9 @@ def test_keys_must_scatter(schema, table):
 def test_rows_vary_together():
     text = f'[rows]\n{MU} = [0.1, 0.2, 0.3]\n{KT} = [1e6, "2 N/um", 1e6]\n'
     found = cases(parse_study(text + '[sweep]\n"response.harmonics" = [1, 3]'))
+    rows = (0.1, 1e6), (0.2, 2e6), (0.3, 1e6)
     assert [tuple(case.values.values()) for case in found] == [
-        (0.1, 1e6, 1),
-        (0.1, 1e6, 3),
-        (0.2, 2e6, 1),
-        (0.2, 2e6, 3),
-        (0.3, 1e6, 1),
-        (0.3, 1e6, 3),
+        (*r, h) for r in rows for h in (1, 3)
     ]
     assert found[0].name == "mu=0.1,kt=1N_um,harmonics=1"
 
@@ -179,14 +155,9 @@ def test_rows_vary_together():
             "rows and sweep: joints.interlock.mu = -1, joints.interlock.kt = 1000000.0: "
             "joints.interlock.mu = -1: friction coefficient must be >= 0",
         ),
-        (
-            '"vane.thickness" = ["9 m"]',
-            "rows: vane.thickness = 9.0: thickness of an aerofoil",
-        ),
+        ('"vane.thickness" = ["9 m"]', "rows: vane.thickness = 9.0: thickness of an aerofoil"),
         (f"{MU} = [0.1]\n[sweep]\n{MU} = [0.2]", f"rows.{MU}: is in sweep too"),
     ],
 )
 def test_mistakes_in_rows(text, line):
-    with pytest.raises(InputError) as caught:
-        cases(parse_study(f"[rows]\n{text}"))
-    assert str(caught.value).startswith(line)
+    assert complaint(f"[rows]\n{text}", lambda text: cases(parse_study(text))).startswith(line)

@@ -1,9 +1,12 @@
 """Sweeps: the product of all lists, every value checked as its key would be."""
 
+import re
 import tomllib
+from itertools import product
 
 import pytest
 
+from tests.vanelock.input.conftest import complaint
 from vanelock import Study, cases, load_study, parse_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import label
@@ -11,53 +14,39 @@ from vanelock.input.cases.values import with_values
 
 
 def test_product_runs_the_last_key_fastest():
-    study = parse_study(
-        '[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n"response.harmonics" = [1, 3, 5]'
-    )
-    found = cases(study)
-    assert [(c.study.joints.interlock.mu, c.study.response.harmonics) for c in found] == [
-        (0.15, 1),
-        (0.15, 3),
-        (0.15, 5),
-        (0.3, 1),
-        (0.3, 3),
-        (0.3, 5),
-    ]
+    text = '[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n"response.harmonics" = [1, 3, 5]'
+    found = cases(parse_study(text))
+    settings = [(c.study.joints.interlock.mu, c.study.response.harmonics) for c in found]
+    assert settings == [*product((0.15, 0.3), (1, 3, 5))]
     assert found[1].name == "mu=0.15,harmonics=3"
     assert found[1].values == {"joints.interlock.mu": 0.15, "response.harmonics": 3}
     assert all(not c.study.sweep for c in found)
 
 
-def test_no_sweep_is_one_case():
+def test_cases_have_values_and_names():
+    """No sweep is one; keys may stand without quotes, and defaults may depend on others."""
     (case,) = cases(parse_study(""))
     assert (case.name, case.values) == ("nominal", {})
-
-
-def test_keys_may_stand_without_quotes_and_values_carry_units():
-    (first, second) = cases(parse_study('[sweep]\nvane.chord = ["40 mm", 0.045]'))
-    assert first.study.vane.chord == pytest.approx(0.04)
-    assert second.study.vane.chord == 0.045
-
-
-def test_names_tell_equal_last_words_apart():
+    found = cases(parse_study('[sweep]\nvane.chord = ["40 mm", 0.045]'))
+    assert [case.study.vane.chord for case in found] == [pytest.approx(0.04), 0.045]
     study = parse_study(
         '[sweep]\n"joints.hook.mu" = [0.2]\n"joints.interlock.mu" = [0.3]\n"vane.chord" = [0.04]'
     )
     assert cases(study)[0].name == "hook.mu=0.2,interlock.mu=0.3,chord=40mm"
+    found = cases(parse_study('[sweep]\n"excitation.unbalance" = [1e-3, 2e-3]'))
+    assert [c.study.excitation.unbalance for c in found] == [1e-3, 2e-3]
+    assert [c.study.excitation.force_per_node for c in found] == [0, 0]
 
 
 def test_words_can_be_swept_too():
-    study = parse_study(
-        '[sweep]\n"response.coupling" = ["coupled", "constant-load"]\n'
-        '"response.friction" = ["orthogonal", "isotropic"]'
+    found = cases(
+        parse_study(
+            '[sweep]\n"response.coupling" = ["coupled", "constant-load"]\n'
+            '"response.friction" = ["orthogonal", "isotropic"]'
+        )
     )
-    found = cases(study)
-    assert [(c.study.response.coupling, c.study.response.friction) for c in found] == [
-        ("coupled", "orthogonal"),
-        ("coupled", "isotropic"),
-        ("constant-load", "orthogonal"),
-        ("constant-load", "isotropic"),
-    ]
+    settings = [(c.study.response.coupling, c.study.response.friction) for c in found]
+    assert settings == [*product(("coupled", "constant-load"), ("orthogonal", "isotropic"))]
     assert found[3].name == "coupling=constant-load,friction=isotropic"
     assert found[3].values["response.coupling"] == "constant-load"
 
@@ -76,74 +65,35 @@ def test_engine_orders_are_cases_the_slowest_of_all():
     assert (only.name, only.study.excitation.engine_order) == ("engine_order=16", 16)
 
 
-def test_a_default_that_depends_on_another_key_can_be_swept():
-    found = cases(parse_study('[sweep]\n"excitation.unbalance" = [1e-3, 2e-3]'))
-    assert [c.study.excitation.unbalance for c in found] == [1e-3, 2e-3]
-    assert [c.study.excitation.force_per_node for c in found] == [0, 0]
+MISTAKES = """
+"joints.interlock.muu": unknown key; nearest known key: joints.interlock.mu
+"joints.interlock": only keys that hold a number or a choice of words can be swept
+"name": only keys that hold a number or a choice of words can be swept
+"joints.interlock.enabled": only keys that hold a number or a choice of words can be swept
+"excitation.engine_order": give either this or excitation.engine_orders, not both
+"joints.interlock.mu"[1] = -0.1: friction coefficient must be >= 0
+"response.coupling"[1] = "loose": coupling of the static and the dynamic balance must be one of \
+"coupled", "uncoupled" or "constant-load"
+"response.coupling"[1] = "coupled": the same as entry 0
+"vane.chord"[1] = 45: chord of an aerofoil must be <= 0.5 m; 45 is 45 m: "45 mm"?
+"vane.chord" = []: needs at least one value
+"vane.chord"[1] = "40 mm": the same as entry 0
+"ring.sectors"[1] = 16.5: expected a whole number
+"material.vane.nu"[1] = 0.5: Poisson's ratio must be < 0.5
+"""
+RIGHT = {"vane.chord": "0.04", "response.coupling": '"coupled"', "ring.sectors": "16"}
 
 
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        (
-            '"joints.interlock.mu" = [0.1, -0.1]',
-            'sweep."joints.interlock.mu"[1] = -0.1: friction coefficient must be >= 0',
-        ),
-        (
-            '"joints.interlock.muu" = [0.1]',
-            'sweep."joints.interlock.muu": unknown key; nearest known key: joints.interlock.mu',
-        ),
-        (
-            '"joints.interlock" = [0.1]',
-            'sweep."joints.interlock": '
-            "only keys that hold a number or a choice of words can be swept",
-        ),
-        (
-            '"response.coupling" = ["coupled", "loose"]',
-            'sweep."response.coupling"[1] = "loose": coupling of the static and the dynamic '
-            'balance must be one of "coupled", "uncoupled" or "constant-load"',
-        ),
-        (
-            '"response.coupling" = ["coupled", "coupled"]',
-            'sweep."response.coupling"[1] = "coupled": the same as entry 0',
-        ),
-        (
-            'name = ["a"]',
-            'sweep."name": only keys that hold a number or a choice of words can be swept',
-        ),
-        (
-            '"excitation.engine_order" = [1, 2]\n[excitation]\nengine_orders = [1]',
-            'sweep."excitation.engine_order": '
-            "give either this or excitation.engine_orders, not both",
-        ),
-        (
-            '"joints.interlock.enabled" = [true]',
-            'sweep."joints.interlock.enabled": '
-            "only keys that hold a number or a choice of words can be swept",
-        ),
-        (
-            '"vane.chord" = [0.04, 45]',
-            'sweep."vane.chord"[1] = 45: chord of an aerofoil must be <= 0.5 m; 45 is 45 m: '
-            '"45 mm"?',
-        ),
-        ('"vane.chord" = []', 'sweep."vane.chord" = []: needs at least one value'),
-        ('"vane.chord" = [0.04, "40 mm"]', 'sweep."vane.chord"[1] = "40 mm": the same as entry 0'),
-        ('"ring.sectors" = [16.5]', 'sweep."ring.sectors"[0] = 16.5: expected a whole number'),
-        (
-            '"material.vane.nu" = [0.3, 0.5]',
-            'sweep."material.vane.nu"[1] = 0.5: Poisson\'s ratio must be < 0.5',
-        ),
-    ],
-)
-def test_mistakes(tmp_path, text, line):
+@pytest.mark.parametrize("line", MISTAKES.strip().splitlines())
+def test_mistakes(tmp_path, line):
+    ((key, entry, value),) = re.findall(r'^"(.*?)"(\[1\])?(?: = (.*?))?: ', line)
+    values = f"[{RIGHT.get(key, '0.1')}, {value}]" if entry else value or "[0.1]"
     path = tmp_path / "vane.toml"
-    path.write_text(f"[sweep]\n{text}")
-    with pytest.raises(InputError) as caught:
-        load_study(path)
-    assert str(caught.value) == f"{path}: {line}"
+    path.write_text(f'[sweep]\n"{key}" = {values}\n[excitation]\nengine_orders = [1]')
+    assert complaint(path, load_study) == f"{path}: sweep.{line}"
 
 
-def test_impossible_combinations_are_refused():
+def test_impossible_combinations_and_too_many_cases_are_refused():
     study = parse_study(
         '[sweep]\n"vane.thickness" = [0.002, 0.004]\n"vane.edge_thickness" = [0.001, 0.003]\n'
         "[vane]\nthickness = 0.01\nedge_thickness = 0.0001"
@@ -152,9 +102,6 @@ def test_impossible_combinations_are_refused():
         InputError, match=r"vane\.thickness = 0\.002, vane\.edge_thickness = 0\.003"
     ):
         cases(study)
-
-
-def test_too_many_cases():
     keys = ("joints.hook.mu", "joints.interlock.mu", "joints.hook.kn")
     many = ", ".join(f"{0.1 + i * 1e-3}" for i in range(47))  # 47^3 = 103,823
     study = parse_study("[sweep]\n" + "".join(f'"{key}" = [{many}]\n' for key in keys))
@@ -183,20 +130,12 @@ def test_labels_name_what_tells_groups_apart():
 def test_a_changed_study_is_the_one_that_its_file_would_give(changes):
     """Although only the tables with a change are checked anew."""
     text = """
-        [vane]
-        thickness = "5 mm"
-        [joints.hook]
-        mu = 0.1
-        [material.vane]
-        E = "180 GPa"
-        [[outputs.gauges]]
-        aerofoil = 1
-        span = 0.1
-        chord = 0.5
-        [excitation]
-        engine_orders = [3, 4]
-        [sweep]
-        "joints.interlock.mu" = [0.2]
+        vane.thickness = "5 mm"
+        joints.hook.mu = 0.1
+        material.vane.E = "180 GPa"
+        outputs.gauges = [{ aerofoil = 1, span = 0.1, chord = 0.5 }]
+        excitation.engine_orders = [3, 4]
+        sweep."joints.interlock.mu" = [0.2]
     """
     study = parse_study(text)
     found = with_values(study, changes)
@@ -208,7 +147,6 @@ def test_a_changed_study_is_the_one_that_its_file_would_give(changes):
         for name in rest:
             inner = inner.setdefault(name, {})
         inner[last] = value
-    assert found == Study.model_validate(data)
-    assert found.model_dump(exclude_unset=True) == Study.model_validate(data).model_dump(
-        exclude_unset=True
-    )
+    expected = Study.model_validate(data)
+    assert found == expected
+    assert found.model_dump(exclude_unset=True) == expected.model_dump(exclude_unset=True)

@@ -15,14 +15,17 @@ def read(folder, text, gauges=1, order=2, **keys):
     return read_measured(MeasuredCurve(file=str(path), **keys), order, gauges, "measured[0]")
 
 
-def test_frequency_and_amplitude_in_any_order_of_rows(tmp_path):
-    found = read(
-        tmp_path, "# rig\n\nFrequency (Hz), Amplitude (um)\n260.5,2.5\n259,1\n# end\n,\n261,\n"
-    )
-    assert found.name == "data"
-    assert found.frequency.tolist() == [259, 260.5]
+def test_frequency_and_amplitude_in_any_order_of_rows_and_what_the_study_says_of_them(tmp_path):
+    rows = "Frequency (Hz), Amplitude (um)\n260.5,2.5\n259,1\n# end\n,\n261,\n"
+    found = read(tmp_path, f"# rig\n\n{rows}")
+    assert (found.name, found.frequency.tolist()) == ("data", [259, 260.5])
     assert found.amplitude == pytest.approx([1e-6, 2.5e-6])
     assert (found.quantity, found.sigma, found.gauge) == ("displacement", None, None)
+    keys = {"name": "rig 2", "engine_order": 1, "sigma": 0.1, "direction": "down"}
+    found = read(tmp_path, "speed (rpm),displacement (mm)\n6000,1\n6060,2\n", **keys)
+    assert (found.name, found.direction) == ("rig 2", "down")
+    assert found.frequency == pytest.approx([100, 101])
+    assert found.sigma == pytest.approx([1e-4, 1e-4])
 
 
 @pytest.mark.parametrize(
@@ -45,21 +48,6 @@ def test_one_curve_in_many_executor(tmp_path, text):
     assert found.amplitude == pytest.approx([2.5e-6, 3e-6])
     assert found.sigma == pytest.approx([1e-7, 1e-7])
     assert (found.quantity, found.gauge, found.engine_order) == ("strain", 0, 2)
-
-
-def test_what_the_study_says_of_a_file(tmp_path):
-    found = read(
-        tmp_path,
-        "speed (rpm),displacement (mm)\n6000,1\n6060,2\n",
-        name="rig 2",
-        engine_order=1,
-        sigma=0.1,
-        direction="down",
-    )
-    assert found.name == "rig 2"
-    assert found.frequency == pytest.approx([100, 101])
-    assert found.sigma == pytest.approx([1e-4, 1e-4])
-    assert found.direction == "down"
 
 
 @pytest.mark.parametrize(
@@ -90,17 +78,14 @@ def test_what_cannot_be_read(tmp_path, text, expected):
 
 
 @pytest.mark.parametrize("gauges", [0, 2])
-def test_a_strain_needs_its_gauge(tmp_path, gauges):
+def test_a_strain_needs_its_gauge_and_a_displacement_has_none(tmp_path, gauges):
+    text = "f (Hz),{} ({})\n1,2\n3,4"
     with pytest.raises(InputError, match=r"measured\[0\]: .*data.csv holds a strain: give gauge"):
-        read(tmp_path, "f (Hz),strain (um/m)\n1,2\n3,4", gauges)
+        read(tmp_path, text.format("strain", "um/m"), gauges)
     if gauges:
-        found = read(tmp_path, "f (Hz),strain (um/m)\n1,2\n3,4", gauges, gauge=2)
-        assert found.gauge == 1
-
-
-def test_a_displacement_has_no_gauge(tmp_path):
+        assert read(tmp_path, text.format("strain", "um/m"), gauges, gauge=2).gauge == 1
     with pytest.raises(InputError, match=r"measured\[0\]\.gauge = 1: .* holds no strain"):
-        read(tmp_path, "f (Hz),a (um)\n1,2\n3,4", gauge=1)
+        read(tmp_path, text.format("a", "um"), gauge=1)
 
 
 def test_files_lie_beside_the_study(tmp_path):
@@ -110,12 +95,10 @@ def test_files_lie_beside_the_study(tmp_path):
         study.write_text(f'{head}\nfile = "rig.csv"\n')
         (found,) = load_measured(load_study(study))
         np.testing.assert_allclose(found.amplitude, [2e-6, 4e-6])
-    study.write_text('[[measured]]\nfile = "none.csv"\n')
-    with pytest.raises(InputError, match=r"none\.csv: no such file"):
-        load_measured(load_study(study))
-    study.write_text('[[measured]]\nfile = "."\n')
-    with pytest.raises(InputError, match="is a folder, a CSV file is needed"):
-        load_measured(load_study(study))
+    for name, expected in (("none.csv", r"none\.csv: no such file"), (".", "is a folder, a CSV")):
+        study.write_text(f'[[measured]]\nfile = "{name}"\n')
+        with pytest.raises(InputError, match=expected):
+            load_measured(load_study(study))
 
 
 def test_every_gauge_of_the_study_may_have_been_measured():

@@ -69,40 +69,32 @@ def complaint(path: Path, **keys: Any) -> str:
 PER_FORCE = {"orddenom_spec_data_type": FORCE, "orddenom_axis_units_lab": "N"}
 
 
+LABEL, KIND, OVER = "ordinate_axis_units_lab", "ordinate_spec_data_type", "orddenom_axis_units_lab"
+
+
 @pytest.mark.parametrize(
     ("factor", "changed", "units"),
     [
         (1, {}, None),
-        (1, {"ordinate_axis_units_lab": "NONE"}, SI),
-        (1e3, {"ordinate_axis_units_lab": "mm"}, None),
-        (1e3, {"ordinate_axis_units_lab": "mm"}, MILLIMETRES),
-        (1e3, {"ordinate_axis_units_lab": "NONE"}, MILLIMETRES),
-        (1j * OMEGA, {"ordinate_spec_data_type": VELOCITY, "ordinate_axis_units_lab": "m/s"}, SI),
-        (
-            -(OMEGA**2),
-            {"ordinate_spec_data_type": ACCELERATION, "ordinate_axis_units_lab": "m/s**2"},
-            None,
-        ),
-        (
-            -(OMEGA**2) / 9.80665,
-            {"ordinate_spec_data_type": ACCELERATION, "ordinate_axis_units_lab": "g"},
-            None,
-        ),
-        (-(OMEGA**2), {"ordinate_spec_data_type": 0, "ordinate_axis_units_lab": "(m/s^2)"}, None),
+        (1, {LABEL: "NONE"}, SI),
+        (1e3, {LABEL: "mm"}, None),
+        (1e3, {LABEL: "mm"}, MILLIMETRES),
+        (1e3, {LABEL: "NONE"}, MILLIMETRES),
+        (1j * OMEGA, {KIND: VELOCITY, LABEL: "m/s"}, SI),
+        (-(OMEGA**2), {KIND: ACCELERATION, LABEL: "m/s**2"}, None),
+        (-(OMEGA**2) / 9.80665, {KIND: ACCELERATION, LABEL: "g"}, None),
+        (-(OMEGA**2), {KIND: 0, LABEL: "(m/s^2)"}, None),
         (1, {"binary": 1}, None),
         (1, {"func_type": 12}, SI),
     ],
 )
-def test_a_modulus_is_read_in_metres_whatever_was_measured(
-    tmp_path: Path, factor: Any, changed: dict[str, Any], units: dict[str, Any] | None
-) -> None:
-    force = 30.0
-    sets = [record(force * factor * RECEPTANCE, **changed)]
+def test_a_modulus_is_read_in_metres_whatever_was_measured(tmp_path, factor, changed, units):
+    sets = [record(30.0 * factor * RECEPTANCE, **changed)]
     path = write(tmp_path / "rig.uff", *([units] if units else []), *sets)
     found = read(path, range=[240, 280], sigma=0.1)
     inside = (HERTZ >= 240) & (HERTZ <= 280)
     np.testing.assert_allclose(found.frequency, HERTZ[inside])
-    np.testing.assert_allclose(found.amplitude, force * np.abs(RECEPTANCE[inside]), rtol=1e-9)
+    np.testing.assert_allclose(found.amplitude, 30.0 * np.abs(RECEPTANCE[inside]), rtol=1e-9)
     assert found.sigma is not None
     scale = np.abs(np.broadcast_to(factor, HERTZ.shape))[inside]
     np.testing.assert_allclose(found.sigma, 0.1 / scale, rtol=1e-9)
@@ -113,19 +105,13 @@ def test_a_modulus_is_read_in_metres_whatever_was_measured(
     ("factor", "changed", "units"),
     [
         (1, {}, None),
-        (1, {"ordinate_axis_units_lab": "m/N", "orddenom_spec_data_type": 0}, None),
-        (1e6, {"orddenom_axis_units_lab": "MN"}, None),
-        (1e3, {"ordinate_axis_units_lab": "", "orddenom_axis_units_lab": ""}, MILLIMETRES),
-        (
-            1e3 / 0.22480894,
-            {"ordinate_axis_units_lab": "mm", "orddenom_axis_units_lab": ""},
-            {**MILLIMETRES, "force": 0.22480894},
-        ),
+        (1, {LABEL: "m/N", "orddenom_spec_data_type": 0}, None),
+        (1e6, {OVER: "MN"}, None),
+        (1e3, {LABEL: "", OVER: ""}, MILLIMETRES),
+        (1e3 / 0.22480894, {LABEL: "mm", OVER: ""}, {**MILLIMETRES, "force": 0.22480894}),
     ],
 )
-def test_a_response_per_force_is_multiplied_by_the_force(
-    tmp_path: Path, factor: float, changed: dict[str, Any], units: dict[str, Any] | None
-) -> None:
+def test_a_response_per_force_is_multiplied_by_the_force(tmp_path, factor, changed, units):
     sets = [record(factor * RECEPTANCE, **{**PER_FORCE, **changed})]
     path = write(tmp_path / "rig.unv", *([units] if units else []), *sets)
     found = read(path, force="30 N")
@@ -134,16 +120,9 @@ def test_a_response_per_force_is_multiplied_by_the_force(
 
 
 def test_speed_becomes_frequency_by_the_engine_order_and_strain_its_gauge(tmp_path: Path) -> None:
-    given = record(
-        [10.0, 20.0, 15.0],
-        [7500.0, 7800.0, 8100.0],
-        func_type=27,
-        abscissa_spec_data_type=19,
-        abscissa_axis_units_lab="rpm",
-        abscissa_spacing=0,
-        ordinate_spec_data_type=STRAIN,
-        ordinate_axis_units_lab="um/m",
-    )
+    speeds = {"abscissa_spec_data_type": 19, "abscissa_axis_units_lab": "rpm"}
+    strain = {"func_type": 27, "abscissa_spacing": 0, KIND: STRAIN, LABEL: "um/m"}
+    given = record([10.0, 20.0, 15.0], [7500.0, 7800.0, 8100.0], **speeds, **strain)
     found = read(write(tmp_path / "strain.uff", given))
     assert found.frequency == pytest.approx([250, 260, 270])
     assert found.amplitude == pytest.approx([10e-6, 20e-6, 15e-6])
@@ -194,40 +173,21 @@ def test_by_the_formats_description(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("changed", "units", "expected"),
     [
-        (
-            {"ordinate_axis_units_lab": "mm"},
-            SI,
-            "record 1: in mm by its label, in 1 m by the file's",
-        ),
-        (
-            {"ordinate_axis_units_lab": "NONE"},
-            None,
-            'record 1: says no unit: give unit, such as "um"',
-        ),
-        ({"ordinate_axis_units_lab": "V"}, None, 'record 1: label "V": expected one like m'),
-        (
-            {"ordinate_spec_data_type": 0, "ordinate_axis_units_lab": "V"},
-            None,
-            "like m, m/s, m/s^2",
-        ),
-        ({"ordinate_spec_data_type": 15}, None, "of type 15: strain, displacement, velocity, acc"),
+        ({LABEL: "mm"}, SI, "record 1: in mm by its label, in 1 m by the file's"),
+        ({LABEL: "NONE"}, None, 'record 1: says no unit: give unit, such as "um"'),
+        ({LABEL: "V"}, None, 'record 1: label "V": expected one like m'),
+        ({KIND: 0, LABEL: "V"}, None, "like m, m/s, m/s^2"),
+        ({KIND: 15}, None, "of type 15: strain, displacement, velocity, acc"),
         ({"orddenom_spec_data_type": 12}, None, "over a quantity of type 12: only force can be"),
-        ({**PER_FORCE, "orddenom_axis_units_lab": "V"}, None, 'over "V": expected a force'),
-        (
-            {"abscissa_spec_data_type": 17},
-            None,
-            "not over frequency or speed (abscissa of type 17)",
-        ),
+        ({**PER_FORCE, OVER: "V"}, None, 'over "V": expected a force'),
+        ({"abscissa_spec_data_type": 17}, None, "not over frequency or speed (abscissa of type 17"),
         ({"func_type": 1}, None, "a time response, which has no amplitudes"),
         ({"func_type": 2}, None, "a auto spectrum, which has no amplitudes"),
     ],
 )
-def test_what_is_no_amplitude_or_has_no_unit(
-    tmp_path: Path, changed: dict[str, Any], units: dict[str, Any] | None, expected: str
-) -> None:
+def test_what_is_no_amplitude_or_has_no_unit(tmp_path, changed, units, expected):
     given = record(np.abs(RECEPTANCE) if changed.get("func_type") else RECEPTANCE, **changed)
-    path = write(tmp_path / "rig.uff", *([units] if units else []), given)
-    assert expected in complaint(path)
+    assert expected in complaint(write(tmp_path / "rig.uff", *([units] if units else []), given))
 
 
 def test_the_study_decides_a_unit(tmp_path: Path) -> None:
@@ -261,11 +221,15 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
         assert message.endswith("is for Universal Files (.uff, .unv, .uf)")
 
 
-def test_a_range_holds_for_every_file_and_must_leave_points(tmp_path: Path) -> None:
+def test_a_range_must_leave_points_and_no_displacement_is_found_at_0_hz(tmp_path):
     csv = tmp_path / "rig.csv"
     csv.write_text("f (Hz),a (um)\n1,2\n3,4\n5,6\n")
     assert read(csv, range=[2, 6]).frequency.tolist() == [3, 5]
     assert complaint(csv, range=[4, 6]) == "rig.csv: 1 point from 4 to 6 Hz: at least 2 are needed"
+    hertz = np.array([0.0, 0.25, 1.0, 8.0])
+    found = _factor(Ordinate("velocity", 1e-3, False), hertz, None, "rig.uff")
+    assert np.isnan(found[0])
+    assert found[1:] == pytest.approx(1e-3 / (2 * np.pi * hertz[1:]))
 
 
 def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:
@@ -277,10 +241,3 @@ def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:
     study.write_text('[[measured]]\nfile = "rig.uff"\nrange = [270, 250]\n')
     with pytest.raises(InputError, match=r"measured\[0\]\.range.*low < high"):
         load_study(study)
-
-
-def test_a_displacement_is_found_at_every_frequency_but_none() -> None:
-    hertz = np.array([0.0, 0.25, 1.0, 8.0])
-    found = _factor(Ordinate("velocity", 1e-3, False), hertz, None, "rig.uff")
-    assert np.isnan(found[0])
-    assert found[1:] == pytest.approx(1e-3 / (2 * np.pi * hertz[1:]))

@@ -5,6 +5,7 @@ import pytest
 from vanelock import parse_study
 from vanelock.common.errors import InputError
 
+FORCED = 'parameters = ["excitation.force"]\n'
 MU, RIG = "joints.interlock.mu", '[measured]\nfile = "a.csv"\n'
 
 
@@ -19,18 +20,12 @@ MU, RIG = "joints.interlock.mu", '[measured]\nfile = "a.csv"\n'
         ('bounds = { "joints.hook.mu" = [0.1, 1] }', '"joints.hook.mu" is not among fit.parameter'),
         ("starts = 0", "fit.starts = 0: number of starts must be >= 1"),
         ("[joints.interlock]\nenabled = false", "joints.interlock.enabled = false"),
-        (
-            'parameters = ["excitation.force"]\n[excitation]\nunbalance = 1e-3',
-            "excitation.unbalance is given",
-        ),
+        (f"{FORCED}[excitation]\nunbalance = 1e-3", "excitation.unbalance is given"),
     ],
 )
 def test_what_cannot_be_fitted(text: str, expected: str) -> None:
     with pytest.raises(InputError, match=expected):
         parse_study(f"{RIG}[fit]\n{text}")
-
-
-def test_a_fit_needs_a_curve() -> None:
     with pytest.raises(InputError, match=r"fit: needs \[\[measured\]\]"):
         parse_study("[fit]")
 

@@ -45,28 +45,18 @@ def loop():
     return U, displacement, force
 
 
-def test_slip_of_a_jenkins_element_is_four_times_what_exceeds_its_play(loop):
+def test_slip_counts_in_the_plane_and_while_the_contact_is_closed(loop):
+    """Of a Jenkins element it is four times what exceeds its play."""
     U, displacement, force = loop
-    slip = travel(displacement, force, np.array([1e6, KT, KT]))
+    stiffness = np.array([1e6, KT, KT])
+    slip = travel(displacement, force, stiffness)
     assert slip == pytest.approx(4 * (U - MU * N / KT), rel=1e-5)
-
-
-def test_slip_along_both_directions_is_that_along_their_plane(loop):
-    _, displacement, force = loop
-    both, pushed = displacement.copy(), force.copy()
+    both, pushed, opened = displacement.copy(), force.copy(), force.copy()
     both[:, 1:] = displacement[:, [1]] * [0.6, 0.8]
     pushed[:, 1:] = force[:, [1]] * [0.6, 0.8]
-    stiffness = np.array([1e6, KT, KT])
-    assert travel(both, pushed, stiffness) == pytest.approx(travel(displacement, force, stiffness))
-
-
-def test_nothing_is_counted_while_the_contact_is_open(loop):
-    _, displacement, force = loop
-    open_now = force.copy()
-    open_now[:2048] = 0
-    slip = travel(displacement, open_now, np.array([1e6, KT, KT]))
-    whole = travel(displacement, force, np.array([1e6, KT, KT]))
-    assert slip == pytest.approx(whole / 2, rel=1e-2)
+    assert travel(both, pushed, stiffness) == pytest.approx(slip)
+    opened[:2048] = 0
+    assert travel(displacement, opened, stiffness) == pytest.approx(slip / 2, rel=1e-2)
 
 
 def test_solved_response_dissipates_what_its_slider_travels_under_load():
@@ -84,15 +74,12 @@ def test_solved_response_dissipates_what_its_slider_travels_under_load():
     assert found.depth_per_hour[0] == pytest.approx(1e-15 * found.work[0] * 36000 / 2e-6)
 
 
-def test_stuck_contact_travels_nowhere():
+def test_stuck_contact_travels_nowhere_and_sampled_friction_has_no_exact_slip():
     response = nonlinear.frequency_response(jenkins(1.0), [10.0], nonlinear.Options(3))
     found = wear(response)
     assert found.slip[0] == found.work[0] == found.energy[0] == 0
     assert np.isnan(found.energy_per_area[0])
     assert np.isnan(found.volume_per_hour[0])
-
-
-def test_sampled_friction_has_no_exact_slip():
     response = nonlinear.frequency_response(
         jenkins(60.0), [10.0], nonlinear.Options(3, samples=256)
     )

@@ -26,12 +26,8 @@ def found(study, vane):
     return locations_of(study, vane)
 
 
-def test_cube_has_no_reentrant_edge(lattice):
+def test_bent_bar_has_the_edge_inside_its_bend_and_a_cube_none(lattice):
     assert len(reentrant_edges(lattice((2, 2, 2)))) == 0
-
-
-def test_bent_bar_has_the_edge_inside_its_bend(lattice):
-    # An L by hand: the box [0, 2] x [0, 1] x [0, 2] without its part x > 1, z > 1.
     part = lattice((4, 2, 4), place=lambda p: p * [2, 1, 2], cell_type="hexahedron")
     middle = part.points[part.cells].mean(axis=1)
     kept = ~((middle[:, 0] > 1) & (middle[:, 2] > 1))
@@ -40,14 +36,11 @@ def test_bent_bar_has_the_edge_inside_its_bend(lattice):
     assert np.abs(np.diff(edges[..., 1], axis=1)).sum() == pytest.approx(1.0)
 
 
-def test_sharp_corners_are_where_the_drawing_has_them(vane):
+def test_sharp_corners_are_where_the_drawing_has_them_and_fillets_leave_only_the_roots(vane):
     edges = reentrant_edges(vane)
     radius = np.unique(np.hypot(*edges[..., :2].reshape(-1, 2).T).round(4))
     # Roots of the aerofoils, and the leg's corners at the shroud and the foot.
     assert radius.tolist() == [0.432, 0.567, 0.573, 0.584]
-
-
-def test_fillets_leave_only_the_roots():
     dimensions = VaneDimensions(fillet=0.002, root_fillet=0.0)
     edges = reentrant_edges(mesh.vane_segment(dimensions, size="coarse"))
     radius = np.hypot(*edges[..., :2].reshape(-1, 2).T)

@@ -10,7 +10,6 @@ import numpy as np
 
 from tests.vanelock.run_results import run_of
 from vanelock import parse_study
-from vanelock.input.cases.names import merged, words
 from vanelock.input.cases.sweep import cases
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import STRAIN
@@ -54,18 +53,8 @@ def run_data(text, limits=(), linear=None, peaks=()):
 
 
 def found(k=1, free=250.0):
-    return Limits(
-        k,
-        18,
-        True,
-        np.array([100, free]),
-        np.array([120, 280.0]),
-        1,
-        1,
-        0.9,
-        np.zeros(2),
-        np.zeros(2),
-    )
+    of_each = np.array([100, free]), np.array([120, 280.0])
+    return Limits(k, 18, True, *of_each, 1, 1, 0.9, np.zeros(2), np.zeros(2))
 
 
 def modes(monkeypatch, drawn):
@@ -138,17 +127,7 @@ def test_the_curves_are_drawn_again_where_a_measured_one_is_called_otherwise_or_
     assert len({json.dumps(each) for each in shows}) == 6  # pictures and CSV files
 
 
-def test_words_for_cases():
-    assert words("engine_order=-2,coupling=constant-load,friction=isotropic,mu=0.3") == (
-        "EO = -2, constant-load, isotropic friction, μ = 0.3"
-    )
-
-
-def test_words_for_merged_cases():
-    assert merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
-
-
-def test_an_open_joint_has_no_preload(ring):
+def test_an_open_joint_has_no_preload_and_no_friction_no_share_of_it(ring):
     gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
     rest = static_response(gap)
     rest.force[0, 0] = [[2, 0, 0], [4e-16, 1e-16, 0]]
@@ -157,22 +136,11 @@ def test_an_open_joint_has_no_preload(ring):
     assert (interlock["closed"], interlock["open"], interlock["slipped"]) == (0, 1, 0)
     assert (interlock["n_min"], interlock["n_max"], interlock["t_over_n"]) == (0, 0, None)
     assert hook["n_mean"] == 2
-
-
-def test_without_friction_no_share_of_the_bound_is_round_off(ring):
     smooth = replace(ring, contacts=replace(ring.contacts, mu=np.zeros(2)))
     rest = static_response(smooth)
     rest.force[0, 0, :, 1] = 1e-17
     rows = preload_table("", smooth.contacts.joint, rest).record()["rows"]
     assert [(row["closed"], row["slipped"], row["t_over_n"]) for row in rows] == [(1, 1, 0)] * 2
-
-
-def test_tables_print_four_digits_of_any_size(ring):
-    rest = static_response(ring)
-    rest.force[0, 0, 0, 0], rest.force[0, 0, 1, 0] = 1.23456e-7, 1.23456e300
-    shown = preload_table("", ring.contacts.joint, rest)
-    cells = [shown.columns[3].text(row[3]) for row in shown.shown]
-    assert cells == ["1.235e-07", "1.235e+300"]
 
 
 def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):

@@ -35,13 +35,19 @@ def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
     assert path.read_text() == "list lost"
 
 
-def test_what_is_drawn_last_of_all_is_known_to_the_next_run(tmp_path):
+def test_what_is_drawn_last_is_known_to_the_next_run_and_bad_places_are_named(tmp_path):
     drawn = []
     for _ in range(2):
         output_files = OutputFiles(tmp_path, silent)
         output_files.tidy(keep=["report.html"])
         output_files.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
     assert len(drawn) == 1
+    (tmp_path / "figures").write_text("a file")
+    (tmp_path / "shapes" / "a.png").mkdir(parents=True)
+    for name in ("figures/a.png", "shapes/a.png"):
+        with pytest.raises(InputError) as caught:
+            OutputFiles(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
+        assert str(caught.value).startswith(f"{tmp_path / name}: cannot be written: ")
 
 
 def test_pictures_of_other_results_are_removed(tmp_path):
@@ -59,12 +65,3 @@ def test_pictures_of_other_results_are_removed(tmp_path):
         output_files.tidy()
     assert [path.name for path in (tmp_path / "shapes").iterdir()] == ["b"]  # nor empty folders
     assert {path.stem for path in (tmp_path / "figures").iterdir()} == {"b", "c", "mine"}
-
-
-def test_places_that_cannot_be_drawn_to_are_named(tmp_path):
-    (tmp_path / "figures").write_text("a file")
-    (tmp_path / "shapes" / "a.png").mkdir(parents=True)
-    for name in ("figures/a.png", "shapes/a.png"):
-        with pytest.raises(InputError) as caught:
-            OutputFiles(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
-        assert str(caught.value).startswith(f"{tmp_path / name}: cannot be written: ")

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.vanelock.scenes.conftest import chain
+from tests.vanelock.scenes.test_run import PAD, QUIET, arm
 from vanelock import load_scene, load_system, open_results, run_scene
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response
@@ -61,30 +61,21 @@ def test_round_trip(tmp_path, ring):
     np.testing.assert_array_equal(found.x[1], response.x[1])
 
 
-def test_an_edit_that_fails_changes_nothing(tmp_path, ring):
-    results = Results(tmp_path / "results.h5")
-    with results.edit("system") as file:
-        results.put_system(file, "system", ring)
-    before = results.path.read_bytes()
-
-    def stopped():
-        with results.edit() as file:
-            file["half"] = np.ones(3)
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        stopped()
-    assert results.path.read_bytes() == before
-    assert not [*tmp_path.rglob(".*")]
-
-
-def test_a_new_run_replaces_the_old_results(tmp_path, ring):
+def test_a_new_run_replaces_old_results_and_missing_files_and_cases_are_named(tmp_path, ring):
     path = tmp_path / "results.h5"
     for text in ("old", "new"):
         with Results(path).edit() as file:
             file[text] = 1
     with open_results(path) as file:
         assert set(file) == {"new"}
+    path.unlink()
+    check_results(path)
+    with pytest.raises(InputError, match="no such file"), open_results(path):
+        pass
+    with Results(tmp_path / "results.h5").edit() as file:
+        file.create_group("response/nominal")
+    with pytest.raises(InputError, match=r"no case 'other' \(it has nominal\)"):
+        load_system(tmp_path / "results.h5", "other")
 
 
 @pytest.mark.parametrize("content", ["damaged", "cut", "foreign", "version", "folder"])
@@ -115,33 +106,18 @@ def test_files_that_are_not_ours(tmp_path, content):
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_missing_files_and_cases(tmp_path, ring):
-    check_results(tmp_path / "results.h5")
-    with pytest.raises(InputError, match="no such file"), open_results(tmp_path / "results.h5"):
-        pass
-    with Results(tmp_path / "results.h5").edit() as file:
-        file.create_group("response/nominal")
-    with pytest.raises(InputError, match=r"no case 'other' \(it has nominal\)"):
-        load_system(tmp_path / "results.h5", "other")
-
-
-@pytest.mark.parametrize("damage", [lambda part: os.truncate(part, 1000), Path.unlink])
-def test_a_damaged_part_is_reported_and_written_again(tmp_path, damage):
+def test_a_damaged_part_is_reported_and_written_again(tmp_path):
     """The power cut that a run survives; in the cache its file is the same one."""
-    text = chain(1, 3, (9e4, 3e5, 5e5), ground=1.0).write(tmp_path, "rod")
-    text += '[contacts.pad]\nbetween = ["rod", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\n'
-    text += "kn = 1e4\nkt = 1e4\nmu = 0.2\n"
-    text += '[[loads]]\ncomponent = "rod"\nnodes = [3]\ndirection = [0, 1, 0]\namplitude = 1\n'
-    text += "[response]\nfrequencies = [3]\n[outputs]\nloops = false\nreport = false\n"
-    (tmp_path / "scene.toml").write_text(text)
+    (tmp_path / "scene.toml").write_text(arm(tmp_path) + PAD + QUIET)
     scene, folder = load_scene(tmp_path / "scene.toml"), tmp_path / "run"
-    said: list[Event] = []
     (before,) = run_scene(scene, folder)
-    (part,) = (folder / "results").glob("preload-*.h5")
-    damage(part)
-    (after,) = run_scene(scene, folder, listener=said.append)
-    assert after.peak == before.peak
-    (notice,) = (e.text for e in said if isinstance(e, Notice) and "results are" in e.text)
-    assert notice.startswith(f"results are damaged (results/{part.name}")
-    with open_results(folder / "results.h5"):
-        pass
+    for damage in (lambda part: os.truncate(part, 1000), Path.unlink):
+        (part,) = (folder / "results").glob("preload-*.h5")
+        damage(part)
+        said: list[Event] = []
+        (after,) = run_scene(scene, folder, listener=said.append)
+        assert after.peak == before.peak
+        (notice,) = (e.text for e in said if isinstance(e, Notice) and "results are" in e.text)
+        assert notice.startswith(f"results are damaged (results/{part.name}")
+        with open_results(folder / "results.h5"):
+            pass

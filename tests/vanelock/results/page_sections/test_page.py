@@ -11,7 +11,6 @@ import pytest
 
 from tests.small_study import SMALL
 from tests.vanelock.results.one_file import in_one_file
-from tests.vanelock.results.pages import on_page, plain
 from vanelock import compare_runs, nonlinear, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
@@ -54,23 +53,6 @@ def test_answers_are_what_an_independent_check_of_the_peak_finds(folder):
     ratio = answers["input_work"] / (4 * np.pi * answers["stored_energy"])
     assert answers["damping_ratio"] == pytest.approx(ratio)
     assert answers["damping_ratio"] > 0.003  # of the structure alone
-
-
-def test_governing_margin_is_the_smallest_of_the_nodes_that_count(folder):
-    """Of every node of the vane, and of each feature of both parts."""
-    with h5py.File(folder / "results.h5") as file:
-        answers = dict(file["response/nominal/answers"].attrs)
-    nodes = table(folder / "figures" / "fatigue_nominal.csv")
-    n = [float(row["n"]) for row in nodes if row["clear"] == "1"]
-    page = (folder / "report.html").read_text("utf-8")
-    _, rows = on_page(page, "Worst location of each feature")
-    least = min(rows, key=lambda row: row[4])
-    assert answers["goodman_reserve"] == pytest.approx(least[4], rel=1e-3)
-    assert answers["goodman_reserve"] <= min(n) * (1 + 1e-4)
-    used = answers["alternating_stress"] / 250e6 + max(answers["mean_stress"], 0) / 900e6
-    assert 1 / used == pytest.approx(answers["goodman_reserve"])
-    assert answers["place"].endswith(least[0])
-    assert f"{answers['place']} (" in plain(page)
 
 
 def test_gauge_is_stressed_as_its_strain_says(golden):
@@ -118,8 +100,7 @@ SECTIONS = [
 
 
 @pytest.mark.parametrize(
-    ("name", "more"),
-    [("default", ["Hysteresis"]), ("accuracy", ["Gauges and hysteresis"])],
+    ("name", "more"), [("default", ["Hysteresis"]), ("accuracy", ["Gauges and hysteresis"])]
 )
 def test_page_holds_the_answers_and_every_section(golden, name, more):
     folder = golden(name).folder
@@ -158,15 +139,10 @@ def test_files_are_written_again_only_when_they_show_something_else(golden, tmp_
     assert left == {"response.png", "response.csv", "preload.png", "preload.csv"}
 
 
-DOUBTFUL = f"""{SMALL}
-[response]
-frequencies = [266, 268]
-harmonics = 1
-[outputs]
-shapes = false
-loops = false
-[sweep]
-"joints.hook.mu" = [0.3, 0.4]
+DOUBTFUL = f"""{SMALL}mesh.correction = "none"
+response = {{ frequencies = [266, 268], harmonics = 1 }}
+outputs = {{ shapes = false, loops = false }}
+sweep."joints.hook.mu" = [0.3, 0.4]
 """
 
 

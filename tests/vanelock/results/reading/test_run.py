@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import vanelock
-from tests.vanelock.scenes.conftest import chain
+from tests.vanelock.scenes.test_run import PAD, arm
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, frequency_response
@@ -27,15 +27,8 @@ CASES = ("mu=0.05", "mu=0.2")
 def scene(folder: Path) -> Path:
     """An arm of four nodes on springs, its third node pressed on a pad, its last one shaken."""
     path = folder / "arm.toml"
-    path.write_text(
-        'name = "arm <b>"\n'
-        + chain(1, 4, (3e5, 2e5, 1e5), ground=1.0).write(folder, "arm")
-        + 'modes = 2\n[contacts.pad]\nbetween = ["arm", "ground"]\npairs = [3]\n'
-        'normal = [0, 0, 1]\nkn = 4e4\nkt = 7e4\nmu = 0.2\ninterference = "400 um"\n'
-        '[[loads]]\ncomponent = "arm"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n'
-        f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nloops = false\n'
-        "[response]\npoints = 21\n"
-    )
+    sweep = f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nloops = false\n'
+    path.write_text(f"{arm(folder)}modes = 2\n{PAD}{sweep}[response]\npoints = 21\n")
     return path
 
 
@@ -65,6 +58,9 @@ def test_it_says_in_one_line_what_it_is(ran: vanelock.Run) -> None:
     assert ran.complete
     assert dict(ran.failed) == {}
     assert ran.page == ran.folder / "report.html"
+    page = ran.page.read_text("utf-8")
+    assert "arm &lt;b&gt;" in page
+    assert "arm <b>" not in page
     assert ran.monitor == "arm 4, y"
     shown = ran._repr_html_()
     assert shown is not None
@@ -124,7 +120,7 @@ def test_limits_are_responses_and_the_first_case_is_the_default(ran: vanelock.Ru
     assert row["relative to stuck"] == pytest.approx(heights[2] / heights[1])
 
 
-def test_a_wrong_name_lists_what_there_is(ran: vanelock.Run) -> None:
+def test_a_wrong_name_lists_what_there_is_and_what_is_no_run_is_refused(ran, tmp_path):
     have = r"no case 'mu=1' \(it has free, mu=0\.05, mu=0\.2, stuck\)$"
     for ask in (ran.response, ran.system, ran.plot):
         with pytest.raises(InputError, match=have) as caught:
@@ -134,6 +130,13 @@ def test_a_wrong_name_lists_what_there_is(ran: vanelock.Run) -> None:
         ran.plot("free")
     with pytest.raises(InputError, match="'free' is a linear limit: name a case, which has a sys"):
         ran.system("free")
+    with pytest.raises(InputError, match="no such folder"):
+        vanelock.load(tmp_path / "none")
+    with pytest.raises(InputError, match=r"holds no results\.h5: not the folder of a run"):
+        vanelock.load(tmp_path)
+    assert vanelock.load(ran.folder / "results.h5").cases == CASES
+    with pytest.raises(InputError, match="no such file"):
+        vanelock.run(tmp_path / "none.toml")
 
 
 def test_the_figure_has_the_curves_of_the_programs_own(ran: vanelock.Run) -> None:
@@ -156,19 +159,7 @@ def test_the_figure_has_the_curves_of_the_programs_own(ran: vanelock.Run) -> Non
     assert shown.startswith(b"\x89PNG")
 
 
-def test_what_is_no_run_is_refused(ran: vanelock.Run, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no such folder"):
-        vanelock.load(tmp_path / "none")
-    with pytest.raises(InputError, match=r"holds no results\.h5: not the folder of a run"):
-        vanelock.load(tmp_path)
-    assert vanelock.load(ran.folder / "results.h5").cases == CASES
-    with pytest.raises(InputError, match="no such file"):
-        vanelock.run(tmp_path / "none.toml")
-
-
-def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(tmp_path, capsys):
     path = scene(tmp_path)
     path.write_text(path.read_text().replace("loops = false", "loops = false\nreport = false"))
     first = vanelock.run(path, tmp_path / "here")
