@@ -59,7 +59,7 @@ _modules = {
     "PeakGradient": "following.peak_gradient",
     "peak_gradient": "following.peak_gradient",
     "peak_gradient_of": "following.peak_gradient",
-    "Dwell": "following.wear.dwell",
+    "Dwell": "following.wear.vibration",
     "WearHistory": "following.wear.wear_history",
     "wear_history": "following.wear.wear_history",
     "PeakErrors": "adaptive.peak_errors",

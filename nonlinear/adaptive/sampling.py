@@ -24,6 +24,7 @@ from vanelock.nonlinear.adaptive.error_estimates import BEYOND
 from vanelock.nonlinear.adaptive.interpolant import HIGH, Interpolant
 from vanelock.nonlinear.adaptive.neighbours import OTHER, bend, may_jump, with_measured_maxima
 from vanelock.nonlinear.adaptive.points import Point, Pointwise
+from vanelock.nonlinear.forced_response.frequency_sweep import StepControl
 from vanelock.nonlinear.forced_response.undamped import check_bound
 
 Floats = NDArray[np.float64]
@@ -153,37 +154,31 @@ class Exploring:
 
         Unless it may jump, it ends where the branch does. Coarse ones are so many times longer.
         """
-        allowed = BEND * coarse**2
-        span, sign = self.high - self.low, float(np.sign(end - first.omega))
+        allowed, span = BEND * coarse**2, self.high - self.low
         finest = coarse * max(self.damping_ratio * self.low / 10, span / 2000)
-        history, step = [first], coarse * span / 30
-        while history[-1].omega != end:
-            last = history[-1]
-            left = abs(end - last.omega)
-            omega = end if step >= 0.999 * left else last.omega + sign * step
+        longest = coarse * span / 12
+        steps = StepControl(first.omega, end, coarse * span / 30, finest, longest, (0.3, 2.0))
+        history, closest = [first], max(finest, self.closest)
+        while steps.here != end:
+            last, omega = history[-1], steps.ahead
             known = [p for p in history if p.solution.converged]
             easy = self.pointwise.easily(omega, known)
-            if easy is None and known and step > max(finest, self.closest):
-                step = max(self.closest, finest, 0.3 * step)
+            if easy is None and known and steps.shortened(closest, closest):
                 continue
             if easy is None and not jumps:
                 return
             point = self.pointwise.point(omega, known, easy)
             if not jumps and may_jump(last, point):
-                if step <= max(finest, self.closest):
+                if not steps.shortened(closest, closest):
                     return
-                step = max(self.closest, finest, 0.3 * step)
                 continue
-            error = 0.0 if easy is None and known else bend(history, point)
-            if error > allowed and step > finest:
-                step = max(finest, step * max(0.3, 0.8 * np.sqrt(allowed / error)))
+            error = 0.0 if easy is None and known else bend(history, point) / allowed
+            if not steps.taken(omega, error):
                 continue
-            self.broken |= error > allowed or (easy is None and bool(known))
+            self.broken |= error > 1.0 or (easy is None and bool(known))
             yield point
             self.progress(point, round(span / max(abs(omega - first.omega), 1e-9 * span)))
             history = [*history, point][-2:]
-            growth = 0.9 * np.sqrt(allowed / max(error, 1e-12))
-            step = float(np.clip(step * min(2.0, growth), finest, coarse * span / 12))
 
     def _merged(self, one: list[Point], other: list[Point]) -> list[Point]:
         """The larger solutions of two sweeps, both ascending; of equal ones, one at a place."""

@@ -39,6 +39,46 @@ def unheard(omega: float) -> None:
     """Nobody listens."""
 
 
+@dataclass
+class StepControl:
+    """Steps along a curve from `here` to `end`, by how far each leaves where the last ones led.
+
+    That error is 1 where it is as large as a step should allow; one of up to `forgiven` is taken.
+    `change` are the least and the most that a step changes by at once.
+    """
+
+    here: float
+    end: float
+    step: float
+    finest: float
+    longest: float
+    change: tuple[float, float]
+    forgiven: float = 1.0
+
+    @property
+    def ahead(self) -> float:
+        """Where the next step leads."""
+        left = self.end - self.here
+        whole = self.step >= 0.999 * abs(left)
+        return self.end if whole else self.here + float(np.sign(left)) * self.step
+
+    def shortened(self, least: float, shortest: float | None = None) -> bool:
+        """Whether a step that failed can be shorter, which then is the next one."""
+        if self.step <= least:
+            return False
+        self.step = max(shortest or self.finest, self.change[0] * self.step)
+        return True
+
+    def taken(self, ahead: float, error: float) -> bool:
+        """Whether a step is taken; if not it is shortened, else the next one follows the error."""
+        if error > self.forgiven and self.step > self.forgiven * self.finest:
+            self.step = max(self.finest, self.step * max(self.change[0], 0.8 / np.sqrt(error)))
+            return False
+        self.here, share = ahead, np.clip(0.9 / np.sqrt(max(error, 1e-9)), *self.change)
+        self.step = float(np.clip(self.step * share, self.finest, self.longest))
+        return True
+
+
 @dataclass(frozen=True)
 class PointSolver:
     """What solves one point after another.
@@ -84,30 +124,23 @@ class PointSolver:
         `loose` of them where tops are looked for that are refined afterwards.
         """
         bend = BEND * loose
-        span, sign = abs(end - begin), np.sign(end - begin)
+        span = abs(end - begin)
         ratio = self.family.structure.system.damping_ratio or 0.0
         finest = max(2 * ratio * min(begin, end) / 80 * loose, span / 5000)
         history = [self.point(begin, [])]
         yield history[0]
-        step = loose * span / 200
-        while history[-1].omega != end:
-            last = history[-1]
-            left = abs(end - last.omega)
-            omega = end if step >= 0.999 * left else last.omega + sign * step
+        steps = StepControl(begin, end, loose * span / 200, finest, loose * span / 40, (0.3, 1.5))
+        closest = max(finest, loose * span / JUMP)
+        while steps.here != end:
+            omega = steps.ahead
             known = [point for point in history if point.converged]
             smooth = self.easily(omega, known)
-            if smooth is None and known and step > max(finest, loose * span / JUMP):
-                step = max(finest, 0.3 * step)
+            if smooth is None and known and steps.shortened(closest):
                 continue
             found = self.point(omega, known) if smooth is None else smooth
-            error = 0.0 if smooth is None else self._bend(history, found)
-            if error > bend and step > finest:
-                step = max(finest, step * max(0.3, 0.8 * np.sqrt(bend / error)))
-                continue
-            yield found
-            history = [found] if smooth is None else [*history, found][-2:]
-            growth = 0.9 * np.sqrt(bend / max(error, 1e-12))
-            step = float(np.clip(step * min(1.5, growth), finest, loose * span / 40))
+            if steps.taken(omega, 0.0 if smooth is None else self._bend(history, found) / bend):
+                yield found
+                history = [found] if smooth is None else [*history, found][-2:]
 
     def _bend(self, history: list[Solution], found: Solution) -> float:
         """Relative distance of a new amplitude from the line through the last two."""
