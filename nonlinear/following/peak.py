@@ -9,23 +9,20 @@ half-widths of the peak, δ = (-A/A'')^½ (half the half-power bandwidth, if the
 the condition is A' δ / A = 0.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
-from vanelock.nonlinear.continuation.events import locate
+from vanelock.nonlinear.continuation.arc_length import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.path import SolutionPath, Tangent, tangent_at
 from vanelock.nonlinear.forced_response.response import amplitude_and_slope
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier.trigonometric import Floats, to_complex
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.nonlinear.newton.preconditioner import Kept
-
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 CONDITION = 1e-8
 """Distance from the peak, in its half-widths, that counts as converged."""
@@ -68,6 +65,14 @@ class CurvePoint:
     def width(self) -> float:
         """Half-width δ of a peak, rad/s."""
         return float(1 / np.sqrt(-self.bend))
+
+    def led_to_by(
+        self, points: Sequence["CurvePoint"], swept: Sequence[Solution] = ()
+    ) -> "CurvePoint":
+        """The same with the cost of all points and solutions that led to it."""
+        spent = sum(each.iterations for each in (*swept, *(point.solution for point in points)))
+        readings = len(swept) + sum(point.readings for point in points)
+        return replace(self, solution=replace(self.solution, iterations=spent), readings=readings)
 
 
 @dataclass(frozen=True)
@@ -145,7 +150,8 @@ class Resonance:
             width = 1 / np.sqrt(abs(bend))
             distance = here.slope * width / here.amplitude
             if abs(distance) < self.condition and bend < 0:
-                return _peak(here, bend, distance, known, False)
+                found = replace(here, bend=bend, distance=abs(distance))
+                return found.led_to_by(known)
             rising = max((r for r in known if r.slope > 0), key=omega_of, default=None)
             falling = min((r for r in known if r.slope < 0), key=omega_of, default=None)
             step = -here.slope / (here.amplitude * bend) if bend < 0 else np.sign(distance) * width
@@ -158,7 +164,8 @@ class Resonance:
                     if abs(np.log(rising.amplitude / falling.amplitude)) > LOWER:
                         return None  # not a kink but a fold
                     best = max(rising, falling, key=lambda each: each.amplitude)
-                    return _peak(best, bend, distance, known, True)
+                    found = replace(best, bend=bend, distance=abs(distance), sharp=True)
+                    return found.led_to_by(known)
                 slow = len(known) > 8 and len(known) % 2
                 if slow or not low < omega < high:
                     omega = 0.5 * (low + high)
@@ -223,14 +230,3 @@ class Resonance:
         distance = abs(slope) / np.sqrt(-bend) / amplitude
         total = replace(found.solution, iterations=spent + found.solution.iterations)
         return CurvePoint(total, amplitude, bend, distance, found.spent, distance > self.condition)
-
-
-def _peak(
-    here: CurvePoint, bend: float, distance: float, known: list[CurvePoint], sharp: bool
-) -> CurvePoint:
-    """A point as the peak that some readings led to."""
-    spent = sum(reading.solution.iterations for reading in known)
-    total = replace(here.solution, iterations=spent)
-    return replace(
-        here, solution=total, bend=bend, distance=abs(distance), readings=len(known), sharp=sharp
-    )

@@ -23,11 +23,10 @@ from vanelock.nonlinear.following.amplitude_gradient import (
     prepared_again,
     solution_at,
 )
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_tracking import LOWER, PeakTrack, named_component
-from vanelock.nonlinear.forced_response.frequencies import checked_range
-from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
+from vanelock.nonlinear.forced_response.options import Options, PreparedSystem, checked_range
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN

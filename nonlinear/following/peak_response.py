@@ -1,6 +1,6 @@
 """Backbone-like curves: the peak of a resonance against force, friction or interference."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -9,8 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.following.parameter_response import joined
-from vanelock.nonlinear.following.parameters import Joint, checked_parameter, checked_values
+from vanelock.nonlinear.following.parameter_response import (
+    Joint,
+    checked_parameter,
+    checked_values,
+    joined,
+)
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import (
     FINEST,
@@ -18,16 +22,14 @@ from vanelock.nonlinear.following.peak_tracking import (
     PeakTrack,
     named_component,
 )
-from vanelock.nonlinear.forced_response.frequencies import checked_range
-from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.frequency_sweep import Progress
+from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.undamped import check_bound
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
-Progress: TypeAlias = Callable[[int, int, float, float], None]
 Track: TypeAlias = dict[float, CurvePoint]
 
 HIGHER = 1e-3
@@ -121,7 +123,7 @@ def peak_response(
     amplitude, not converged; a range of values has its last one beyond that.
 
     Samples of the contact law leave kinks in the curve, and peaks that are sharp: they are as exact
-    as the law is, with isotropic friction to some 5e-4 on 256 samples and 1e-5 on 1024.
+    as the law is.
 
     Parameters
     ----------
@@ -255,7 +257,7 @@ def through(ridge: PeakTrack, tracks: list[Track], values: Sequence[float], repo
     for value in values:
         found = ridge.follow(known[-3:], value) if known and ridge.bounded(value) else []
         if found:
-            tracks[-1][value] = counted(found)
+            tracks[-1][value] = found[-1].led_to_by(found)
             known.extend(found)
             report(tracks[-1][value])
         else:
@@ -288,15 +290,8 @@ def backward(ridge: PeakTrack, track: Track, values: Sequence[float]) -> None:
         found = ridge.follow(known[-3:], value)
         if not found:
             return
-        track[value] = counted(found)
+        track[value] = found[-1].led_to_by(found)
         known.extend(found)
-
-
-def counted(found: Sequence[CurvePoint]) -> CurvePoint:
-    """The last peak, with the cost of those before it too."""
-    spent = sum(peak.solution.iterations for peak in found)
-    solution = replace(found[-1].solution, iterations=spent)
-    return replace(found[-1], solution=solution, readings=sum(peak.readings for peak in found))
 
 
 def chosen(tracks: Sequence[Track]) -> tuple[list[CurvePoint], list[float]]:

@@ -5,18 +5,15 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import StepControl
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.undamped import unbound
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
 from vanelock.nonlinear.newton.newton import Solution
-
-Floats = NDArray[np.float64]
 
 NEAR = 2.0
 """How many half-widths a peak may lie from where it was expected."""
@@ -92,10 +89,7 @@ class PeakTrack:
         refined = self.tops(value, swept)
         if not refined:
             return None
-        found = max(refined, key=lambda peak: peak.amplitude)
-        spent = sum(each.iterations for each in (*swept, *(peak.solution for peak in refined)))
-        readings = len(swept) + sum(peak.readings for peak in refined)
-        return replace(found, solution=replace(found.solution, iterations=spent), readings=readings)
+        return max(refined, key=lambda peak: peak.amplitude).led_to_by(refined, swept)
 
     def bounded(self, value: float) -> bool:
         """Whether no resonance at a value is proved to be one that nothing bounds."""
@@ -150,8 +144,8 @@ class PeakTrack:
         node, direction = np.unravel_index(highest.argmax(), highest.shape)
         return replace(self, component=(int(node), int(direction)))
 
-    def follow(self, known: Sequence[CurvePoint], value: float) -> list[CurvePoint]:
-        """Peaks from the last known one to a value, intermediate ones where needed.
+    def follow(self, peaks: Sequence[CurvePoint], value: float) -> list[CurvePoint]:
+        """Peaks from the last of some to a value, intermediate ones where needed.
 
         The list is empty where the peak is lost: it vanishes, or moves too fast.
         """
@@ -159,7 +153,7 @@ class PeakTrack:
         found: list[CurvePoint] = []
         ahead = [end]
         while ahead:
-            before, here = [*known, *found], ahead[-1]
+            before, here = [*peaks, *found], ahead[-1]
             peak = self.step(before, here, value if here == end else self.value(here))
             if peak is not None:
                 found.append(peak)
@@ -179,11 +173,11 @@ class PeakTrack:
         return float(np.exp(coordinate)) if self.varied.logarithmic else coordinate
 
     def step(
-        self, known: Sequence[CurvePoint], coordinate: float, value: float
+        self, peaks: Sequence[CurvePoint], coordinate: float, value: float
     ) -> CurvePoint | None:
         """The peak at a value, expected from the last ones; None where it is not found there."""
-        omega, _, w = expected(known, coordinate)
-        last = known[-1]
+        omega, _, w = expected(peaks, coordinate)
+        last = peaks[-1]
         peak = self._peak(value, omega, last, w)
         if peak is None or abs(peak.omega - omega) > NEAR * max(peak.width, last.width):
             return None
@@ -198,37 +192,37 @@ class PeakTrack:
         steps = StepControl(
             first.coordinate, target, self.span / 100, finest, LONGEST * self.span, (0.4, 1.7), 4.0
         )
-        known = [first]
+        peaks = [first]
         while steps.here != target:
             coordinate = steps.ahead
             value = end if coordinate == target else self.value(coordinate)
-            peak = self.step(known, coordinate, value)
+            peak = self.step(peaks, coordinate, value)
             if peak is None:
                 if not steps.shortened(2.5 * finest):
                     return
-            elif steps.taken(coordinate, surprise(known, peak)):
+            elif steps.taken(coordinate, surprise(peaks, peak)):
                 yield peak
-                known = [*known, peak][-3:]
+                peaks = [*peaks, peak][-3:]
 
 
-def expected(known: Sequence[CurvePoint], coordinate: float) -> tuple[float, float, Floats]:
+def expected(peaks: Sequence[CurvePoint], coordinate: float) -> tuple[float, float, Floats]:
     """Frequency, ln of the amplitude and w of a peak, by the parabola or line through the last."""
-    last = known[-1]
-    if len(known) == 1:
+    last = peaks[-1]
+    if len(peaks) == 1:
         return last.omega, float(np.log(last.amplitude)), last.solution.w
-    before, ahead = known[-2], coordinate - last.coordinate
+    before, ahead = peaks[-2], coordinate - last.coordinate
     share = ahead / (last.coordinate - before.coordinate)
     w = last.solution.w + share * (last.solution.w - before.solution.w)
-    known = known[-3:]
-    x = np.array([peak.coordinate for peak in known]) - last.coordinate
-    both = np.array([[peak.omega, np.log(peak.amplitude)] for peak in known])
-    omega, size = (float(np.polyval(np.polyfit(x, y, len(known) - 1), ahead)) for y in both.T)
+    peaks = peaks[-3:]
+    x = np.array([peak.coordinate for peak in peaks]) - last.coordinate
+    both = np.array([[peak.omega, np.log(peak.amplitude)] for peak in peaks])
+    omega, size = (float(np.polyval(np.polyfit(x, y, len(peaks) - 1), ahead)) for y in both.T)
     return omega, size, w
 
 
-def surprise(known: Sequence[CurvePoint], peak: CurvePoint) -> float:
+def surprise(peaks: Sequence[CurvePoint], peak: CurvePoint) -> float:
     """How far a peak lies from where it was expected, in units of what a drawn curve forgives."""
-    omega, size, _ = expected(known, peak.coordinate)
+    omega, size, _ = expected(peaks, peak.coordinate)
     aside = abs(peak.omega - omega) / (0.5 * peak.width)
     return float(max(aside, abs(np.log(peak.amplitude) - size) / 0.03))
 

@@ -3,10 +3,9 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import TypeAlias, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.continuation.arc_length import follow
@@ -14,10 +13,8 @@ from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.globalisation import EFFORT, Effort, at_once, from_nothing
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.nonlinear.forced_response.solved_points import SolvedPoints
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, to_complex
 from vanelock.nonlinear.newton.newton import Solution, sensitivity, solve
-
-Floats = NDArray[np.float64]
 
 BEND = 0.06
 """How far, relatively, the amplitude may leave the line through the last two points. The curve then
@@ -35,8 +32,34 @@ WAY, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
 S = TypeVar("S", bound=Solution | None)
 
 
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+
 def unheard(omega: float) -> None:
     """Nobody listens."""
+
+
+@dataclass
+class PointsDone:
+    """Passes on how many points are done of how many, and which one takes long."""
+
+    progress: Progress | None
+    done: int = 0
+    total: int = 1
+
+    def __call__(self, omega: float, amplitude: float, expected: int) -> None:
+        """One more is done, of so many that are expected in all."""
+        self.done += 1
+        self.total = max(expected, self.done)
+        self._say(omega, amplitude, self.total)
+
+    def searching(self, omega: float) -> None:
+        """One is looked for by ways that may take long."""
+        self._say(omega, float("nan"), max(self.total, self.done + 1))
+
+    def _say(self, omega: float, amplitude: float, total: int) -> None:
+        if self.progress is not None:
+            self.progress(self.done, total, omega / TURN, amplitude)
 
 
 @dataclass
@@ -83,20 +106,11 @@ class StepControl:
 class PointSolver:
     """What solves one point after another.
 
-    Attributes
-    ----------
-    family : Frequencies
-    law : callable
-        The contact law for a number of harmonics.
-    tolerance : float
-        Relative residual that counts as converged.
-    points : SolvedPoints, optional
-        What writes solved points down.
-    effort : int
-        Newton steps that a point may take before it counts as not found.
-    searching : callable
-        Called with a circular frequency, rad/s, whose solution is looked for by other ways than
-        Newton's iteration from its neighbours, which may take long.
+    `law`: the contact law for a number of harmonics; `tolerance`: relative residual that counts as
+    converged; `points`: what writes solved points down; `effort`: Newton steps that a point may
+    take before it counts as not found; `searching`: called with a circular frequency, rad/s, whose
+    solution is looked for by other ways than Newton's iteration from its neighbours, which may take
+    long.
     """
 
     family: Frequencies
@@ -170,23 +184,14 @@ class PointSolver:
 
     def point(self, omega: float, history: list[Solution]) -> Solution:
         """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
-
-        def solved() -> Solution:
-            begin = time.process_time()
-            found = self._point(omega, history)
-            return replace(found, seconds=time.process_time() - begin)
-
-        return self._asked("point", omega, history, solved)
+        return self._asked("point", omega, history, lambda: self._point(omega, history))
 
     def easily(self, omega: float, history: list[Solution]) -> Solution | None:
         """The same if Newton's iteration finds it at once; None if not."""
 
         def solved() -> Solution | None:
-            begin = time.process_time()
             tried = self._newton(omega, history)
-            if not (tried and tried[-1].converged):
-                return None
-            return replace(counted(tried, omega), seconds=time.process_time() - begin)
+            return counted(tried, omega) if tried and tried[-1].converged else None
 
         return self._asked("easily", omega, history, solved)
 
@@ -205,25 +210,31 @@ class PointSolver:
         """The same along the path from the neighbours alone; None if it does not lead there."""
 
         def solved() -> Solution | None:
-            begin = time.process_time()
             effort = Effort(self.effort, lambda: self.searching(omega))
             found = counted(self._along(omega, history, effort), omega)
-            return replace(found, seconds=time.process_time() - begin) if found.converged else None
+            return found if found.converged else None
 
         return self._asked("along", omega, history, solved)
 
     def _asked(
         self, question: str, omega: float, history: list[Solution], compute: Callable[[], S]
     ) -> S:
-        """A solution that was written down, put into the equations, or one computed now."""
+        """A solution that was written down, put into the equations, or one computed and timed."""
         kept = history[-1].kept if history else None
 
         def check(w: Floats) -> Solution:
             problem = fixed(self.family.at(omega), self.family.friction)
             return solve(problem, w, 0.0, tolerance=self.tolerance, kept=kept)
 
+        def timed() -> S:
+            begin = time.process_time()
+            found = compute()
+            if found is None:
+                return found
+            return cast(S, replace(found, seconds=time.process_time() - begin))
+
         harmonics = self.family.structure.harmonics
-        return self.points(question, harmonics, omega, history, check, compute)
+        return self.points(question, harmonics, omega, history, check, timed)
 
     def _along(self, omega: float, history: list[Solution], effort: Effort) -> list[Solution]:
         """What Newton's iteration from the neighbours finds, or the path from there."""

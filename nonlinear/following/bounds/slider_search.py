@@ -6,19 +6,18 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
 from vanelock.nonlinear.following.bounds.rest_states import RestStates
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.undamped import check_bound
+from vanelock.nonlinear.fourier.trigonometric import Floats
 
-Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, float], None]
 
 PLACES = (0.125, 0.25, 0.5, 0.75, 1.0)

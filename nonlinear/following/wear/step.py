@@ -25,7 +25,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
@@ -34,9 +34,8 @@ from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.following.wear.vibration import Vibration
 from vanelock.nonlinear.forced_response.frequency_response import static_response
 from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.rom.system.system import Contacts, System
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

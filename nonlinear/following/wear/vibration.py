@@ -11,21 +11,21 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.following.parameter_response import Tracer
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter, Tracer
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
-from vanelock.nonlinear.forced_response.frequencies import checked_frequencies, checked_range
-from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
+from vanelock.nonlinear.forced_response.options import (
+    Options,
+    PreparedSystem,
+    checked_frequencies,
+    checked_range,
+)
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, to_complex
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import System
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.following.parameter_response import joined
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter, joined
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.following.wear.step import (
     Archard,
@@ -33,9 +32,9 @@ from vanelock.nonlinear.following.wear.vibration import (
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[float, float, float, float], None]
 
 STEP = 0.05

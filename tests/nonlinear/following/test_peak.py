@@ -25,7 +25,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_response import chosen, traced
 from vanelock.nonlinear.following.peak_tracking import PeakTrack, expected
@@ -162,18 +162,16 @@ class _Drawn(PeakTrack):
 
     since: float = 0.3
 
-    def _made(self, place: float, omega: float, amplitude: float) -> CurvePoint:
-        found = solution_at(omega)
-        return CurvePoint(found, amplitude, -1.0, 0.0, 1, False)
+    def _made(self, omega: float, amplitude: float) -> CurvePoint:
+        return CurvePoint(solution_at(omega), amplitude, -1.0, 0.0)
 
     def step(
-        self, known: Sequence[CurvePoint], coordinate: float, value: float
+        self, peaks: Sequence[CurvePoint], coordinate: float, value: float
     ) -> CurvePoint | None:
-        first = known[-1].amplitude == 1.0
+        first = peaks[-1].amplitude == 1.0
         if coordinate > 0.4 if first else coordinate < self.since:
             return None
-        made = self._made(value, 10.0, 1.0) if first else self._made(value, 20.0, 2.0)
-        return self.placed(made, value)
+        return self.placed(self._made(10.0, 1.0) if first else self._made(20.0, 2.0), value)
 
     def sweep(self, value: float, loose: float = 1.0) -> list[Solution]:
         return [solution_at(5.0), solution_at(6.0)]
@@ -184,7 +182,7 @@ class _Drawn(PeakTrack):
     def highest(self, value: float, swept: Sequence[Solution]) -> CurvePoint | None:
         if 0.4 < value < 0.6:
             return None
-        return self._made(value, 10.0, 1.0) if value <= 0.4 else self._made(value, 20.0, 2.0)
+        return self._made(10.0, 1.0) if value <= 0.4 else self._made(20.0, 2.0)
 
 
 def solution_at(omega: float) -> Solution:

@@ -15,7 +15,7 @@ from vanelock.nonlinear import (
     time_response,
 )
 from vanelock.nonlinear.contact.isotropic.disc_slider import RATES, pursue
-from vanelock.nonlinear.transient.plane_step import slider_in_plane
+from vanelock.nonlinear.transient.contact_step import slider_in_plane
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 

@@ -10,7 +10,7 @@ from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.nonlinear import amplitude_gradient
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem

@@ -8,7 +8,7 @@ import pytest
 
 from tests.verification.nonlinear.spring_rings import MASSES, RINGS, loaded, spring_ring, worst_of
 from vanelock.nonlinear import AmplitudeGradient, Options
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_gradient import gradient_of_peak
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
