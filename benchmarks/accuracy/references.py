@@ -1,4 +1,4 @@
-"""Over-resolved peaks of the scenes: more modes, harmonics and samples until nothing changes.
+"""Over-resolved peaks of the scenes: more modes and harmonics until nothing changes.
 
 The response of a fine reduced model is swept over the study's range with `SWEPT` harmonics, upwards
 and downwards. Each high maximum of a sweep is then located exactly
@@ -44,9 +44,6 @@ JUMP = 0.25
 """Relative change of the amplitude between two neighbours that takes a fold."""
 NEAR = 0.03
 """Of the frequency to either side: the range of the tables around a peak."""
-SAMPLES = (512, 1024)
-"""Of the period under isotropic friction, so that references do not hang on the events that runs
-locate; the latter in one last step with as many harmonics again."""
 BESIDE = {21: 309.0}
 """Hz, by scene: where a run by accuracy found a branch that neither sweep meets."""
 DISTURBED, STARTS, STEPS, LEAP = 9, 40, 400, 0.03
@@ -108,7 +105,6 @@ class Reference:
         self.scene, self.given, self.settled = scene, given, settled
         study = scene.study()
         self.coupling, self.friction = study.response.coupling, study.response.friction
-        self.samples = SAMPLES[0] if self.friction == "isotropic" else None
         self.jumped = False
         self.ladder = ISOTROPIC if self.friction == "isotropic" else LADDER
         self.full = structure(given.system, max(self.ladder))
@@ -120,7 +116,7 @@ class Reference:
 
     def _law(self, harmonics: int, constant: bool) -> Any:
         contacts = self.given.system.contacts
-        return contact_law(contacts, harmonics, self.samples, self.friction, constant)
+        return contact_law(contacts, harmonics, None, self.friction, constant)
 
     def prepared(self, harmonics: int) -> Structure:
         """The structure with fewer harmonics."""
@@ -231,10 +227,6 @@ class Reference:
             yield harmonics
             if len(steps) > 2 and abs(steps[-1][1] / steps[-2][1] - 1) < self.settled:
                 break
-        if self.samples is not None:
-            self.samples = SAMPLES[1]
-            yield harmonics
-            self.samples = SAMPLES[0]
 
     def _searched(
         self, solver: PointSolver, at: float, start: Floats, bend: float

@@ -11,8 +11,7 @@ References (benchmarks/accuracy/references.py): the response of a finer reduced 
 five harmonics, upwards and downwards; each high maximum is then located exactly
 with 5, 9, 14, 20, 27, 38, 53 harmonics until its amplitude changes by less than 1e-4 (in the last
 table, doubt: the last change; the largest is {doubt:.0e}). A scene is judged where its doubt is
-below {sure:g} of the accuracy. {missing} Isotropic friction is sampled 512 and 1,024 times a period
-in references, where runs locate its events. Runs of more than a quarter of an hour are broken off.
+below {sure:g} of the accuracy. {missing} Runs of more than a quarter of an hour are broken off.
 The error of a run is the larger of the relative errors of the peak's amplitude and frequency. Where
 the curve jumps, a second branch may reach higher: {higher}. A run that finds the higher one is
 judged by it.

@@ -6,9 +6,8 @@ Every point starts from one harmonic or from what its neighbour needed, is judge
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,26 +15,30 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimator
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
-from vanelock.nonlinear.adaptive.neighbours import places_of_jumps, with_measured_maxima
 from vanelock.nonlinear.adaptive.points import Point, Pointwise, Shares
-from vanelock.nonlinear.adaptive.sampling import UNBOUND, Exploring
-from vanelock.nonlinear.forced_response.frequencies import (
+from vanelock.nonlinear.adaptive.sampling import (
+    UNBOUND,
+    Exploring,
+    places_of_jumps,
+    with_measured_maxima,
+)
+from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, Progress
+from vanelock.nonlinear.forced_response.options import (
+    Options,
     check_band,
+    check_forces,
     checked_frequencies,
     checked_range,
+    excited,
 )
-from vanelock.nonlinear.forced_response.options import Options, check_forces, excited
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
 from vanelock.nonlinear.forced_response.solved_points import PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.forced_response.undamped import check_bound, check_top
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, resized
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, resized
 from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.system.system import System
-
-Floats = NDArray[np.float64]
-Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 FEWEST = 128
 """Samples of a period to begin with, where the law is sampled."""
@@ -105,7 +108,7 @@ def adaptive_response(
     hertz = (checked_range if is_range else checked_frequencies)(frequencies)
     omegas = TURN * hertz
     limits = float(omegas.min()), float(omegas.max())
-    reporter = _Reporter(progress)
+    reporter = PointsDone(progress)
     levels = HarmonicLevels(systems, limits, options, reporter.searching, SolvedPoints(store))
     first = levels.structure(harmonics or 1)
     if harmonics is None:
@@ -138,27 +141,8 @@ def adaptive_response(
     return response
 
 
-@dataclass
-class _Reporter:
-    """Passes points on to a progress display."""
-
-    progress: Progress | None
-    count: int = 0
-
-    def __call__(self, point: Point, expected: int) -> None:
-        self.count += 1
-        if self.progress is not None:
-            expected = max(expected, self.count)
-            self.progress(self.count, expected, point.omega / TURN, point.amplitude)
-
-    def searching(self, omega: float) -> None:
-        """One is looked for by ways that may take long."""
-        if self.progress is not None:
-            self.progress(self.count, self.count + 1, omega / TURN, float("nan"))
-
-
 def _swept(
-    pointwise: Pointwise, omegas: Floats, reporter: _Reporter, direction: str | None
+    pointwise: Pointwise, omegas: Floats, reporter: PointsDone, direction: str | None
 ) -> tuple[list[Point], NDArray[np.int64], str]:
     """Exactly these frequencies, in the order given; their jumps; and how they were swept.
 
@@ -182,7 +166,7 @@ def _swept(
 
 
 def _passed(
-    pointwise: Pointwise, omegas: Floats, progress: _Reporter, before: Sequence[Point] = ()
+    pointwise: Pointwise, omegas: Floats, progress: PointsDone, before: Sequence[Point] = ()
 ) -> list[Point]:
     """Points at these frequencies, one after another; the first from what is known before."""
     found: list[Point] = []
@@ -190,7 +174,7 @@ def _passed(
     for omega in omegas:
         point = pointwise.point(float(omega), history)
         found.append(point)
-        progress(point, len(omegas))
+        progress(point.omega, point.amplitude, len(omegas))
         if point.solution.converged:
             history = [*history, point][-2:]
     return found

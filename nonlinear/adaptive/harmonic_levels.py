@@ -97,7 +97,7 @@ class HarmonicLevels:
         """Samples of a period for H harmonics, None where events are located."""
         if self.options.samples is None:
             return None
-        return max(self.options.samples, least_samples(harmonics, self.options.friction))
+        return max(self.options.samples, least_samples(harmonics))
 
     @property
     def reached(self) -> int:

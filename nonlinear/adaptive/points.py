@@ -6,18 +6,16 @@ from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.arguments import OfKind
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND, SOURCES, Estimate, Estimator, half
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
-from vanelock.nonlinear.forced_response.jumps import joined
-from vanelock.nonlinear.fourier.trigonometric import resized
+from vanelock.nonlinear.forced_response.frequency_response import joined
+from vanelock.nonlinear.fourier.trigonometric import Floats, resized
 from vanelock.nonlinear.newton.newton import Solution, solve
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 MOST = 31

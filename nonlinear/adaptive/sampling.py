@@ -15,19 +15,20 @@ as asked for, and its branch followed.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND
-from vanelock.nonlinear.adaptive.interpolant import HIGH, Interpolant
-from vanelock.nonlinear.adaptive.neighbours import OTHER, bend, may_jump, with_measured_maxima
-from vanelock.nonlinear.adaptive.points import Point, Pointwise
+from vanelock.nonlinear.adaptive.interpolant import HIGH, SIMILAR, Interpolant
+from vanelock.nonlinear.adaptive.points import TINY, Point, Pointwise
+from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, StepControl
 from vanelock.nonlinear.forced_response.undamped import check_bound
+from vanelock.nonlinear.fourier.trigonometric import Floats
 
-Floats = NDArray[np.float64]
-
+OTHER = 0.04
+"""Relative distance of an amplitude from the line through a neighbour that suggests a jump."""
 BEND = 0.4
 """How far, relatively, a step of the sweep may leave the line through the last two points."""
 COARSE = 2.0
@@ -51,11 +52,44 @@ UNBOUND = "frequencies: no largest amplitude was found in them"
 """What is said of a range whose curve has none."""
 
 
-class OnPoint(Protocol):
-    """Is called with each point and how many there may be in all."""
+def bend(history: Sequence[Point], point: Point) -> float:
+    """Relative distance of a new amplitude from the line through the last two."""
+    if len(history) < 2:
+        return 0.0
+    a, b = history
+    line = b.amplitude + (b.amplitude - a.amplitude) * (point.omega - b.omega) / (b.omega - a.omega)
+    return abs(point.amplitude - line) / max(b.amplitude, TINY)
 
-    def __call__(self, point: Point, expected: int) -> None:
-        """Report how far the points are."""
+
+def may_jump(a: Point, b: Point) -> bool:
+    """Whether two neighbours may lie on different branches, by their tangents."""
+    if not (np.isfinite(a.slope) and np.isfinite(b.slope)):
+        return True
+    distance = b.omega - a.omega
+    mean = 0.5 * (a.slope + b.slope) * distance
+    return abs(b.amplitude - a.amplitude - mean) > OTHER * max(a.amplitude, b.amplitude)
+
+
+def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> NDArray[np.int64]:
+    """(j, 2) places of neighbours that no curve joins, among points of ascending frequency."""
+    solved = [i for i, p in enumerate(points) if p.solution.converged]
+    found = [
+        (i, j)
+        for i, j in pairwise(solved)
+        if may_jump(points[i], points[j]) and not pointwise.joined(points[i], points[j])
+    ]
+    return np.array(found, np.int64).reshape(-1, 2)
+
+
+def with_measured_maxima(pointwise: Pointwise, points: Sequence[Point]) -> list[Point]:
+    """Points with the errors of the highest maxima measured rather than estimated."""
+    found = list(points)
+    sizes = np.array([-np.inf, *(point.amplitude for point in points), -np.inf])
+    inner = sizes[1:-1]
+    maxima = (inner >= sizes[:-2]) & (inner >= sizes[2:]) & (inner >= SIMILAR * inner.max())
+    for i in np.flatnonzero(maxima):
+        found[i] = pointwise.with_measured_error(found[i])
+    return found
 
 
 @dataclass
@@ -69,7 +103,7 @@ class Exploring:
     pointwise: Pointwise
     low: float
     high: float
-    progress: OnPoint
+    progress: PointsDone
     direction: str | None = None
     left: set[tuple[float, float]] = field(default_factory=set)
     broken: bool = False
@@ -153,37 +187,32 @@ class Exploring:
 
         Unless it may jump, it ends where the branch does. Coarse ones are so many times longer.
         """
-        allowed = BEND * coarse**2
-        span, sign = self.high - self.low, float(np.sign(end - first.omega))
+        allowed, span = BEND * coarse**2, self.high - self.low
         finest = coarse * max(self.damping_ratio * self.low / 10, span / 2000)
-        history, step = [first], coarse * span / 30
-        while history[-1].omega != end:
-            last = history[-1]
-            left = abs(end - last.omega)
-            omega = end if step >= 0.999 * left else last.omega + sign * step
+        longest = coarse * span / 12
+        steps = StepControl(first.omega, end, coarse * span / 30, finest, longest, (0.3, 2.0))
+        history, closest = [first], max(finest, self.closest)
+        while steps.here != end:
+            last, omega = history[-1], steps.ahead
             known = [p for p in history if p.solution.converged]
             easy = self.pointwise.easily(omega, known)
-            if easy is None and known and step > max(finest, self.closest):
-                step = max(self.closest, finest, 0.3 * step)
+            if easy is None and known and steps.shortened(closest, closest):
                 continue
             if easy is None and not jumps:
                 return
             point = self.pointwise.point(omega, known, easy)
             if not jumps and may_jump(last, point):
-                if step <= max(finest, self.closest):
+                if not steps.shortened(closest, closest):
                     return
-                step = max(self.closest, finest, 0.3 * step)
                 continue
-            error = 0.0 if easy is None and known else bend(history, point)
-            if error > allowed and step > finest:
-                step = max(finest, step * max(0.3, 0.8 * np.sqrt(allowed / error)))
+            error = 0.0 if easy is None and known else bend(history, point) / allowed
+            if not steps.taken(omega, error):
                 continue
-            self.broken |= error > allowed or (easy is None and bool(known))
+            self.broken |= error > 1.0 or (easy is None and bool(known))
             yield point
-            self.progress(point, round(span / max(abs(omega - first.omega), 1e-9 * span)))
+            expected = round(span / max(abs(omega - first.omega), 1e-9 * span))
+            self.progress(point.omega, point.amplitude, expected)
             history = [*history, point][-2:]
-            growth = 0.9 * np.sqrt(allowed / max(error, 1e-12))
-            step = float(np.clip(step * min(2.0, growth), finest, coarse * span / 12))
 
     def _merged(self, one: list[Point], other: list[Point]) -> list[Point]:
         """The larger solutions of two sweeps, both ascending; of equal ones, one at a place."""
@@ -309,7 +338,7 @@ class Exploring:
                 if (easy := self.pointwise.easily(omega, [other])) is not None:
                     tried = self.pointwise.point(omega, [other], easy)
                     point = max(point, tried, key=lambda p: p.amplitude)
-        self.progress(point, len(points) + 2)
+        self.progress(point.omega, point.amplitude, len(points) + 2)
         return [*points[:place], point, *points[place:]]
 
 

@@ -24,7 +24,6 @@ systems: extension of the periodic motion concept, Computers & Structures 154 (2
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.linalg as la
@@ -32,10 +31,7 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.stuck_modes import NEAR, StuckModes
-from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
-
-Array: TypeAlias = NDArray[Any]
-Floats = NDArray[np.float64]
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats, to_complex, to_real
 
 
 class ExcitedModes:
@@ -104,20 +100,10 @@ class ExcitedModes:
 class HeldVibration:
     """A structure excited by itself at (ω, ξ), its fundamental's amplitude along a shape held.
 
-    Attributes
-    ----------
-    structure : Structure
-        Of one harmonic at least; of its forces the static one alone acts.
-    shape : (n,) complex
-        VᴴMφ of the fundamental's modes.
-    omega : float
-        rad/s.
-    xi : float
-        ξ, 1/s.
-    mean : (c, 3) float, optional
-        Mean displacement that is held whatever the contacts do, m.
-    everywhere : bool
-        Whether harmonics h > 1 are excited by themselves, too.
+    `structure`: of one harmonic at least; of its forces the static one alone acts; `shape` (n,):
+    VᴴMφ of the fundamental's modes; `omega`: rad/s; `xi`: ξ, 1/s; `mean` (c, 3): mean displacement
+    that is held whatever the contacts do, m; `everywhere`: whether harmonics h > 1 are excited by
+    themselves, too.
     """
 
     structure: Structure

@@ -23,14 +23,13 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 from vanelock.rom.fixed_interface.inertia import real_times
 from vanelock.rom.joining.linear_modes import apart_from_springs
 
 if TYPE_CHECKING:
     from vanelock.nonlinear.balance.stuck_modes import StuckModes
 
-Array = NDArray[Any]
-Floats = NDArray[np.float64]
 
 TINY = np.finfo(float).tiny
 NEAR = 9.0
@@ -45,14 +44,8 @@ SMALL, MOST = 1e-13, 60
 class LimitModes:
     """Modes of one nodal diameter with some contacts closed, in the modes of `StuckModes`.
 
-    Attributes
-    ----------
-    shapes : (n, n) or None
-        T, a mode of the limit a column; None where they are V's own.
-    compliance, static : (n,) float
-        Λ' and 1 - σ²Λ'.
-    damping : (n, n) or (n,)
-        C', s/rad; its diagonal where it has no more.
+    `shapes` (n, n): T, a mode of the limit a column; None where they are V's own; `compliance`,
+    `static` (n,): Λ' and 1 - σ²Λ'; `damping` (n, n): C', s/rad; its diagonal where it has no more.
     """
 
     shapes: Array | None

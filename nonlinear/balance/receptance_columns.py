@@ -1,29 +1,18 @@
 """Columns of receptances: computed when a contact first deviates, and kept."""
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.fourier.kernels import kernel
-
-Array = NDArray[Any]
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats, Rows
 
 
 class HeldColumns:
     """Which of a number of columns are held, and where.
 
-    Attributes
-    ----------
-    size : int
-        Number of columns.
-    components : (k,) int
-        Those held, in the order in which they came.
-    place : (size,) int
-        Of each among these; -1: not held.
+    `size`: number of columns; `components` (k,): those held, in the order in which they came;
+    `place` (size,): of each among these; -1: not held.
     """
 
     def __init__(self, size: int) -> None:

@@ -13,7 +13,7 @@ of which F̃, B and S - p_n are tabulated.
 from dataclasses import dataclass
 from functools import partial
 from math import ceil, log, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -22,9 +22,7 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_columns import combine
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-
-Floats = NDArray[np.float64]
-Array = NDArray[Any]
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 
 COLUMNS = 128  # of receptances that are worked out at a time
 MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
@@ -33,19 +31,9 @@ MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
 class FarColumns:
     """Columns of what the far modes add to R̂ at the nodes of the range; computed when asked for.
 
-    Parameters
-    ----------
-    rows : (3c, n)
-        Of the far modes.
-    pull : (n, 3c)
-        Modal forces of unit displacements of the springs.
-    dynamic : (k, n)
-        Modal dynamic stiffnesses at the nodes.
-
-    Attributes
-    ----------
-    opened, through : (m,), (k, m, 3c)
-        Components on which springs act, and what columns are moved by where they move there.
+    `rows` (3c, n): of the far modes; `pull` (n, 3c): modal forces of unit displacements of the
+    springs; `dynamic` (k, n): modal dynamic stiffnesses at the nodes; `opened`, `through` (m,), (k,
+    m, 3c): components on which springs act, and what columns are moved by where they move there.
     """
 
     opened: NDArray[np.int64] | None = None
@@ -103,16 +91,9 @@ class FarColumns:
 class FarModes(NamedTuple):
     """What far modes contribute, whatever the excitation.
 
-    Attributes
-    ----------
-    low : int
-        Number of modes that are summed at every frequency instead.
-    dynamic : (k, n)
-        Modal dynamic stiffnesses of the others at the nodes.
-    columns : FarColumns
-        Their R̂.
-    near : (low, k, 3c), (k, low, low), or None
-        B and S - p_n, where springs act.
+    `low`: number of modes that are summed at every frequency instead; `dynamic` (k, n): modal
+    dynamic stiffnesses of the others at the nodes; `columns`: their R̂; `near` (low, k, 3c), (k,
+    low, low): B and S - p_n, where springs act.
     """
 
     low: int
@@ -125,12 +106,8 @@ class FarModes(NamedTuple):
 class ReceptanceTable:
     """What one harmonic's far modes contribute, at the nodes of the range.
 
-    Attributes
-    ----------
-    low, columns, near
-        As of `FarModes`.
-    linear : (3c, k) or None
-        Their ũ under the excitation at 1 rad/s; None where the harmonic is not excited.
+    `low`, `columns`, `near`: as of `FarModes`; `linear` (3c, k): their ũ under the excitation at 1
+    rad/s; None where the harmonic is not excited.
     """
 
     low: int
@@ -147,17 +124,8 @@ class Tabulated:
     overdamped modes, vary smoothly in the range, and Chebyshev interpolation of their sum is exact
     to rounding; the summation over hundreds of modes is paid at the nodes only.
 
-    Attributes
-    ----------
-    structure : Structure
-    limits : (float, float)
-        The range, rad/s; outside it all modes are summed.
-    nodes : (k,) float
-        Chebyshev nodes, rad/s.
-    weights : (k,) float
-        Barycentric weights.
-    tables : tuple of ReceptanceTable
-        For h = 1 ... H.
+    `limits`: the range, rad/s; outside it all modes are summed; `nodes` (k,): Chebyshev nodes,
+    rad/s; `weights` (k,): barycentric weights; `tables`: for h = 1 ... H.
     """
 
     structure: Structure
@@ -234,15 +202,8 @@ class Tabulated:
 class Deferred:
     """Balances by circular frequency, tabulated once many have been asked for.
 
-    Attributes
-    ----------
-    structure : Structure
-    limits : (float, float)
-        The range, rad/s.
-    patience : int
-        Balances summed over all modes before tables are made.
-    asked : int
-        Balances asked for so far.
+    `limits`: the range, rad/s; `patience`: balances summed over all modes before tables are made;
+    `asked`: balances asked for so far.
     """
 
     structure: Structure

@@ -14,18 +14,12 @@ takes N small receptances and two discrete Fourier transforms.
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.balance.receptance_columns import Columns, HeldColumns
-from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
-
-Array = NDArray[Any]
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats, Rows, to_complex, to_real
 
 
 class RingColumns(HeldColumns):
@@ -74,10 +68,6 @@ class RingBalance(Balance):
     """The balance at one frequency of all N sectors, one behind the other.
 
     `linear` is (N c, 3, 2H + 1); `columns` are those of the wave n = 0.
-
-    Attributes
-    ----------
-    ring : RingColumns
     """
 
     ring: RingColumns

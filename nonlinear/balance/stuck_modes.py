@@ -25,7 +25,7 @@ f - MRRᴴf, and the structure lies where RᴴMx = 0.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import scipy.linalg as la
@@ -35,11 +35,9 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes
 from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 from vanelock.rom.joining.linear_modes import apart_from_springs, unheld_motions
 from vanelock.rom.system.system import System
-
-Array: TypeAlias = NDArray[Any]
-Floats = NDArray[np.float64]
 
 KEPT = 2**24  # entries of condensed springs that are kept, over frequencies
 NEAR = 0.1  # modal dynamic stiffness, of 1 at rest, of a mode told apart

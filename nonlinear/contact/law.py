@@ -23,17 +23,16 @@ solved in K_c: w = W(u) - κ (u - W(u)).
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.elements.periodic_force import periodic_force
+from vanelock.nonlinear.contact.element_force import periodic_force
 from vanelock.nonlinear.contact.isotropic.located_law import isotropic_located_law
-from vanelock.nonlinear.contact.isotropic.sampled_law import isotropic_sampled_law
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED
-from vanelock.nonlinear.contact.orthogonal.located_law import located_law
-from vanelock.nonlinear.contact.orthogonal.sampled_law import sampled_law
+from vanelock.nonlinear.contact.orthogonal_law import located_law, sampled_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS
 from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid, to_complex
 from vanelock.rom.system.element import Element
@@ -99,10 +98,9 @@ class Law:
         if self.bonded is not None:  # of them, that they are pressed together
             seen = np.where(self.bonded[:, None, None], 0.0, seen)
             seen[self.bonded, 0, 0] = 1.0
-        kernel = located_law if self.located else sampled_law
-        if self.isotropic:
-            kernel = isotropic_located_law if self.located else isotropic_sampled_law
-        kernel(seen, self.alpha, self.stiffness, self.table, w, jacobian, opening, slips, energy)
+        self.kernel(
+            seen, self.alpha, self.stiffness, self.table, w, jacobian, opening, slips, energy
+        )
         if self.constant_load:
             jacobian[:, :, :, 0, 1:] = 0.0  # the mean alone bounds friction
             free = opening == ALWAYS
@@ -118,6 +116,13 @@ class Law:
                     jacobian[:, i, k, i, k] -= self.stiffer[:, i]
         deviation = Deviation(w, jacobian, state, energy)
         return self._with_elements(deviation, u, omega) if self.elements else deviation
+
+    @property
+    def kernel(self) -> Any:
+        """What evaluates it."""
+        if self.isotropic:
+            return isotropic_located_law
+        return located_law if self.located else sampled_law
 
     @property
     def _is_element(self) -> NDArray[np.bool_]:

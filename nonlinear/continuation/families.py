@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.contact.law import Deviation, Law
+from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import response_to
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 
 class BalanceSource(Protocol):

@@ -1,22 +1,37 @@
-"""Ways to a solution where no neighbouring one is known."""
+"""Ways to a solution where no neighbouring one is known.
+
+One is from contacts that are soft, so that nothing happens suddenly, to contacts as they are.
+Springs s kₙ and s kₜ, 0 < s <= 1, leave the ratio that friction is bounded by, μ kₙ/kₜ, as it is:
+the force s K_c (u - W(u)) of soft contacts is that of true ones with the deviation
+
+    W_s(u) = (1 - s) u + s W(u).
+
+At s = 0 there are no contacts at all. With s small the free structure presses against something
+soft, and has one response near its own.
+
+Another is from contacts held by force, so that all stick, to contacts as they are. Lifting off is
+judged by v + p·a, friction by v + p·b, with a and b so large that at p = 1 every contact sticks
+under the linear response; at p = 0 the contact is itself. Each contact has its own a and b, of the
+size that it needs: with one preload for all, as high as the contact of least friction asks for, all
+that happens on the way would happen in the last millionth of it.
+"""
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
+from math import log
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance
-from vanelock.nonlinear.contact.law import Law
+from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Loads, fixed
-from vanelock.nonlinear.continuation.hardening import Hardening
-from vanelock.nonlinear.continuation.release import release
-from vanelock.nonlinear.fourier.trigonometric import resized
+from vanelock.nonlinear.fourier.trigonometric import Floats, Rows, resized
+from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
 
-Floats = NDArray[np.float64]
-
+SURPLUS = 1.1
+LEAST = 1e-3  # of the largest displacement, for contacts that hardly move
 EFFORT = 3000
 """Newton steps by default that a solution may take where no neighbouring one is known."""
 EFFORTS = (300, 3000)  # of them on a path: every one for a while before any for long
@@ -24,6 +39,111 @@ SOFTEST = (1e-2, 1e-4)  # shares of the contacts' stiffness to begin with
 SHORTEST = 1e-6
 """Shortest step on a path, relative to all of it: where sticking ends, vibrating parts may be small
 beside the mean, and a path may turn back at once."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SoftLaw(Law):
+    """The law of contacts with the share s of their stiffness."""
+
+    share: float
+
+    def __call__(self, u: Floats, omega: float = 0.0) -> Deviation:
+        """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2)."""
+        found = super().__call__(u, omega)
+        width = 3 * u.shape[2]
+        jacobian = self.share * found.jacobian.reshape(len(u), width, width)
+        jacobian += (1 - self.share) * np.eye(width)
+        w = (1 - self.share) * u + self.share * found.w
+        return Deviation(w, jacobian.reshape(found.jacobian.shape), found.state, found.dissipation)
+
+
+@dataclass(frozen=True)
+class Hardening:
+    """Problems at one load whose contacts have the share s = softest^(1 - p) of their stiffness."""
+
+    balance: Balance
+    friction: Law
+    softest: float
+
+    def _share(self, parameter: float) -> float:
+        return float(self.softest ** (1 - min(parameter, 2.0)))
+
+    def at(self, parameter: float) -> Balance:
+        """The balance, the same for all."""
+        return self.balance
+
+    def law(self, parameter: float) -> SoftLaw:
+        """The law at a value of the parameter."""
+        return SoftLaw(**vars(self.friction), share=self._share(parameter))
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dp at fixed w, on the given components of w: (W_s - u)/s · ds/dp."""
+        beyond = (deviation.w - self.balance.displacement(w)).reshape(-1)[rows]
+        return np.asarray(-log(self.softest) * beyond)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeldLaw(Law):
+    """The law of contacts that are pressed and held back from outside.
+
+    Both (c,), m, are added to v, where contacts lift off and where friction is bounded.
+    """
+
+    pressed: Floats
+    held: Floats
+
+    def __call__(self, u: Floats, omega: float = 0.0) -> Deviation:
+        """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2)."""
+        shifted = u.copy()
+        shifted[:, 0, 0] = u[:, 0, 0] + self.held
+        found = super().__call__(shifted, omega)
+        shifted[:, 0, 0] = u[:, 0, 0] + self.pressed
+        smooth = replace(self, alpha=np.zeros_like(self.alpha))
+        normal = super(HeldLaw, smooth).__call__(shifted, omega)
+        found.w[:, 0] = normal.w[:, 0]
+        found.jacobian[:, 0] = normal.jacobian[:, 0]
+        return found
+
+
+@dataclass(frozen=True)
+class Release:
+    """Problems at one load, contacts held as by `HeldLaw` at p = 1 and themselves at p = 0."""
+
+    balance: Balance
+    friction: Law
+    pressed: Floats
+    held: Floats
+
+    def at(self, parameter: float) -> Balance:
+        """The balance, the same for all."""
+        return self.balance
+
+    def law(self, parameter: float) -> HeldLaw:
+        """The law at a value of the parameter."""
+        pressed, held = parameter * self.pressed, parameter * self.held
+        return HeldLaw(**vars(self.friction), pressed=pressed, held=held)
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+        """dW/dp at fixed w, on the given components of w."""
+        moved = np.zeros_like(w)
+        moved[:, 0, 0] = self.pressed
+        lifting = response_to(deviation, rows, moved)
+        moved[:, 0, 0] = self.held
+        sliding = response_to(deviation, rows, moved)
+        return np.where(rows // w.shape[2] % 3 == 0, lifting, sliding)
+
+
+def release(balance: Balance, law: Law) -> Release:
+    """The family from contacts that all stick, held as much as each needs, to `law`."""
+    size = np.abs(balance.linear).sum(axis=2)
+    if law.isotropic:  # friction has to hold both directions at once
+        size[:, 1:] = np.hypot(size[:, 1], size[:, 2])[:, None]
+    least = LEAST * size.max(initial=0.0)
+    pressed = SURPLUS * size[:, 0] + least
+    alpha = np.where(law.alpha > 0, law.alpha, np.inf)
+    held = pressed + SURPLUS * ((size[:, 1:] + least) / alpha).max(axis=1)
+    pressed[list(law.elements)] = held[list(law.elements)] = 0.0
+    return Release(balance, law, pressed, held)
 
 
 @dataclass

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import (
     Bordered,
@@ -25,8 +25,6 @@ from vanelock.nonlinear.newton.newton import (
     scales,
     solve,
 )
-
-Floats = NDArray[np.float64]
 
 ROUGH = 1e-7  # residual of the points on the way
 SHORTEST = 2e-3
@@ -136,20 +134,11 @@ class SolutionPath:
 
     Iterated it gives points without end; what lands on the way takes `ahead` and `go`.
 
-    Attributes
-    ----------
-    family : Family
-        As it is from `here` on.
-    here : PathPoint or None
-        Where the path is; None where it has no tangent.
-    drawn : bool
-        Whether its points draw a curve, by steps up to the longest; else it only leads somewhere.
-    near : float or None
-        How far a point may lie from where its tangent led, in steps; at kinks, too.
-    length, taken : float
-        Of the next step, and of the last one.
-    iterations, failed : int
-        Newton's iterations and failed steps so far.
+    `family`: as it is from `here` on; `here`: where the path is; None where it has no tangent;
+    `drawn`: whether its points draw a curve, by steps up to the longest; else it only leads
+    somewhere; `near`: how far a point may lie from where its tangent led, in steps; at kinks, too;
+    `length`, `taken`: of the next step, and of the last one; `iterations`, `failed`: Newton's
+    iterations and failed steps so far.
     """
 
     def __init__(

@@ -8,9 +8,9 @@ harmonics w_j = Σ_k Γ_jk(s) u_k. Between two events of the motion
     dw_t = du                                 open,
     dw_t = e^{-s(θ-σ)} [du(σ) + c dv(σ)]      held since σ, in the frame that turns with e^{sθ},
 
-c the factor of the event that set the slider (`slider`): -α or α where slipping ended, -u'/v' where
-it touched down. Instants of events move, too, but w has no jumps there, so that to first order only
-those that set a slider count. Integrals over the pieces are closed:
+c the factor of the event that set the slider (`slider_path`): -α or α where slipping ended, -u'/v'
+where it touched down. Instants of events move, too, but w has no jumps there, so that to first
+order only those that set a slider count. Integrals over the pieces are closed:
 
     Γ_jk = 1/2π ∫ e^{i(k-j)θ} dθ,     held: 1/2π e^{(s+ik)σ} ∫ e^{-(s+ij)θ} dθ (1 for u, c for v).
 
@@ -24,7 +24,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.contact.orthogonal.slider import (
+from vanelock.nonlinear.contact.orthogonal_law import (
     BEGIN,
     END,
     FACTOR,
@@ -39,28 +39,22 @@ from vanelock.nonlinear.contact.orthogonal.slider import (
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import (
     TURN,
+    Complex,
     Floats,
+    Rows,
     add_integrals,
     grid,
     roots,
     value,
 )
 
-Complex = NDArray[np.complex128]
-Rows = NDArray[np.int64]
-
 
 class Transferred(NamedTuple):
     """The linearised law at one s.
 
-    Attributes
-    ----------
-    parts : tuple of (o, M, M) complex
-        Γ from each of the rows of `partners`.
-    shown : (q, 2, M) complex
-        Harmonics of w that a unit of each remembered value z adds to w of its plane.
-    read : (q, 3, M) complex
-        What perturbations of its partners add to z in a period.
+    `parts` tuple of (o, M, M) complex: Γ from each of the rows of `partners`; `shown` (q, 2, M):
+    harmonics of w that a unit of each remembered value z adds to w of its plane; `read` (q, 3, M):
+    what perturbations of its partners add to z in a period.
     """
 
     parts: tuple[Complex, ...]
@@ -103,14 +97,9 @@ class Transfer(Protocol):
 class LawTransfer:
     """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
 
-    Attributes
-    ----------
-    components : (o,) int
-        Which, counted through (c, 3).
-    along, across : (o, M, M) complex
-        What does not depend on s: from the component's own u, and from v of its contact.
-    held : (o, h, 4) float
-        Where a slider is held: from, to, since when, and the factor c; zeros for none.
+    `components` (o,): which, counted through (c, 3); `along`, `across` (o, M, M): what does not
+    depend on s: from the component's own u, and from v of its contact; `held` (o, h, 4): where a
+    slider is held: from, to, since when, and the factor c; zeros for none.
     """
 
     components: Rows

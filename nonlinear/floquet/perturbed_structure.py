@@ -13,17 +13,13 @@ what all others add, R_k(s) w_k, is smooth in s there.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
+from vanelock.nonlinear.fourier.trigonometric import Array, Complex, Rows
 from vanelock.rom.system.system import System
-
-Array = NDArray[Any]
-Complex = NDArray[np.complex128]
-Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -45,20 +41,8 @@ class Rectangle:
 class PerturbedStructure:
     """One nodal diameter of perturbations of a motion.
 
-    Attributes
-    ----------
-    system : System
-    modes : mapping of int to StuckModes
-        Of all diameters 0 ... N - 1.
-    diameter : int
-        n.
-    omega : float
-        Of the motion, rad/s.
-    harmonics : int
-        P.
-    window : Rectangle
-    near : float
-        How far from the window the poles of modes told apart may lie.
+    `modes`: of all diameters 0 ... N - 1; `diameter`: n; `omega`: of the motion, rad/s;
+    `harmonics`: P; `near`: how far from the window the poles of modes told apart may lie.
     """
 
     system: System

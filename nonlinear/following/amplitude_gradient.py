@@ -23,7 +23,6 @@ too, by a second, small solution.
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,13 +34,10 @@ from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, extremes
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, Array, Floats, to_complex, to_real
 from vanelock.nonlinear.newton.linearised import newton_matrix
 from vanelock.nonlinear.newton.newton import Solution, active_rows, solve
 from vanelock.rom.system.system import System
-
-Array = NDArray[Any]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

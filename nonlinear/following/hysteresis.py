@@ -12,15 +12,13 @@ import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import sqrt
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.continuation.arc_length import APART, land, polished
-from vanelock.nonlinear.continuation.events import locate
+from vanelock.nonlinear.continuation.arc_length import APART, land, locate, polished
 from vanelock.nonlinear.continuation.path import (
     SHORTEST,
     PathPoint,
@@ -28,17 +26,13 @@ from vanelock.nonlinear.continuation.path import (
     Tangent,
     tangent_at,
 )
-from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, Progress
+from vanelock.nonlinear.forced_response.options import Options, checked_frequencies
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
 from vanelock.nonlinear.newton.newton import Family, Solution, scales
 from vanelock.rom.system.system import System
-
-Floats = NDArray[np.float64]
-Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 LONGEST = 1 / 40
 """Longest step of a path with one contact, relative to the range; several add up in quadrature."""
@@ -100,16 +94,7 @@ class Hysteresis(Product):
 
 @dataclass(frozen=True)
 class Place:
-    """A point of the path.
-
-    Attributes
-    ----------
-    solution : Solution
-    orientation : float
-        Sign of det P; 0 at a fold.
-    fold : bool
-    sharp : bool
-    """
+    """A point of the path; `orientation` is the sign of det P, 0 at a fold."""
 
     solution: Solution
     orientation: float

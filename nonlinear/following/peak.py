@@ -9,22 +9,20 @@ half-widths of the peak, δ = (-A/A'')^½ (half the half-power bandwidth, if the
 the condition is A' δ / A = 0.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance, Structure
-from vanelock.nonlinear.continuation.events import locate
+from vanelock.nonlinear.continuation.arc_length import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.path import SolutionPath, Tangent, tangent_at
 from vanelock.nonlinear.forced_response.response import amplitude_and_slope
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier.trigonometric import Floats, to_complex
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.nonlinear.newton.preconditioner import Kept
-
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 CONDITION = 1e-8
 """Distance from the peak, in its half-widths, that counts as converged."""
@@ -38,34 +36,43 @@ FALL = 1.0
 
 
 @dataclass(frozen=True)
-class Reading:
-    """Amplitude A, m, and its slope dA/dω, m s/rad, at a frequency."""
+class CurvePoint:
+    """A solved point of a resonance curve, by one output: A, m, and `slope` dA/dω, m s/rad.
 
-    solution: Solution
-    tangent: Tangent
-    amplitude: float
-    slope: float
-
-
-@dataclass(frozen=True)
-class PeakPoint:
-    """A peak: A, m, `bend` A''/A < 0, s²/rad², and `distance` A' δ / A that is left.
-
-    The solution's `iterations` count all that led to it; `readings` are frequencies solved; where
-    it is `sharp`, a contact changes its state and the slope jumps over zero.
+    Of its peak also `bend` A''/A < 0, s²/rad², and `distance` A' δ / A that is left; `sharp` is
+    one where a contact changes its state and the slope jumps over zero. The solution's
+    `iterations` count all that led there, `readings` are frequencies solved. Along a parameter
+    the peak is that at `value`, whose coordinate is `coordinate`.
     """
 
     solution: Solution
     amplitude: float
-    bend: float
-    distance: float
-    readings: int
-    sharp: bool
+    bend: float = np.nan
+    distance: float = np.inf
+    readings: int = 1
+    sharp: bool = False
+    slope: float = np.nan
+    tangent: Tangent | None = None
+    coordinate: float = 0.0
+    value: float = 0.0
+
+    @property
+    def omega(self) -> float:
+        """rad/s."""
+        return self.solution.omega
 
     @property
     def width(self) -> float:
-        """Half-width δ, rad/s."""
+        """Half-width δ of a peak, rad/s."""
         return float(1 / np.sqrt(-self.bend))
+
+    def led_to_by(
+        self, points: Sequence["CurvePoint"], swept: Sequence[Solution] = ()
+    ) -> "CurvePoint":
+        """The same with the cost of all points and solutions that led to it."""
+        spent = sum(each.iterations for each in (*swept, *(point.solution for point in points)))
+        readings = len(swept) + sum(point.readings for point in points)
+        return replace(self, solution=replace(self.solution, iterations=spent), readings=readings)
 
 
 @dataclass(frozen=True)
@@ -100,7 +107,7 @@ class Resonance:
             q[1, h] = row @ modes.solve(h * omega, changed if rate is None else changed + rate)
         return amplitude_and_slope(*q)
 
-    def read(self, omega: float, start: Floats, kept: Kept | None = None) -> Reading | None:
+    def read(self, omega: float, start: Floats, kept: Kept | None = None) -> CurvePoint | None:
         """Solve at a frequency, rad/s; None if that fails."""
         balance = self.family.at(omega)
         held = fixed(balance, self.family.friction)
@@ -109,16 +116,17 @@ class Resonance:
             return None
         return self.reading(replace(found, parameter=omega), balance)
 
-    def reading(self, solution: Solution, balance: Balance | None = None) -> Reading | None:
+    def reading(self, solution: Solution, balance: Balance | None = None) -> CurvePoint | None:
         """Amplitude and slope of a solution, its balance known or not; None where a path turns."""
         tangent = tangent_at(self.family, solution, balance)
         if tangent is None:
             return None
-        return Reading(solution, tangent, *self.measure(solution, tangent))
+        amplitude, slope = self.measure(solution, tangent)
+        return CurvePoint(solution, amplitude, slope=slope, tangent=tangent)
 
     def peak(
         self, omega: float, start: Floats, bend: float, kept: Kept | None = None
-    ) -> PeakPoint | None:
+    ) -> CurvePoint | None:
         """The peak near a frequency, by a safeguarded secant of the slope, from guesses.
 
         Of ω, of w there and of `bend`, A''/A; None where solutions are lost or no maximum is near.
@@ -132,36 +140,39 @@ class Resonance:
         found = self._climb(first, bend) or found
         return found if found and found.amplitude < HIGHEST * first.amplitude else None
 
-    def _secant(self, first: Reading, bend: float) -> PeakPoint | None:
-        here, known = first, [first]
+    def _secant(self, first: CurvePoint, bend: float) -> CurvePoint | None:
+        here, known, omega_of = first, [first], attrgetter("omega")
         for _ in range(LIMIT):
             if len(known) > 1:
                 before = known[-2]
-                span = here.solution.omega - before.solution.omega
+                span = here.omega - before.omega
                 bend = (here.slope - before.slope) / span / here.amplitude
             width = 1 / np.sqrt(abs(bend))
             distance = here.slope * width / here.amplitude
             if abs(distance) < self.condition and bend < 0:
-                return _peak(here, bend, abs(distance), known, False)
-            rising = max((r for r in known if r.slope > 0), key=_omega, default=None)
-            falling = min((r for r in known if r.slope < 0), key=_omega, default=None)
+                found = replace(here, bend=bend, distance=abs(distance))
+                return found.led_to_by(known)
+            rising = max((r for r in known if r.slope > 0), key=omega_of, default=None)
+            falling = min((r for r in known if r.slope < 0), key=omega_of, default=None)
             step = -here.slope / (here.amplitude * bend) if bend < 0 else np.sign(distance) * width
-            omega = here.solution.omega + float(np.clip(step, -2 * width, 2 * width))
+            omega = here.omega + float(np.clip(step, -2 * width, 2 * width))
             if rising is not None and falling is not None:
-                low, high = _omega(rising), _omega(falling)
+                low, high = rising.omega, falling.omega
                 if not 0 < high - low:
                     return None  # two maxima with a minimum between them
                 if high - low < max(1e-13 * high, self.condition**2 * width):
                     if abs(np.log(rising.amplitude / falling.amplitude)) > LOWER:
                         return None  # not a kink but a fold
                     best = max(rising, falling, key=lambda each: each.amplitude)
-                    return _peak(best, bend, abs(distance), known, True)
+                    found = replace(best, bend=bend, distance=abs(distance), sharp=True)
+                    return found.led_to_by(known)
                 slow = len(known) > 8 and len(known) % 2
                 if slow or not low < omega < high:
                     omega = 0.5 * (low + high)
-            along = here.tangent.z * (omega - here.solution.omega)
+            assert here.tangent is not None
+            along = here.tangent.z * (omega - here.omega)
             following = self.read(omega, here.solution.w + along, here.solution.kept)
-            if following is None or omega == here.solution.omega:
+            if following is None or omega == here.omega:
                 return None
             if abs(np.log(following.amplitude / here.amplitude)) > FALL:
                 return None
@@ -169,14 +180,14 @@ class Resonance:
             known.append(here)
         return None
 
-    def _climb(self, first: Reading, bend: float) -> PeakPoint | None:
+    def _climb(self, first: CurvePoint, bend: float) -> CurvePoint | None:
         """The peak uphill of a reading along the path of solutions, folds or not.
 
         The path climbs as long as dA/ds = dA/dω · dω/ds > 0.
         """
         width = 1 / np.sqrt(abs(bend))
-        target = first.solution.omega + float(np.sign(first.slope)) * 8 * width
-        begun = replace(first.solution, parameter=first.solution.omega)
+        target = first.omega + float(np.sign(first.slope)) * 8 * width
+        begun = replace(first.solution, parameter=first.omega)
         spent, before, last, course, highest = 0, None, 0.0, 0.0, 0.0
 
         def rise(solution: Solution, tangent: Tangent) -> float:
@@ -218,16 +229,4 @@ class Resonance:
             return None
         distance = abs(slope) / np.sqrt(-bend) / amplitude
         total = replace(found.solution, iterations=spent + found.solution.iterations)
-        return PeakPoint(total, amplitude, bend, distance, found.spent, distance > self.condition)
-
-
-def _peak(
-    here: Reading, bend: float, distance: float, known: list[Reading], sharp: bool
-) -> PeakPoint:
-    spent = sum(reading.solution.iterations for reading in known)
-    total = replace(here.solution, iterations=spent)
-    return PeakPoint(total, here.amplitude, bend, distance, len(known), sharp)
-
-
-def _omega(reading: Reading) -> float:
-    return reading.solution.omega
+        return CurvePoint(total, amplitude, bend, distance, found.spent, distance > self.condition)

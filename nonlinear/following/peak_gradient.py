@@ -23,11 +23,10 @@ from vanelock.nonlinear.following.amplitude_gradient import (
     prepared_again,
     solution_at,
 )
-from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
+from vanelock.nonlinear.following.parameter_response import Parameter
+from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_tracking import LOWER, PeakTrack, named_component
-from vanelock.nonlinear.forced_response.frequencies import checked_range
-from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
+from vanelock.nonlinear.forced_response.options import Options, PreparedSystem, checked_range
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
@@ -48,7 +47,7 @@ class PeakGradient:
 
     Attributes
     ----------
-    peak : PeakPoint
+    peak : CurvePoint
         Where it is sharp, its amplitude follows what its contacts do there, not the gradient.
     output : (str, int)
         Name of the output node and direction.
@@ -62,7 +61,7 @@ class PeakGradient:
         What is in the way of the frequency's gradient.
     """
 
-    peak: PeakPoint
+    peak: CurvePoint
     output: tuple[str, int]
     at_peak: AmplitudeGradient
     beside: tuple[AmplitudeGradient, ...] = ()
@@ -190,7 +189,7 @@ def peak_gradient_of(
 
 
 def gradient_of_peak(
-    ready: PreparedSystem, component: tuple[int, int], peak: PeakPoint, frequency: bool = False
+    ready: PreparedSystem, component: tuple[int, int], peak: CurvePoint, frequency: bool = False
 ) -> PeakGradient | None:
     """What moves a known peak; None where the solutions fold there."""
     at_peak = amplitude_gradient(ready, peak.solution, component)
@@ -222,7 +221,7 @@ class _Beside(NamedTuple):
 
 
 def _beside(
-    ready: PreparedSystem, component: tuple[int, int], peak: PeakPoint, aside: float
+    ready: PreparedSystem, component: tuple[int, int], peak: CurvePoint, aside: float
 ) -> _Beside | None:
     """What is so far, rad/s, from a peak; None where it is not found."""
     resonance = Resonance(ready.solver.family, component, ready.options.tolerance)

@@ -1,6 +1,6 @@
 """Backbone-like curves: the peak of a resonance against force, friction or interference."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -9,26 +9,28 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.following.parameter_response import joined
-from vanelock.nonlinear.following.parameters import Joint, checked_parameter, checked_values
-from vanelock.nonlinear.following.peak import CONDITION
+from vanelock.nonlinear.following.parameter_response import (
+    Joint,
+    checked_parameter,
+    checked_values,
+    joined,
+)
+from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import (
     FINEST,
     LONGEST,
-    Mark,
     PeakTrack,
     named_component,
 )
-from vanelock.nonlinear.forced_response.frequencies import checked_range
-from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.frequency_sweep import Progress
+from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.undamped import check_bound
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
-Progress: TypeAlias = Callable[[int, int, float, float], None]
+Track: TypeAlias = dict[float, CurvePoint]
 
 HIGHER = 1e-3
 """How much higher, relatively, another peak must be to count as one."""
@@ -121,7 +123,7 @@ def peak_response(
     amplitude, not converged; a range of values has its last one beyond that.
 
     Samples of the contact law leave kinks in the curve, and peaks that are sharp: they are as exact
-    as the law is, with isotropic friction to some 5e-4 on 256 samples and 1e-5 on 1024.
+    as the law is.
 
     Parameters
     ----------
@@ -177,7 +179,7 @@ def peak_response(
 
 def traced(
     ridge: PeakTrack, values: list[float], is_range: bool, progress: Progress | None
-) -> tuple[list[dict[float, Mark]], PeakTrack]:
+) -> tuple[list[Track], PeakTrack]:
     """Tracks of peaks by value, and the ridge with its component chosen."""
     what = f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}"
     structure = ridge.at(values[0]).structure
@@ -186,8 +188,8 @@ def traced(
     if begun is None:
         raise InputError(f"near: no peak was found in it at {ridge.varied.name} = {values[0]:g}")
     if not np.isfinite(begun.distance):
-        check_bound(structure, ridge.range, ridge.component, what, begun.solution.omega)
-    first = Mark(ridge.varied.coordinate(values[0]), values[0], begun)
+        check_bound(structure, ridge.range, ridge.component, what, begun.omega)
+    first = ridge.placed(begun, values[0])
     tracks = [{values[0]: first}]
     report = Report(progress, values, is_range)
     report(first)
@@ -197,13 +199,13 @@ def traced(
         through(ridge, tracks, values[1:], report)
     *before, last = passed(tracks)
     again = ridge.begun(last)[1]
-    if again is not None and again.amplitude > (1 + HIGHER) * tracks[-1][last].peak.amplitude:
-        tracks.append({last: Mark(ridge.varied.coordinate(last), last, again)})
+    if again is not None and again.amplitude > (1 + HIGHER) * tracks[-1][last].amplitude:
+        tracks.append({last: ridge.placed(again, last)})
         backward(ridge, tracks[-1], before[::-1])
     return tracks, ridge
 
 
-def passed(tracks: Sequence[dict[float, Mark]]) -> list[float]:
+def passed(tracks: Sequence[Track]) -> list[float]:
     """Values in the order in which they were passed."""
     return list(dict.fromkeys(value for track in tracks for value in track))
 
@@ -217,29 +219,27 @@ class Report:
     is_range: bool
     done: int = 0
 
-    def __call__(self, mark: Mark) -> None:
+    def __call__(self, peak: CurvePoint) -> None:
         """Count one more peak."""
         self.done += 1
         if self.progress is None:
             return
         expected = len(self.values)
         if self.is_range:
-            expected = self.done if mark.value == self.values[-1] else max(self.done + 1, 50)
-        self.progress(self.done, expected, mark.value, mark.peak.amplitude)
+            expected = self.done if peak.value == self.values[-1] else max(self.done + 1, 50)
+        self.progress(self.done, expected, peak.value, peak.amplitude)
 
 
-def over_range(
-    ridge: PeakTrack, tracks: list[dict[float, Mark]], end: float, report: Report
-) -> None:
+def over_range(ridge: PeakTrack, tracks: list[Track], end: float, report: Report) -> None:
     """Follow the peak to the end of a range; where it is lost, on from the highest beyond."""
-    begun: Mark | None
+    begun: CurvePoint | None
     (begun,) = tracks[0].values()
-    place, last, step = begun.place, ridge.varied.coordinate(end), FINEST
+    place, last, step = begun.coordinate, ridge.varied.coordinate(end), FINEST
     while place != last:
-        for mark in ridge.explore(begun, end) if begun else ():
-            tracks[-1][mark.value] = mark
-            report(mark)
-            place, step = mark.place, FINEST
+        for peak in ridge.explore(begun, end) if begun else ():
+            tracks[-1][peak.value] = peak
+            report(peak)
+            place, step = peak.coordinate, FINEST
         if place == last:
             return
         step = min(2 * step, LONGEST)
@@ -251,15 +251,13 @@ def over_range(
         begun = restarted(ridge, tracks, value, report)
 
 
-def through(
-    ridge: PeakTrack, tracks: list[dict[float, Mark]], values: Sequence[float], report: Report
-) -> None:
+def through(ridge: PeakTrack, tracks: list[Track], values: Sequence[float], report: Report) -> None:
     """Follow the peak through values; where it is lost, the highest one there is."""
     known = list(tracks[-1].values())
     for value in values:
         found = ridge.follow(known[-3:], value) if known and ridge.bounded(value) else []
         if found:
-            tracks[-1][value] = counted(found)
+            tracks[-1][value] = found[-1].led_to_by(found)
             known.extend(found)
             report(tracks[-1][value])
         else:
@@ -268,84 +266,73 @@ def through(
 
 
 def restarted(
-    ridge: PeakTrack, tracks: list[dict[float, Mark]], value: float, report: Report
-) -> Mark | None:
+    ridge: PeakTrack, tracks: list[Track], value: float, report: Report
+) -> CurvePoint | None:
     """The highest peak at a value, followed backwards.
 
     None if no peak lies in the range or is found; the largest amplitude stands for it.
     """
     swept, before = ridge.sweep(value), passed(tracks)
     peak = ridge.highest(value, swept)
-    mark = Mark(ridge.varied.coordinate(value), value, peak or ridge.unresolved(value, swept))
-    tracks.append({value: mark})
-    report(mark)
-    if not np.isfinite(mark.peak.distance):  # no peak to follow
+    peak = ridge.placed(peak or ridge.unresolved(value, swept), value)
+    tracks.append({value: peak})
+    report(peak)
+    if not np.isfinite(peak.distance):  # no peak to follow
         return None
     backward(ridge, tracks[-1], before[::-1])
-    return mark
+    return peak
 
 
-def backward(ridge: PeakTrack, track: dict[float, Mark], values: Sequence[float]) -> None:
+def backward(ridge: PeakTrack, track: Track, values: Sequence[float]) -> None:
     """Follow a track to further values as long as it exists."""
     known = list(track.values())
     for value in values:
         found = ridge.follow(known[-3:], value)
         if not found:
             return
-        track[value] = counted(found)
+        track[value] = found[-1].led_to_by(found)
         known.extend(found)
 
 
-def counted(found: Sequence[Mark]) -> Mark:
-    """The last mark, with the cost of those before it too."""
-    last = found[-1].peak
-    solution = replace(
-        last.solution, iterations=sum(mark.peak.solution.iterations for mark in found)
-    )
-    readings = sum(mark.peak.readings for mark in found)
-    return replace(found[-1], peak=replace(last, solution=solution, readings=readings))
-
-
-def chosen(tracks: Sequence[dict[float, Mark]]) -> tuple[list[Mark], list[float]]:
-    """The highest mark at each value, and the amplitude of the next one or nan."""
+def chosen(tracks: Sequence[Track]) -> tuple[list[CurvePoint], list[float]]:
+    """The highest peak at each value, and the amplitude of the next one or nan."""
     best, second = [], []
     for value in dict.fromkeys(value for track in tracks for value in track):
         here = [track[value] for track in tracks if value in track]
-        here.sort(key=lambda mark: -mark.peak.amplitude)
+        here.sort(key=lambda peak: -peak.amplitude)
         best.append(here[0])
         others = [
-            mark.peak.amplitude
-            for mark in here[1:]
-            if abs(mark.peak.solution.omega - here[0].peak.solution.omega)
-            > 1e-3 * here[0].peak.width
+            peak.amplitude
+            for peak in here[1:]
+            if abs(peak.omega - here[0].omega) > 1e-3 * here[0].width
         ]
         second.append(max(others, default=np.nan))
     return best, second
 
 
 def collected(
-    ridge: PeakTrack, best: Sequence[Mark], second: Sequence[float], system: System
+    ridge: PeakTrack, best: Sequence[CurvePoint], second: Sequence[float], system: System
 ) -> PeakResponse:
-    """Put the marks into arrays."""
+    """Put the peaks into arrays."""
     assert ridge.component is not None
-    each = [ridge.at(mark.value).response([mark.peak.solution]) for mark in best]
+    each = [ridge.at(peak.value).response([peak.solution]) for peak in best]
     response, mu = joined(each, system.contacts.mu)
-    distance = np.array([mark.peak.distance for mark in best])
-    sharp = np.array([mark.peak.sharp for mark in best], bool)
+    distance = np.array([peak.distance for peak in best])
+    sharp = np.array([peak.sharp for peak in best], bool)
     node, direction = ridge.component
     return PeakResponse(
         name=ridge.varied.name,
-        parameter=np.array([mark.value for mark in best]),
+        parameter=np.array([peak.value for peak in best]),
         output=system.output_names[node],
         direction=direction,
         frequency=response.frequency,
-        amplitude=np.array([mark.peak.amplitude for mark in best]),
-        width=np.array([mark.peak.width for mark in best]) / TURN,
+        amplitude=np.array([peak.amplitude for peak in best]),
+        width=np.array([peak.width for peak in best]) / TURN,
         distance=distance,
         converged=response.converged & ((distance < CONDITION) | sharp),
         sharp=sharp,
         second_peak=np.array(second),
-        readings=np.array([mark.peak.readings for mark in best], np.int64),
+        readings=np.array([peak.readings for peak in best], np.int64),
         response=response,
         mu=mu,
     )

@@ -5,17 +5,15 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Resonance
+from vanelock.nonlinear.following.parameter_response import Parameter
+from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
+from vanelock.nonlinear.forced_response.frequency_sweep import StepControl
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.undamped import unbound
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
 from vanelock.nonlinear.newton.newton import Solution
-
-Floats = NDArray[np.float64]
 
 NEAR = 2.0
 """How many half-widths a peak may lie from where it was expected."""
@@ -27,15 +25,6 @@ LOWER = 1e-4
 FINEST = 1 / 2000
 """Shortest step, relative to the range of the parameter's coordinate."""
 LONGEST = 1 / 25
-
-
-@dataclass(frozen=True)
-class Mark:
-    """The peak at a value of the parameter; `place` is the value's coordinate."""
-
-    place: float
-    value: float
-    peak: PeakPoint
 
 
 @dataclass(frozen=True)
@@ -53,7 +42,7 @@ class PeakTrack:
     span: float
     condition: float = CONDITION
 
-    def _peak(self, value: float, omega: float, near: PeakPoint, w: Floats) -> PeakPoint | None:
+    def _peak(self, value: float, omega: float, near: CurvePoint, w: Floats) -> CurvePoint | None:
         """The peak near a frequency, from a guess of w and of its neighbour's curvature."""
         assert self.component is not None
         ready = self.at(value)
@@ -83,13 +72,13 @@ class PeakTrack:
             lru_cache(4)(partial(varied.at, ready)), varied, ends, component, span, condition
         )
 
-    def begun(self, value: float) -> tuple["PeakTrack", PeakPoint | None]:
+    def begun(self, value: float) -> tuple["PeakTrack", CurvePoint | None]:
         """The highest peak at a value, None where none is, and what follows its output."""
         swept = self.sweep(value)
         track = self.with_component(value, swept)
         return track, track.highest(value, swept)
 
-    def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:
+    def highest(self, value: float, swept: Sequence[Solution]) -> CurvePoint | None:
         """The highest peak among solutions by frequency; None if no maximum lies within.
 
         Of several tops all are refined that may be the highest. One that cannot be stands for
@@ -100,10 +89,7 @@ class PeakTrack:
         refined = self.tops(value, swept)
         if not refined:
             return None
-        found = max(refined, key=lambda peak: peak.amplitude)
-        spent = sum(each.iterations for each in (*swept, *(peak.solution for peak in refined)))
-        readings = len(swept) + sum(peak.readings for peak in refined)
-        return replace(found, solution=replace(found.solution, iterations=spent), readings=readings)
+        return max(refined, key=lambda peak: peak.amplitude).led_to_by(refined, swept)
 
     def bounded(self, value: float) -> bool:
         """Whether no resonance at a value is proved to be one that nothing bounds."""
@@ -111,7 +97,7 @@ class PeakTrack:
 
     def tops(
         self, value: float, swept: Sequence[Solution], close: float = CLOSE
-    ) -> list[PeakPoint]:
+    ) -> list[CurvePoint]:
         """The peaks among solutions by frequency that are as high as 1 - `close` of the highest."""
         assert self.component is not None
         size = self.amplitudes(value, swept)[:, *self.component]
@@ -122,25 +108,25 @@ class PeakTrack:
             a, b, _ = np.polyfit(omegas[beside] - omegas[top], size[beside], 2)
             bend = min(2 * a / size[top], -((self.range[1] - self.range[0]) ** -2.0))
             summit = size[top] - b**2 / (4 * a)
-            here = PeakPoint(swept[int(top)], float(size[top]), bend, np.inf, 0, False)
+            here = CurvePoint(swept[int(top)], float(size[top]), bend, readings=0)
             tops.append((summit, here))
         enough = (1 - close) * max((here.amplitude for _, here in tops), default=0.0)
         return [self._refined(value, here) for summit, here in tops if summit >= enough]
 
-    def _refined(self, value: float, here: PeakPoint) -> PeakPoint:
+    def _refined(self, value: float, here: CurvePoint) -> CurvePoint:
         """The peak at a solution, or that solution where it has none as high."""
-        found = self._peak(value, here.solution.omega, here, here.solution.w)
+        found = self._peak(value, here.omega, here, here.solution.w)
         if found is None or found.amplitude < (1 - LOWER) * here.amplitude:
             return replace(here, solution=replace(here.solution, iterations=0))
         return found
 
-    def unresolved(self, value: float, swept: Sequence[Solution]) -> PeakPoint:
+    def unresolved(self, value: float, swept: Sequence[Solution]) -> CurvePoint:
         """The largest amplitude among solutions by frequency, where no peak lies within."""
         assert self.component is not None
         size = self.amplitudes(value, swept)[:, *self.component]
         top = int(size.argmax())
         bend = -((self.range[1] - self.range[0]) ** -2.0)
-        return PeakPoint(swept[top], float(size[top]), bend, np.inf, len(swept), False)
+        return CurvePoint(swept[top], float(size[top]), bend, readings=len(swept))
 
     def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:
         """(p, o, 3) amplitude of every output, m."""
@@ -158,91 +144,86 @@ class PeakTrack:
         node, direction = np.unravel_index(highest.argmax(), highest.shape)
         return replace(self, component=(int(node), int(direction)))
 
-    def follow(self, marks: Sequence[Mark], value: float) -> list[Mark]:
-        """Marks from the last of some to a value, intermediate ones where needed.
+    def follow(self, peaks: Sequence[CurvePoint], value: float) -> list[CurvePoint]:
+        """Peaks from the last of some to a value, intermediate ones where needed.
 
         The list is empty where the peak is lost: it vanishes, or moves too fast.
         """
-        place = self.varied.coordinate(value)
-        found: list[Mark] = []
-        wanted = [place]
-        while wanted:
-            known = [*marks, *found]
-            here = wanted[-1]
-            exact = value if here == place else self.value(here)
-            mark = self.step(known, here, exact)
-            if mark is not None:
-                found.append(mark)
-                wanted.pop()
-            elif abs(here - known[-1].place) < 2 * FINEST * self.span:
+        end = self.varied.coordinate(value)
+        found: list[CurvePoint] = []
+        ahead = [end]
+        while ahead:
+            before, here = [*peaks, *found], ahead[-1]
+            peak = self.step(before, here, value if here == end else self.value(here))
+            if peak is not None:
+                found.append(peak)
+                ahead.pop()
+            elif abs(here - before[-1].coordinate) < 2 * FINEST * self.span:
                 return []
             else:
-                wanted.append(0.5 * (here + known[-1].place))
+                ahead.append(0.5 * (here + before[-1].coordinate))
         return found
 
-    def value(self, place: float) -> float:
+    def placed(self, peak: CurvePoint, value: float) -> CurvePoint:
+        """A peak as that at a value."""
+        return replace(peak, coordinate=self.varied.coordinate(value), value=value)
+
+    def value(self, coordinate: float) -> float:
         """Value of the parameter at a coordinate."""
-        return float(np.exp(place)) if self.varied.logarithmic else place
+        return float(np.exp(coordinate)) if self.varied.logarithmic else coordinate
 
-    def step(self, marks: Sequence[Mark], place: float, value: float) -> Mark | None:
-        """The peak at a place, expected from the last marks; None where it is not found there."""
-        omega, _, w = expected(marks, place)
-        last = marks[-1].peak
+    def step(
+        self, peaks: Sequence[CurvePoint], coordinate: float, value: float
+    ) -> CurvePoint | None:
+        """The peak at a value, expected from the last ones; None where it is not found there."""
+        omega, _, w = expected(peaks, coordinate)
+        last = peaks[-1]
         peak = self._peak(value, omega, last, w)
-        if peak is None or abs(peak.solution.omega - omega) > NEAR * max(peak.width, last.width):
+        if peak is None or abs(peak.omega - omega) > NEAR * max(peak.width, last.width):
             return None
-        return Mark(place, value, peak)
+        return replace(peak, coordinate=coordinate, value=value)
 
-    def explore(self, first: Mark, end: float) -> Iterator[Mark]:
-        """Marks from the first one to a value at steps that follow the curve.
+    def explore(self, first: CurvePoint, end: float) -> Iterator[CurvePoint]:
+        """Peaks from the first one to a value at steps that follow the curve.
 
         Ends early where the peak is lost.
         """
-        target = self.varied.coordinate(end)
-        sign = np.sign(target - first.place)
-        marks, step = [first], self.span / 100
-        while marks[-1].place != target:
-            last = marks[-1]
-            finish = step >= 0.999 * abs(target - last.place)
-            place = target if finish else last.place + sign * step
-            mark = self.step(marks, place, end if finish else self.value(place))
-            if mark is None:
-                step *= 0.4
-                if step < FINEST * self.span:
+        finest, target = FINEST * self.span, self.varied.coordinate(end)
+        steps = StepControl(
+            first.coordinate, target, self.span / 100, finest, LONGEST * self.span, (0.4, 1.7), 4.0
+        )
+        peaks = [first]
+        while steps.here != target:
+            coordinate = steps.ahead
+            value = end if coordinate == target else self.value(coordinate)
+            peak = self.step(peaks, coordinate, value)
+            if peak is None:
+                if not steps.shortened(2.5 * finest):
                     return
-                continue
-            error = surprise(marks, mark)
-            if error > 4 and step > 4 * FINEST * self.span:
-                step *= 0.4
-                continue
-            yield mark
-            marks = [*marks, mark][-3:]
-            growth = float(np.clip(0.9 / np.sqrt(max(error, 1e-9)), 0.4, 1.7))
-            step = float(np.clip(step * growth, FINEST * self.span, LONGEST * self.span))
+            elif steps.taken(coordinate, surprise(peaks, peak)):
+                yield peak
+                peaks = [*peaks, peak][-3:]
 
 
-def expected(marks: Sequence[Mark], place: float) -> tuple[float, float, Floats]:
+def expected(peaks: Sequence[CurvePoint], coordinate: float) -> tuple[float, float, Floats]:
     """Frequency, ln of the amplitude and w of a peak, by the parabola or line through the last."""
-    last = marks[-1].peak
-    if len(marks) == 1:
-        return last.solution.omega, float(np.log(last.amplitude)), last.solution.w
-    before = marks[-2].peak
-    share = (place - marks[-1].place) / (marks[-1].place - marks[-2].place)
+    last = peaks[-1]
+    if len(peaks) == 1:
+        return last.omega, float(np.log(last.amplitude)), last.solution.w
+    before, ahead = peaks[-2], coordinate - last.coordinate
+    share = ahead / (last.coordinate - before.coordinate)
     w = last.solution.w + share * (last.solution.w - before.solution.w)
-    known = marks[-3:]
-    x = np.array([mark.place for mark in known]) - marks[-1].place
-    both = np.array([[m.peak.solution.omega, np.log(m.peak.amplitude)] for m in known])
-    omega, size = (
-        float(np.polyval(np.polyfit(x, y, len(known) - 1), place - marks[-1].place)) for y in both.T
-    )
+    peaks = peaks[-3:]
+    x = np.array([peak.coordinate for peak in peaks]) - last.coordinate
+    both = np.array([[peak.omega, np.log(peak.amplitude)] for peak in peaks])
+    omega, size = (float(np.polyval(np.polyfit(x, y, len(peaks) - 1), ahead)) for y in both.T)
     return omega, size, w
 
 
-def surprise(marks: Sequence[Mark], mark: Mark) -> float:
+def surprise(peaks: Sequence[CurvePoint], peak: CurvePoint) -> float:
     """How far a peak lies from where it was expected, in units of what a drawn curve forgives."""
-    omega, size, _ = expected(marks, mark.place)
-    peak = mark.peak
-    aside = abs(peak.solution.omega - omega) / (0.5 * peak.width)
+    omega, size, _ = expected(peaks, peak.coordinate)
+    aside = abs(peak.omega - omega) / (0.5 * peak.width)
     return float(max(aside, abs(np.log(peak.amplitude) - size) / 0.03))
 
 

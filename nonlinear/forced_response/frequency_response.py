@@ -1,29 +1,89 @@
-"""Forced response of a system with friction contacts, and its state at rest."""
+"""Forced response of a system with friction contacts, and its state at rest.
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import TypeAlias
+Jumps: neighbours of a sweep that no curve of solutions joins.
+
+Where a branch of solutions ends in a fold, a sweep goes on with another branch. Two neighbours are
+suspected where the solver did not get from the one to the other without turning back, or where
+neither lies on the line through the two points on the other's side. They jump unless the path of
+solutions that begins at one of them leads to the other and nowhere turns back.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.contact.sampling import checked_samples
+from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.globalisation import from_nothing
-from vanelock.nonlinear.forced_response.frequencies import checked_frequencies, checked_range
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.forced_response.jumps import jumps
-from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, PointSolver, Progress
+from vanelock.nonlinear.forced_response.options import Options, checked_frequencies, checked_range
 from vanelock.nonlinear.forced_response.response import Response, assemble_response
 from vanelock.nonlinear.forced_response.solved_points import PointStore
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.newton import Solution
+from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
-Progress: TypeAlias = Callable[[int, int, float, float], None]
+STRAIGHT = 0.1
+"""Of the larger motion, how far a point may lie from a line, or two points apart."""
+SAME = 1e-4
+"""Of the larger motion, the difference of two states beyond which they are two."""
+POINTS, EFFORT = 60, 300
+"""Points of the path between two neighbours, and Newton steps, at most."""
+
+
+def jumps(solver: PointSolver, swept: Sequence[Solution]) -> NDArray[np.int64]:
+    """(j, 2) places of the points before and after each jump."""
+    solved = [i for i, each in enumerate(swept) if each.converged]
+    found = []
+    for k in range(len(solved) - 1):
+        around = [swept[i] for i in solved[max(k - 1, 0) : k + 3]]
+        a, b = swept[solved[k]], swept[solved[k + 1]]
+        before = around[0] if k > 0 else None
+        after = around[-1] if k + 2 < len(solved) else None
+        lost = solved[k + 1] > solved[k] + 1
+        smooth = b.continued and not lost and _straight(before, a, b, after)
+        if not smooth and not joined(solver, a, b):
+            found.append((solved[k], solved[k + 1]))
+    return np.array(found, np.int64).reshape(-1, 2)
+
+
+def joined(solver: PointSolver, a: Solution, b: Solution) -> bool:
+    """Whether the path of solutions leads from one to the other and nowhere turns back."""
+    weight = 1 / scales(solver.family.at(a.omega).linear)
+    for start, end in ((a, b), (b, a)):
+        arc = follow(
+            solver.family, start, end.omega, solver.tolerance, POINTS, effort=EFFORT, away=0.0
+        )
+        if arc.solution is None or arc.folds:
+            continue
+        apart = np.abs((arc.solution.u - end.u) * weight).max(initial=0.0)
+        return bool(apart <= SAME * _size(weight, arc.solution, end))
+    return False
+
+
+def _straight(before: Solution | None, a: Solution, b: Solution, after: Solution | None) -> bool:
+    """Whether two neighbours are close, or one lies on the line through the other's side."""
+    one = np.ones(1)
+    allowed = STRAIGHT * _size(one, a, b)
+    if np.abs(b.u - a.u)[..., 1:].max(initial=0.0) <= allowed:
+        return True
+    for first, second, third in ((before, a, b), (after, b, a)):
+        if first is None or first.omega == second.omega:
+            continue
+        share = (third.omega - second.omega) / (second.omega - first.omega)
+        line = second.u + share * (second.u - first.u)
+        if np.abs(third.u - line)[..., 1:].max(initial=0.0) <= allowed:
+            return True
+    return False
+
+
+def _size(weight: NDArray[np.float64], *states: Solution) -> float:
+    """The largest vibration of a contact in some states."""
+    return max(float(np.abs(each.u * weight)[..., 1:].max(initial=0.0)) for each in states)
 
 
 @one_thread
@@ -53,8 +113,8 @@ def static_response(
     still = replace(options, harmonics=0, coupling="coupled")
     prepared = structure(system, 0, known=modes)
     found = from_nothing(prepared.balance(0.0), still.law(system.contacts), still.tolerance)
-    samples = checked_samples(still.samples, 0, still.friction) or 0
-    return replace(assemble_response(prepared, [found]), friction=still.friction, samples=samples)
+    response = assemble_response(prepared, [found])
+    return replace(response, friction=still.friction, samples=still.samples or 0)
 
 
 @one_thread
@@ -123,7 +183,7 @@ def swept(
     """
     is_range = isinstance(frequencies, tuple)
     omegas = TURN * (checked_range if is_range else checked_frequencies)(frequencies)
-    reporter = _PointsDone(progress)
+    reporter = PointsDone(progress)
     solver = replace(solver, searching=reporter.searching)
     order = np.argsort(omegas, kind="stable")
     if direction == "down":
@@ -137,25 +197,6 @@ def swept(
     passed = list(_report(solver, solver.sweep(omegas[order]), reporter, None, len(omegas)))
     by_place = dict(zip(order, _from_behind(solver, passed), strict=True))
     return [by_place[i] for i in range(len(omegas))], order
-
-
-@dataclass
-class _PointsDone:
-    """Passes on how many points are done of how many, and which one takes long."""
-
-    progress: Progress | None
-    done: int = 0
-    total: int = 1
-
-    def point(self, done: int, total: int, omega: float, amplitude: float) -> None:
-        """A point is done."""
-        self.done, self.total = done, total
-        if self.progress is not None:
-            self.progress(done, total, omega / TURN, amplitude)
-
-    def searching(self, omega: float) -> None:
-        """One is looked for."""
-        self.point(self.done, max(self.total, self.done + 1), omega, float("nan"))
 
 
 def _from_behind(solver: PointSolver, swept: list[Solution]) -> list[Solution]:
@@ -173,7 +214,7 @@ def _from_behind(solver: PointSolver, swept: list[Solution]) -> list[Solution]:
 def _report(
     solver: PointSolver,
     solutions: Iterable[Solution],
-    reporter: _PointsDone,
+    reporter: PointsDone,
     ends: tuple[float, float] | None,
     total: int | None,
 ) -> Iterator[Solution]:
@@ -189,7 +230,7 @@ def _report(
             expected = total or done
         named = solver.family.structure.system.output_names
         amplitude = float(solver.amplitude(solution).max()) if named else 0.0
-        reporter.point(done, expected, solution.omega, amplitude)
+        reporter(solution.omega, amplitude, expected)
 
 
 def _peaked(solver: PointSolver, found: list[Solution]) -> list[Solution]:

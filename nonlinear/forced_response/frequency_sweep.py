@@ -3,10 +3,9 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import TypeAlias, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.continuation.arc_length import follow
@@ -14,10 +13,8 @@ from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.globalisation import EFFORT, Effort, at_once, from_nothing
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.nonlinear.forced_response.solved_points import SolvedPoints
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, to_complex
 from vanelock.nonlinear.newton.newton import Solution, sensitivity, solve
-
-Floats = NDArray[np.float64]
 
 BEND = 0.06
 """How far, relatively, the amplitude may leave the line through the last two points. The curve then
@@ -35,28 +32,85 @@ WAY, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
 S = TypeVar("S", bound=Solution | None)
 
 
+Progress: TypeAlias = Callable[[int, int, float, float], None]
+
+
 def unheard(omega: float) -> None:
     """Nobody listens."""
+
+
+@dataclass
+class PointsDone:
+    """Passes on how many points are done of how many, and which one takes long."""
+
+    progress: Progress | None
+    done: int = 0
+    total: int = 1
+
+    def __call__(self, omega: float, amplitude: float, expected: int) -> None:
+        """One more is done, of so many that are expected in all."""
+        self.done += 1
+        self.total = max(expected, self.done)
+        self._say(omega, amplitude, self.total)
+
+    def searching(self, omega: float) -> None:
+        """One is looked for by ways that may take long."""
+        self._say(omega, float("nan"), max(self.total, self.done + 1))
+
+    def _say(self, omega: float, amplitude: float, total: int) -> None:
+        if self.progress is not None:
+            self.progress(self.done, total, omega / TURN, amplitude)
+
+
+@dataclass
+class StepControl:
+    """Steps along a curve from `here` to `end`, by how far each leaves where the last ones led.
+
+    That error is 1 where it is as large as a step should allow; one of up to `forgiven` is taken.
+    `change` are the least and the most that a step changes by at once.
+    """
+
+    here: float
+    end: float
+    step: float
+    finest: float
+    longest: float
+    change: tuple[float, float]
+    forgiven: float = 1.0
+
+    @property
+    def ahead(self) -> float:
+        """Where the next step leads."""
+        left = self.end - self.here
+        whole = self.step >= 0.999 * abs(left)
+        return self.end if whole else self.here + float(np.sign(left)) * self.step
+
+    def shortened(self, least: float, shortest: float | None = None) -> bool:
+        """Whether a step that failed can be shorter, which then is the next one."""
+        if self.step <= least:
+            return False
+        self.step = max(shortest or self.finest, self.change[0] * self.step)
+        return True
+
+    def taken(self, ahead: float, error: float) -> bool:
+        """Whether a step is taken; if not it is shortened, else the next one follows the error."""
+        if error > self.forgiven and self.step > self.forgiven * self.finest:
+            self.step = max(self.finest, self.step * max(self.change[0], 0.8 / np.sqrt(error)))
+            return False
+        self.here, share = ahead, np.clip(0.9 / np.sqrt(max(error, 1e-9)), *self.change)
+        self.step = float(np.clip(self.step * share, self.finest, self.longest))
+        return True
 
 
 @dataclass(frozen=True)
 class PointSolver:
     """What solves one point after another.
 
-    Attributes
-    ----------
-    family : Frequencies
-    law : callable
-        The contact law for a number of harmonics.
-    tolerance : float
-        Relative residual that counts as converged.
-    points : SolvedPoints, optional
-        What writes solved points down.
-    effort : int
-        Newton steps that a point may take before it counts as not found.
-    searching : callable
-        Called with a circular frequency, rad/s, whose solution is looked for by other ways than
-        Newton's iteration from its neighbours, which may take long.
+    `law`: the contact law for a number of harmonics; `tolerance`: relative residual that counts as
+    converged; `points`: what writes solved points down; `effort`: Newton steps that a point may
+    take before it counts as not found; `searching`: called with a circular frequency, rad/s, whose
+    solution is looked for by other ways than Newton's iteration from its neighbours, which may take
+    long.
     """
 
     family: Frequencies
@@ -84,30 +138,23 @@ class PointSolver:
         `loose` of them where tops are looked for that are refined afterwards.
         """
         bend = BEND * loose
-        span, sign = abs(end - begin), np.sign(end - begin)
+        span = abs(end - begin)
         ratio = self.family.structure.system.damping_ratio or 0.0
         finest = max(2 * ratio * min(begin, end) / 80 * loose, span / 5000)
         history = [self.point(begin, [])]
         yield history[0]
-        step = loose * span / 200
-        while history[-1].omega != end:
-            last = history[-1]
-            left = abs(end - last.omega)
-            omega = end if step >= 0.999 * left else last.omega + sign * step
+        steps = StepControl(begin, end, loose * span / 200, finest, loose * span / 40, (0.3, 1.5))
+        closest = max(finest, loose * span / JUMP)
+        while steps.here != end:
+            omega = steps.ahead
             known = [point for point in history if point.converged]
             smooth = self.easily(omega, known)
-            if smooth is None and known and step > max(finest, loose * span / JUMP):
-                step = max(finest, 0.3 * step)
+            if smooth is None and known and steps.shortened(closest):
                 continue
             found = self.point(omega, known) if smooth is None else smooth
-            error = 0.0 if smooth is None else self._bend(history, found)
-            if error > bend and step > finest:
-                step = max(finest, step * max(0.3, 0.8 * np.sqrt(bend / error)))
-                continue
-            yield found
-            history = [found] if smooth is None else [*history, found][-2:]
-            growth = 0.9 * np.sqrt(bend / max(error, 1e-12))
-            step = float(np.clip(step * min(1.5, growth), finest, loose * span / 40))
+            if steps.taken(omega, 0.0 if smooth is None else self._bend(history, found) / bend):
+                yield found
+                history = [found] if smooth is None else [*history, found][-2:]
 
     def _bend(self, history: list[Solution], found: Solution) -> float:
         """Relative distance of a new amplitude from the line through the last two."""
@@ -137,23 +184,14 @@ class PointSolver:
 
     def point(self, omega: float, history: list[Solution]) -> Solution:
         """Solve at one frequency, rad/s, given up to two converged neighbours, the nearest last."""
-
-        def solved() -> Solution:
-            begin = time.process_time()
-            found = self._point(omega, history)
-            return replace(found, seconds=time.process_time() - begin)
-
-        return self._asked("point", omega, history, solved)
+        return self._asked("point", omega, history, lambda: self._point(omega, history))
 
     def easily(self, omega: float, history: list[Solution]) -> Solution | None:
         """The same if Newton's iteration finds it at once; None if not."""
 
         def solved() -> Solution | None:
-            begin = time.process_time()
             tried = self._newton(omega, history)
-            if not (tried and tried[-1].converged):
-                return None
-            return replace(counted(tried, omega), seconds=time.process_time() - begin)
+            return counted(tried, omega) if tried and tried[-1].converged else None
 
         return self._asked("easily", omega, history, solved)
 
@@ -172,25 +210,31 @@ class PointSolver:
         """The same along the path from the neighbours alone; None if it does not lead there."""
 
         def solved() -> Solution | None:
-            begin = time.process_time()
             effort = Effort(self.effort, lambda: self.searching(omega))
             found = counted(self._along(omega, history, effort), omega)
-            return replace(found, seconds=time.process_time() - begin) if found.converged else None
+            return found if found.converged else None
 
         return self._asked("along", omega, history, solved)
 
     def _asked(
         self, question: str, omega: float, history: list[Solution], compute: Callable[[], S]
     ) -> S:
-        """A solution that was written down, put into the equations, or one computed now."""
+        """A solution that was written down, put into the equations, or one computed and timed."""
         kept = history[-1].kept if history else None
 
         def check(w: Floats) -> Solution:
             problem = fixed(self.family.at(omega), self.family.friction)
             return solve(problem, w, 0.0, tolerance=self.tolerance, kept=kept)
 
+        def timed() -> S:
+            begin = time.process_time()
+            found = compute()
+            if found is None:
+                return found
+            return cast(S, replace(found, seconds=time.process_time() - begin))
+
         harmonics = self.family.structure.harmonics
-        return self.points(question, harmonics, omega, history, check, compute)
+        return self.points(question, harmonics, omega, history, check, timed)
 
     def _along(self, omega: float, history: list[Solution], effort: Effort) -> list[Solution]:
         """What Newton's iteration from the neighbours finds, or the path from there."""

@@ -1,12 +1,11 @@
 """Time histories of a contact over one period."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.isotropic.disc_places import slider_places
+from vanelock.nonlinear.contact.isotropic.located_law import slider_places
 from vanelock.nonlinear.contact.law import ELEMENT, contact_law
-from vanelock.nonlinear.contact.orthogonal.slider import (
+from vanelock.nonlinear.contact.orthogonal_law import (
     BEGIN,
     FREE,
     HELD,
@@ -18,10 +17,8 @@ from vanelock.nonlinear.contact.orthogonal.slider import (
     slider_path,
 )
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import TURN, basis, grid, roots, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid, roots, to_real
 from vanelock.rom.system.system import Contacts
-
-Floats = NDArray[np.float64]
 
 AGREEMENT = 1e-6  # of the law with the response's forces, as displacements, to the point's largest
 
@@ -96,9 +93,8 @@ def _check(response: Response, point: int, contact: int, u: Floats) -> None:
         )
     stiffness = response.stiffness[[contact]]
     made = Contacts(stiffness[:, 0], stiffness[:, 1:], response.mu[[contact]], np.zeros(1))
-    samples = (response.samples or None) if response.friction == "isotropic" else None
     constant_load = response.coupling == "constant-load"
-    law = contact_law(made, response.harmonics, samples, response.friction, constant_load)
+    law = contact_law(made, response.harmonics, None, response.friction, constant_load)
     w = law(u[None]).w[0]
     given = u - to_real(response.force[point, :, contact]) / stiffness.T
     largest = np.abs(response.contact[point]).max()

@@ -11,20 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import as_whole
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.balance import Array, Balance, Structure
+from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes, times
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation
-from vanelock.nonlinear.forced_response.frequencies import checked_frequencies
-from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.options import Options, checked_frequencies
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, Array, Floats, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import Contacts, System
 
-Floats = NDArray[np.float64]
 Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
 
 
@@ -97,12 +95,7 @@ def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
 class _Limit:
     """Contacts that are springs or open, in a structure.
 
-    Attributes
-    ----------
-    structure : Structure
-    closed : (c,) bool
-    omegas : tuple of float
-        Frequencies, rad/s, that are solved together.
+    `closed` (c,); `omegas`: frequencies, rad/s, that are solved together.
     """
 
     structure: Structure

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache, wraps
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arguments import OfKind
 from vanelock.common.arrays import as_array, as_whole
@@ -16,17 +16,48 @@ from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law, contact_law
-from vanelock.nonlinear.contact.sampling import FRICTIONS, checked_samples
+from vanelock.nonlinear.contact.sampling import FRICTIONS, least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.continuation.globalisation import EFFORT
-from vanelock.nonlinear.forced_response.frequencies import check_band
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.response import Amplitudes, Response, assemble_response
 from vanelock.nonlinear.forced_response.solved_points import PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
-from vanelock.rom.system.system import Contacts, System
+from vanelock.rom.system.system import Contacts, System, wider_band
+
+ROUND_OFF = 1e-9
+"""By which a frequency may exceed a band."""
+
+
+def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
+    """(p,) Hz, positive and finite."""
+    hertz = np.atleast_1d(as_array(frequencies, "frequencies"))
+    if hertz.ndim != 1 or not len(hertz):
+        raise InputError(f"frequencies: given shape {hertz.shape}: needs a list of at least one")
+    if not np.all(np.isfinite(hertz)) or np.any(hertz <= 0):
+        raise InputError(f"frequencies: given {hertz.min()} Hz: must be > 0 and finite")
+    return hertz
+
+
+def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> NDArray[np.float64]:
+    """(2,) Hz, a range."""
+    hertz = checked_frequencies(frequencies)
+    if len(hertz) != 2 or hertz[0] >= hertz[1]:
+        raise InputError(f"{name}: given {tuple(hertz)}: a range is (low, high), low < high")
+    return hertz
+
+
+def check_band(system: System, hertz: ArrayLike) -> None:
+    """Refuse frequencies beyond those that a system's reduced parts answer."""
+    highest = float(np.max(hertz))
+    if system.band is not None and highest > system.band * (1 + ROUND_OFF):
+        raise InputError(
+            f"frequencies: given {highest:.6g} Hz: the system's reduced parts answer up to "
+            f"{system.band:.6g} Hz (its band): reduce them with band = {wider_band(highest):g}"
+        )
+
 
 HARMONICS = 3
 """Default of H, where it is not chosen point by point."""
@@ -95,13 +126,25 @@ class Options(OfKind):
         harmonics = 1 if self.harmonics is None else as_whole(self.harmonics, "harmonics")
         if harmonics < 0:
             raise InputError(f"harmonics: given {harmonics}: must be >= 0")
-        checked_samples(self.samples, harmonics, self.friction)
+        if self.samples is not None:
+            shown = f"samples: given {self.samples}"
+            if self.friction == "isotropic":
+                raise InputError(
+                    f"{shown}: isotropic friction has its events located: leave it out"
+                )
+            if self.samples < (least := least_samples(harmonics)):
+                raise InputError(f"{shown}: needs at least {least}")
         if self.static_beyond is not None and not self.static_beyond > 1:
             raise InputError(f"static_beyond: given {self.static_beyond}: must be > 1")
         if not self.tolerance > 0:
             raise InputError(f"tolerance: given {self.tolerance}: must be > 0")
         if as_whole(self.effort, "effort") < 1:
             raise InputError(f"effort: given {self.effort}: must be >= 1")
+
+    @property
+    def count(self) -> int:
+        """H, as it is by default where it is not given."""
+        return HARMONICS if self.harmonics is None else self.harmonics
 
     def law(self, contacts: Contacts) -> Callable[[int], Law]:
         """The law of vibrating contacts by number of harmonics."""
@@ -137,9 +180,8 @@ class Options(OfKind):
             If the system's parts do not fit together, a nodal diameter is missing, a harmonic
             above H is excited, or a frequency lies beyond the system's band.
         """
-        H = HARMONICS if self.harmonics is None else self.harmonics
-        samples = checked_samples(self.samples, H, self.friction)
-        options = replace(self, harmonics=H, samples=samples)
+        H = self.count
+        options = replace(self, harmonics=H)
         made = structure(system, H, self.harmonic_diameters, modes)
         check_forces(system, H)
         check_band(system, hertz)
@@ -154,14 +196,8 @@ class Options(OfKind):
 class PreparedSystem:
     """A system ready to be solved.
 
-    Attributes
-    ----------
-    options : Options
-        Harmonics and samples as they are by default, where they were not given.
-    source : Structure or Tabulated
-        Gives the balances by frequency.
-    points : SolvedPoints
-        What writes solved points down.
+    `options`: harmonics and samples as they are by default, where they were not given; `source`:
+    gives the balances by frequency; `points`: what writes solved points down.
     """
 
     options: Options

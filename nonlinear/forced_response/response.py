@@ -9,15 +9,19 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.balance.balance import Structure
-from vanelock.nonlinear.balance.whole_balance import whole_residual
+from vanelock.nonlinear.balance.balance import Structure, whole_residual
 from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
-from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import (
+    TURN,
+    Complex,
+    Floats,
+    basis,
+    to_complex,
+    to_real,
+)
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import Contacts
 
-Array = NDArray[np.complex128]
-Floats = NDArray[np.float64]
 STATES = (
     f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens, {ELEMENT} an element"
 )
@@ -148,11 +152,11 @@ class Response(Product):
 
     frequency: Floats = field(metadata={"unit": "Hz"})
     x: dict[int, NDArray[Any]] = field(metadata={"unit": "m; modal coordinates kg^0.5 m"})
-    contact: Array = field(metadata={"unit": "m"})
-    force: Array = field(metadata={"unit": "N"})
+    contact: Complex = field(metadata={"unit": "m"})
+    force: Complex = field(metadata={"unit": "N"})
     state: NDArray[np.int64] = field(metadata={"codes": STATES})
     dissipation: Floats = field(metadata={"unit": "J"})
-    output: Array = field(metadata={"unit": "m"})
+    output: Complex = field(metadata={"unit": "m"})
     amplitude: Floats = field(metadata={"unit": "m"})
     converged: NDArray[np.bool_]
     residual: Floats
@@ -217,7 +221,7 @@ class Response(Product):
         return len(self.frequency)
 
 
-def extremes(q: Array) -> Floats:
+def extremes(q: Complex) -> Floats:
     """Angles of the largest and smallest values of q(t), (2, k), from (H + 1, k) coefficients."""
     harmonics = len(q) - 1
     count, h = 32 * max(harmonics, 1), np.arange(harmonics + 1)
@@ -236,12 +240,12 @@ def extremes(q: Array) -> Floats:
     return np.asarray(angles)
 
 
-def values_at(q: Array, angle: Floats) -> Floats:
+def values_at(q: Complex, angle: Floats) -> Floats:
     """(k,) values of q(t), given (H + 1, k) coefficients, each at an angle of its own."""
     return np.asarray((q * np.exp(1j * np.outer(np.arange(len(q)), angle))).sum(axis=0).real)
 
 
-def half_peak_to_peak(q: Array) -> Floats:
+def half_peak_to_peak(q: Complex) -> Floats:
     """Half the peak-to-peak over a period of q(t), given one-sided coefficients (H + 1, ...)."""
     harmonics = len(q) - 1
     if harmonics < 2:
@@ -270,7 +274,7 @@ def check_contacts(response: Response, contacts: Contacts) -> None:
         )
 
 
-def amplitude_and_slope(q: Array, rates: Array) -> tuple[float, float]:
+def amplitude_and_slope(q: Complex, rates: Complex) -> tuple[float, float]:
     """Half the peak-to-peak of coefficients (H + 1,), and its derivative if they change at `rates`.
 
     That of an extreme is the value of the rates at its angle, where the slope in time vanishes.

@@ -10,11 +10,10 @@ from dataclasses import dataclass, replace
 from typing import Protocol, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.nonlinear.newton.newton import Solution
 
-Floats = NDArray[np.float64]
 S = TypeVar("S", bound=Solution | None)
 
 

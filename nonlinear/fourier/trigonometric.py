@@ -7,6 +7,7 @@ that with θ = ωt
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,10 @@ from numpy.typing import NDArray
 from vanelock.nonlinear.fourier.kernels import kernel
 
 Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Array = NDArray[Any]
+Bools = NDArray[np.bool_]
+Rows = NDArray[np.int64]
 
 TURN = 2.0 * math.pi
 

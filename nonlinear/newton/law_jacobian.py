@@ -8,21 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.contact.law import Deviation
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
+from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 
 
 @dataclass(frozen=True)
 class Slope:
-    """J = dW/du, a block for each of some contacts.
-
-    Attributes
-    ----------
-    contacts : (a,) int
-    blocks : (a, 3m, 3, m) float
-        m = 2H + 1.
-    """
+    """J = dW/du by contact: `contacts` (a,) and their `blocks` (a, 3m, 3, m), m = 2H + 1."""
 
     contacts: Rows
     blocks: Floats

@@ -17,21 +17,19 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.balance.ring_balance import RingBalance
 from vanelock.nonlinear.contact.law import Deviation
+from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import slope_of
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing
-from vanelock.nonlinear.newton.preconditioned import Preconditioned
 from vanelock.nonlinear.newton.preconditioner import (
     Basis,
     Kept,
+    Preconditioned,
     gathered,
     seen,
     small_matrix,
     spread_out,
     strong_directions,
 )
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
 IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for rounding
@@ -41,14 +39,7 @@ IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for round
 class Border:
     """k unknowns beside w, and as many equations.
 
-    Attributes
-    ----------
-    rate : (k, n) float
-        dW/dp.
-    normal : (k, n) float
-        dg/dw, of a plane its normal.
-    corner : (k, k) float
-        dg/dp.
+    `rate` (k, n): dW/dp; `normal` (k, n): dg/dw, of a plane its normal; `corner` (k, k): dg/dp.
     """
 
     rate: Floats
@@ -65,13 +56,7 @@ class Border:
 class KeptBasis(Kept):
     """Strong directions and the small matrix of one state.
 
-    Attributes
-    ----------
-    basis : Basis
-    matrix : (r, r) float
-        I - M J L of `preconditioner`.
-    factors : tuple
-        Its LU factors.
+    `matrix` (r, r): I - M J L of `preconditioner`; `factors`: its LU factors.
     """
 
     basis: Basis

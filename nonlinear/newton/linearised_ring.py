@@ -20,15 +20,12 @@ from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.ring_balance import RingBalance, passed
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.newton.preconditioned import Preconditioned
-from vanelock.nonlinear.newton.preconditioner import Kept
+from vanelock.nonlinear.fourier.trigonometric import Complex, Floats, Rows
+from vanelock.nonlinear.newton.preconditioner import Kept, Preconditioned
 
 if TYPE_CHECKING:
     from vanelock.nonlinear.newton.linearised import Border
 
-Array = NDArray[np.complex128]
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 WEAK = 0.1
 """Largest entry of J̄ of contacts that are left to the iteration."""
@@ -38,17 +35,12 @@ WEAK = 0.1
 class KeptRing(Kept):
     """The inverses of P_n, kept over steps and frequencies while they serve.
 
-    Attributes
-    ----------
-    contacts : (a,) int
-        Of a sector, those that they are of: whose J̄ is not small.
-    inverse : (N/2 + 1, 3am, 3am) complex
-    sign : float
-        Of the determinant of all waves.
+    `contacts` (a,): of a sector, those that they are of: whose J̄ is not small; `inverse` (N/2 + 1,
+    3am, 3am); `sign`: of the determinant of all waves.
     """
 
     contacts: Rows
-    inverse: Array
+    inverse: Complex
     sign: float
 
     def serves(self, contacts: Rows) -> bool:
@@ -109,7 +101,7 @@ class LinearisedRing(Preconditioned):
         own = [P.real for n, P in enumerate(matrices) if 2 * n % self.sectors == 0]
         sign = float(np.prod([np.linalg.slogdet(P)[0] for P in own]))
         try:
-            inverse: Array = np.linalg.inv(matrices).astype(complex, copy=False)
+            inverse: Complex = np.linalg.inv(matrices).astype(complex, copy=False)
         except np.linalg.LinAlgError:
             return None
         if sign == 0.0 or not np.all(np.isfinite(inverse)):
@@ -120,7 +112,7 @@ class LinearisedRing(Preconditioned):
         """Places of some contacts' components among those of all that deviate."""
         return np.flatnonzero(np.repeat(chosen, 3))
 
-    def _waves(self, strong: NDArray[np.bool_]) -> Array:
+    def _waves(self, strong: NDArray[np.bool_]) -> Complex:
         """(N/2 + 1, 3sm, 3sm) P_n of s contacts for n = 0 ... N/2."""
         near = self._components(strong)
         N, m, k = self.sectors, self.m, len(near)
@@ -134,7 +126,7 @@ class LinearisedRing(Preconditioned):
             moved[:, :, c, :, c] = moved[:, :, s, :, s] = (A + B) / 2
             moved[:, :, c, :, s] = 1j * (A - B) / 2
             moved[:, :, s, :, c] = -1j * (A - B) / 2
-        P: Array = -(self.mean[strong] @ moved.reshape(len(waves), k // 3, 3 * m, k * m))
+        P: Complex = -(self.mean[strong] @ moved.reshape(len(waves), k // 3, 3 * m, k * m))
         P = P.reshape(len(waves), k * m, k * m)
         each = np.arange(k * m)
         P[:, each, each] += 1.0

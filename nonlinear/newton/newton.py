@@ -15,16 +15,13 @@ from dataclasses import dataclass, replace
 from typing import Protocol, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
+from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.linearised import Border, linearise
 from vanelock.nonlinear.newton.preconditioner import Kept
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 TOLERANCE = 1e-10
 ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers

@@ -7,19 +7,23 @@ hundreds exceed 0.3. With Q_h their left vectors, R̂_h ≈ L_h M_h, L = K_c^-½
     P = I - J R̂  ≈  I - J L M,      (I - J L M)⁻¹ = I + J L (I - M J L)⁻¹ M
 
 (Woodbury) needs no factors but those of the small matrix I - M J L.
+
+Linearised balances are solved by GMRES in the norm that weights make, on the entries of the
+contacts that deviate, and of a border's parameter behind them; the others are their own solution.
 """
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import hypot, inf, isfinite, sqrt
+from typing import ClassVar
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
-from vanelock.nonlinear.balance.balance import Array, Balance
+from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import Slope
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 WEAK = 0.35  # singular values below this are left to the iteration
 SKETCH = 64
@@ -27,13 +31,7 @@ SKETCH = 64
 
 @dataclass(frozen=True, kw_only=True)
 class Kept:
-    """What preconditions large balances, kept over steps and frequencies while it serves.
-
-    Attributes
-    ----------
-    stale : bool
-        Whether it serves no longer.
-    """
+    """What preconditions large balances, kept over steps and frequencies until it is `stale`."""
 
     stale: bool = False
 
@@ -42,12 +40,8 @@ class Kept:
 class Basis:
     """Strong directions of the receptances.
 
-    Attributes
-    ----------
-    left : tuple of (3c, r_h)
-        L_h = K_c^-½ Q_h, h = 0 ... H.
-    right : tuple of (r_h, 3c)
-        M_h, at the frequency where the basis was found.
+    `left` tuple of (3c, r_h): L_h = K_c^-½ Q_h, h = 0 ... H; `right` tuple of (r_h, 3c): M_h, at
+    the frequency where the basis was found.
     """
 
     left: tuple[Array, ...]
@@ -134,3 +128,129 @@ def gathered(basis: Basis, form: Floats) -> Floats:
         total = (form[:, 2 * h - 1] - 1j * form[:, 2 * h]) @ left
         parts += [total.real, -total.imag]
     return np.concatenate(parts)
+
+
+@dataclass(frozen=True)
+class Reached:
+    """What GMRES found.
+
+    `solution` (n,); `residual`: norm of what is left, over that of the right-hand side;
+    `iterations`: dimension of the subspace; `hessenberg` (k, k): the operator restricted to the
+    subspace.
+    """
+
+    solution: Floats
+    residual: float
+    iterations: int
+    hessenberg: Floats
+
+
+def gmres(
+    operator: Callable[[Floats], Floats], right: Floats, tolerance: float, limit: int
+) -> Reached:
+    """Solve A x = b by minimal residuals, from zero, without restart (Saad and Schultz, 1986)."""
+    size = sqrt(right @ right)
+    if size == 0.0:
+        return Reached(np.zeros_like(right), 0.0, 0, np.empty((0, 0)))
+    basis = np.empty((limit + 1, len(right)))
+    basis[0] = right / size
+    hessenberg = np.zeros((limit + 1, limit))
+    upper = np.zeros((limit, limit))  # of the QR factors of the Hessenberg matrix
+    turns: list[tuple[float, float]] = []
+    left = np.zeros(limit + 1)
+    left[0] = size
+    k = 0
+    while k < limit:
+        following = operator(basis[k])
+        norm, before = sqrt(following @ following), inf
+        while norm < 1e-2 * before:  # once more, where rounding may have left something
+            before = norm
+            along = basis[: k + 1] @ following
+            following = following - along @ basis[: k + 1]
+            hessenberg[: k + 1, k] += along
+            norm = sqrt(following @ following)
+        hessenberg[k + 1, k] = norm
+        column = hessenberg[: k + 2, k].copy()
+        for i, (c, s) in enumerate(turns):
+            column[i], column[i + 1] = (
+                c * column[i] + s * column[i + 1],
+                c * column[i + 1] - s * column[i],
+            )
+        radius = hypot(column[k], column[k + 1])
+        if not isfinite(radius) or radius == 0.0:
+            break
+        c, s = column[k] / radius, column[k + 1] / radius
+        turns.append((c, s))
+        upper[:k, k], upper[k, k] = column[:k], radius
+        left[k], left[k + 1] = c * left[k], -s * left[k]
+        k += 1
+        if abs(left[k]) <= tolerance * size or norm <= 1e-14 * radius:
+            break
+        basis[k] = following / norm
+    if k == 0:
+        return Reached(np.zeros_like(right), 1.0, 0, np.empty((0, 0)))
+    shares = np.linalg.solve(upper[:k, :k], left[:k])
+    return Reached(shares @ basis[:k], abs(left[k]) / size, k, hessenberg[:k, :k])
+
+
+class Preconditioned(ABC):
+    """P and what it is preconditioned by.
+
+    `weight` (n,): of each component in the norm; `places` (k,): components that P is of; `kept`:
+    what preconditions; None where P is singular; `hessenberg` (j, j): P M⁻¹ in the subspace of the
+    last solution.
+    """
+
+    LIMIT: ClassVar[int]
+    """Dimension of GMRES' subspace, at most."""
+    STALE: ClassVar[int]
+    """Iterations for each digit after which what is kept is made anew."""
+    weight: Floats
+    places: Rows
+    kept: Kept | None
+    hessenberg: Floats
+
+    @abstractmethod
+    def _operator(self, y: Floats) -> Floats:
+        """P y, (k,)."""
+
+    @abstractmethod
+    def _precondition(self, y: Floats) -> Floats:
+        """M⁻¹ y, (k,), M close to P."""
+
+    def solve(self, gap: Floats, tolerance: float) -> Floats | None:
+        """(dw, dp); None where the iteration does not get there."""
+        inner: Floats = gap[self.places]
+        weight: Floats = self.weight[self.places]
+
+        def scaled(z: Floats) -> Floats:
+            return self._operator(self._precondition(z / weight)) * weight
+
+        with np.errstate(all="ignore"):
+            reached = gmres(scaled, inner * weight, tolerance, self.LIMIT)
+        self.hessenberg = reached.hessenberg
+        if not reached.residual < max(tolerance, 0.1):
+            return None
+        if reached.iterations > self.STALE * max(1.0, -np.log10(tolerance)):
+            assert self.kept is not None
+            self.kept = replace(self.kept, stale=True)
+        step = np.zeros_like(gap)
+        step[self.places] = self._precondition(reached.solution / weight)
+        return step
+
+    def merit(self, gap: Floats) -> float:
+        """Preconditioned size of a gap."""
+        outside = gap * self.weight
+        outside[self.places] = 0.0  # components outside P count as they are
+        inside = self._precondition(gap[self.places]) * self.weight[self.places]
+        return float(np.hypot(np.linalg.norm(inside), np.linalg.norm(outside)))
+
+    def _turned(self) -> float:
+        """Sign of det P M⁻¹, after a solution.
+
+        P M⁻¹ is close to the identity: what eigenvalues have crossed zero lie apart from the
+        others, and GMRES has found those to solve with them.
+        """
+        values = np.linalg.eigvals(self.hessenberg)
+        real = np.abs(values.imag) <= 1e-8 * np.abs(values)
+        return (-1.0) ** int(np.count_nonzero(real & (values.real < 0)))

@@ -1,25 +1,71 @@
 """Contact elements at the end of a time step, compiled.
 
-Within a step the relative displacements run straight from where they are to where they come to
-rest at its end, u = known + G w, G the motion that the deviations w cause within the step. Along
-a straight path the contact law is exact: a slider that meets its bound goes with it, and one that
-comes back into contact holds on where the path crosses v = 0. The deviations at the end of the
-step are one scalar problem each, of isotropic friction one of two unknowns (`plane_step`), solved
+Within a step the relative displacements run straight from where they are to where they come to rest
+at its end, u = known + G w, G the motion that the deviations w cause within the step. Along a
+straight path the contact law is exact: a slider that meets its bound goes with it, and one that
+comes back into contact holds on where the path crosses v = 0. The deviations at the end of the step
+are one scalar problem each, of isotropic friction one of two unknowns (`slider_in_plane`), solved
 in turn, until none changes (nonlinear Gauss-Seidel).
+
+For these the disc's centre moves straight and its radius linearly, so that the path has a closed
+form (`disc_slider`): the place w at the end is a function P of the centre there, which w
+itself moves,
+
+    w = P(known + G w),
+
+two equations, solved by Newton's method with the closed form's derivative. Where a step of it
+does not come closer, one of the plain iteration is taken.
 """
 
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.nonlinear.contact.isotropic.disc_slider import RATES, pursue
+from vanelock.nonlinear.contact.isotropic.disc_slider import HELD, RATES, TO, pursue
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.transient.plane_step import slider_in_plane
+from vanelock.nonlinear.fourier.trigonometric import Bools, Floats, Rows
 
-Floats = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Columns = NDArray[np.int64]
+ITERATIONS = 60
+CLOSE = 1e-14
+"""Of the displacements: what P(known + G w) may be off w at the end of the iteration."""
+
+
+@kernel
+def slider_in_plane(
+    known: Floats,
+    own: Floats,
+    held: Floats,
+    u_before: Floats,
+    r_before: float,
+    r: float,
+    place: Floats,
+    following: Floats,
+    rates: Floats,
+) -> None:
+    """Place w of a slider at the end of a step, u = known + own w."""
+    x, y, before = place[0], place[1], math.inf
+    centre = u_before.copy()
+    for _ in range(ITERATIONS):
+        centre[0] = known[0] + own[0, 0] * x + own[0, 1] * y
+        centre[1] = known[1] + own[1, 0] * x + own[1, 1] * y
+        kind, _ = pursue(held, u_before, centre, r_before, r, following, rates)
+        fx, fy = following[0] - x, following[1] - y
+        apart = math.hypot(fx, fy)
+        size = abs(centre[0]) + abs(centre[1]) + abs(following[0]) + abs(following[1])
+        if apart <= CLOSE * size:
+            break
+        if apart >= before or (kind == HELD and r_before > 0.0):
+            x, y, before = following[0], following[1], math.inf
+            continue
+        before = apart
+        a, b = rates[0, TO], rates[0, TO + 1]
+        c, d = rates[1, TO], rates[1, TO + 1]
+        m00, m01 = 1.0 - a * own[0, 0] - b * own[1, 0], -a * own[0, 1] - b * own[1, 1]
+        m10, m11 = -c * own[0, 0] - d * own[1, 0], 1.0 - c * own[0, 1] - d * own[1, 1]
+        det = m00 * m11 - m01 * m10
+        x += (m11 * fx - m01 * fy) / det
+        y += (m00 * fy - m10 * fx) / det
+    place[0], place[1] = following[0], following[1]
 
 
 @kernel
@@ -55,7 +101,7 @@ def slider_place(
 
 @kernel
 def _spread(
-    u: Floats, coupling: Floats, sector: int, column: int, change: float, listed: Columns
+    u: Floats, coupling: Floats, sector: int, column: int, change: float, listed: Rows
 ) -> None:
     """Move the listed contacts of all sectors by the change of one deviation."""
     sectors = u.shape[0]
@@ -108,7 +154,7 @@ def sweep(
     coupling: Floats,
     alpha: Floats,
     isotropic: bool,
-    listed: Columns,
+    listed: Rows,
 ) -> float:
     """Solve the listed contacts once, one after the other; the largest change of a deviation."""
     largest, places = 0.0, np.empty(3)
@@ -161,7 +207,7 @@ def follow(u: Floats, alpha: Floats, isotropic: bool, w: Floats) -> None:
 
 
 @kernel
-def awaken(u: Floats, w: Floats, alpha: Floats, isotropic: bool, awake: Flags) -> bool:
+def awaken(u: Floats, w: Floats, alpha: Floats, isotropic: bool, awake: Bools) -> bool:
     """Mark sleeping contacts that no longer stick in some sector; whether there are any."""
     found = False
     for c in range(awake.size):

@@ -22,30 +22,17 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 from vanelock.rom.system.consistency import ROUND_OFF, check, check_ring
 from vanelock.rom.system.system import Diameter, System
-
-Array = NDArray[Any]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class FullRing:
     """A ring, or a sector that stands for all where all move alike.
 
-    Attributes
-    ----------
-    system : System
-    sectors : int
-        Sectors that are followed: N, or 1.
-    diameters : tuple of int
-        k = 0 ... ⌊N/2⌋, or 0 alone.
-    modes : tuple of StuckModes
-        By diameter.
-    shift : (k, N) complex
-        e^{-2πikj/N}.
-    weight : (k,) float
-        m_k.
+    `sectors`: sectors that are followed: N, or 1; `diameters`: k = 0 ... ⌊N/2⌋, or 0 alone;
+    `modes`: by diameter; `shift` (k, N): e^{-2πikj/N}; `weight` (k,): m_k.
     """
 
     system: System

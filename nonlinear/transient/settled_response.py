@@ -25,10 +25,10 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import check_friction
 from vanelock.nonlinear.floquet.stability import stability
-from vanelock.nonlinear.forced_response.frequencies import check_band
+from vanelock.nonlinear.forced_response.options import check_band
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import (
     Integrator,
@@ -36,10 +36,9 @@ from vanelock.nonlinear.transient.integration import (
     check_start,
     integrator,
 )
-from vanelock.nonlinear.transient.period_harmonics import departure, output_history
+from vanelock.nonlinear.transient.time_response import departure, output_history
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, int, float], None]
 
 STEADY, MODULATED, UNSETTLED = 0, 1, 2

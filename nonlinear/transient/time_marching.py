@@ -1,12 +1,10 @@
 """Contacts and structure stepped through a period together, compiled."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.transient.contact_step import Columns, Flags, Floats, awaken, sweep
-
-Complex = NDArray[np.complex128]
+from vanelock.nonlinear.fourier.trigonometric import Bools, Complex, Floats, Rows
+from vanelock.nonlinear.transient.contact_step import awaken, sweep
 
 SWEEPS = 400  # a step that takes more is counted as not solved
 
@@ -52,7 +50,7 @@ def _contacts(predicted: Complex, rows: Complex, static: Complex, known: Complex
 
 
 @kernel
-def _changes(w: Floats, w_before: Floats, shift: Complex, change: Complex, changed: Columns) -> int:
+def _changes(w: Floats, w_before: Floats, shift: Complex, change: Complex, changed: Rows) -> int:
     """Changes of the deviations in a step by diameter (k, d); how many columns are not zero."""
     sectors = w.shape[0]
     count = 0
@@ -73,7 +71,7 @@ def _changes(w: Floats, w_before: Floats, shift: Complex, change: Complex, chang
 
 
 @kernel
-def _add(columns: Complex, change: Complex, changed: Columns, count: int, out: Complex) -> None:
+def _add(columns: Complex, change: Complex, changed: Rows, count: int, out: Complex) -> None:
     """Add to displacements (k, d) what the changes cause, `columns` (k, d, d) row by row."""
     for k in range(out.shape[0]):
         for i in range(count):
@@ -90,7 +88,7 @@ def _commit(
     rise: Floats,
     stiffness: Floats,
     change: Complex,
-    changed: Columns,
+    changed: Rows,
     count: int,
     state: Complex,
     load: Complex,
@@ -113,7 +111,7 @@ def _commit(
 
 
 @kernel
-def _hold(opened: Columns, place: Complex, known: Complex, change: Complex) -> None:
+def _hold(opened: Rows, place: Complex, known: Complex, change: Complex) -> None:
     """Changes (k, d) of what pulls at contacts open in the modes, their deviations held."""
     for k in range(place.shape[0]):
         for a in opened:
@@ -122,11 +120,11 @@ def _hold(opened: Columns, place: Complex, known: Complex, change: Complex) -> N
 
 @kernel
 def _pull(
-    opened: Columns,
+    opened: Rows,
     place: Complex,
     moved: Complex,
     change: Complex,
-    changed: Columns,
+    changed: Rows,
     count: int,
 ) -> int:
     """Changes of what pulls (k, d), from those of the deviations; how many columns are not zero.
@@ -157,7 +155,7 @@ def _copy(source: Floats, target: Floats) -> None:
 
 
 @kernel
-def _list(awake: Flags, listed: Columns) -> int:
+def _list(awake: Bools, listed: Rows) -> int:
     """Write the contacts that are awake; how many."""
     count = 0
     for c in range(awake.size):
@@ -182,7 +180,7 @@ def march(
     stiffness: Floats,
     alpha: Floats,
     isotropic: bool,
-    opened: Columns,
+    opened: Rows,
     small: float,
     state: Complex,
     load: Complex,
@@ -190,7 +188,7 @@ def march(
     place: Complex,
     u: Floats,
     w: Floats,
-    awake: Flags,
+    awake: Bools,
     path: Floats,
     places: Floats,
     motion: Complex,

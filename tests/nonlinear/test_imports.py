@@ -38,7 +38,7 @@ def test_a_wrong_number_of_threads_is_named() -> None:
 
 def test_cached_kernels_are_kept_by_all_their_sources() -> None:
     names = {path.stem for path in kernels.sources()}
-    assert {"trigonometric", "located_law", "rest_position", "contact_step"} <= names
+    assert {"trigonometric", "located_law", "disc_slider", "contact_step"} <= names
     assert "newton" not in names
 
 

@@ -1,7 +1,7 @@
 """The contact law with isotropic friction, |t| <= μ n in the tangential plane, events located.
 
 A contact that opens forgets: one lap from a touch-down is the periodic path. One that stays closed
-either finds a place where it sticks for good (`rest_position`), or it slips in every period; its
+either finds a place where it sticks for good (`rest_point`), or it slips in every period; its
 periodic path is then unique. A few laps of the polygon through samples lead near its beginning,
 Newton's iteration on one lap's map of the plane to it.
 """
@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.contact.isotropic.disc_integrals import (
+    BEGIN,
     END,
     KIND,
+    STEP,
     WIDTH,
     X,
     Y,
@@ -21,22 +23,37 @@ from vanelock.nonlinear.contact.isotropic.disc_integrals import (
     new_path,
 )
 from vanelock.nonlinear.contact.isotropic.disc_path import once_round
-from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD
-from vanelock.nonlinear.contact.isotropic.disc_slip import DR, DX, DY, PX, PY, R, motion_at
-from vanelock.nonlinear.contact.isotropic.rest_position import (
+from vanelock.nonlinear.contact.isotropic.disc_slider import (
+    FREE,
+    HELD,
     NONE,
     outside,
+    periodic_start,
     rest_point,
     rest_rates,
 )
-from vanelock.nonlinear.contact.isotropic.sampled_law import periodic_start, without_path
+from vanelock.nonlinear.contact.isotropic.disc_slip import (
+    DR,
+    DX,
+    DY,
+    NODES,
+    PX,
+    PY,
+    STAGES,
+    R,
+    motion_at,
+)
+from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, add_normal, place
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import (
     TURN,
     Floats,
+    basis,
     basis_at,
     derivative,
+    grid,
     roots,
+    spread,
 )
 
 LAPS = 50
@@ -44,8 +61,13 @@ CLOSE = 1e-9
 """Of the displacements: a gap of a lap of which Newton's step leaves the square."""
 FORGOTTEN = 1e-12
 """What the lap's end may keep of such a gap."""
+FINEST = 1e-14
+"""Of the vibration: a disc whose slider has the displacements of its centre to their last digit."""
 ADDED = 24
 """Discs at located instants, among which a place of rest is sought, at most."""
+
+_POWERS = np.arange(1, STAGES + 1)
+_THROUGH = np.linalg.inv(NODES[:, None] ** _POWERS)  # values at the nodes to coefficients
 
 
 @kernel
@@ -282,6 +304,38 @@ def _add_friction(
 
 
 @kernel
+def without_path(
+    c: int,
+    u: Floats,
+    alpha: Floats,
+    table: Floats,
+    contact: Floats,
+    along: Floats,
+    w: Floats,
+    jacobian: Floats,
+    opening: NDArray[np.int64],
+    slips: NDArray[np.bool_],
+) -> tuple[bool, int]:
+    """The normal direction of a contact, and the plane of one that is free or never moved."""
+    v, a, m = u[c, 0], alpha[c, 0], u.shape[2]
+    count = roots(v, table, contact)
+    along[:] = 0.0
+    opening[c] = add_normal(v, contact, count, w[c, 0], along)
+    if opening[c] != CLOSED:
+        place(along, c, 0, 0, jacobian)
+    smooth = a * (v[0] + spread(v)) <= FINEST * math.hypot(spread(u[c, 1]), spread(u[c, 2]))
+    if opening[c] == ALWAYS or smooth:
+        for d in range(1, 3):
+            w[c, d] = u[c, d]
+            for k in range(m):
+                jacobian[c, d, k, d, k] = 1.0
+        slips[c] = smooth and m > 1
+        return True, count
+    furthest = math.hypot(abs(u[c, 1, 0]) + spread(u[c, 1]), abs(u[c, 2, 0]) + spread(u[c, 2]))
+    return opening[c] == CLOSED and furthest <= a * (v[0] - spread(v)), count
+
+
+@kernel
 def isotropic_located_law(
     u: Floats,
     alpha: Floats,
@@ -304,3 +358,25 @@ def isotropic_located_law(
             u[c], alpha[c, 0], contact, count, table, w[c], jacobian[c]
         )
         energy[c] *= stiffness[c, 1]
+
+
+def slider_places(u: Floats, alpha: float, angles: Floats) -> Floats:
+    """Places (s, 2) of a slider, m, on its periodic path.
+
+    While it slips, z of its step (`disc_slip`) is the polynomial that was collocated.
+    """
+    harmonics = u.shape[1] // 2
+    pieces = slider_pieces(np.ascontiguousarray(u), alpha, grid(harmonics))
+    first = pieces[0, BEGIN]
+    wrapped = first + (angles - first) % TURN
+    piece = pieces[np.searchsorted(pieces[:, BEGIN], wrapped, side="right") - 1]
+    phi = basis(harmonics, angles)
+    p, r = phi @ u[1:].T, alpha * (phi @ u[0])
+    share = (wrapped - piece[:, BEGIN]) / (piece[:, END] - piece[:, BEGIN])
+    z = np.einsum("sp,pi,si->s", share[:, None] ** _POWERS, _THROUGH, piece[:, STEP:])
+    e0 = piece[:, X : Y + 1]
+    turned = (1 - z**2)[:, None] * e0 + (2 * z)[:, None] * np.stack([-e0[:, 1], e0[:, 0]], axis=1)
+    slipping = p - (r / (1 + z**2))[:, None] * turned
+    kind = piece[:, [KIND]]
+    places: Floats = np.where(kind == HELD, e0, np.where(kind == FREE, p, slipping))
+    return places

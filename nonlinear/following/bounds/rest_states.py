@@ -26,7 +26,6 @@ from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import structure
@@ -35,10 +34,9 @@ from vanelock.nonlinear.forced_response.frequency_response import static_respons
 from vanelock.nonlinear.forced_response.linear_response import closed_contacts
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
+from vanelock.nonlinear.fourier.trigonometric import Bools, Floats
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 Joints: TypeAlias = str | Sequence[str] | Bools
 
 BETTER = 1e-4

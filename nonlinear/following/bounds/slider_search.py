@@ -6,19 +6,18 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
 from vanelock.nonlinear.following.bounds.rest_states import RestStates
-from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
-from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
+from vanelock.nonlinear.following.parameter_response import Parameter
+from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
+from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.undamped import check_bound
+from vanelock.nonlinear.fourier.trigonometric import Floats
 
-Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[int, float], None]
 
 PLACES = (0.125, 0.25, 0.5, 0.75, 1.0)
@@ -42,7 +41,7 @@ class PlacedPeak:
     """
 
     slider: Floats
-    peak: PeakPoint
+    peak: CurvePoint
     found_by: str
     swept: bool = False
     stationary: bool = False
@@ -62,7 +61,7 @@ class Tally:
     progress: Progress | None
     solved: int = 0
 
-    def __call__(self, peak: PeakPoint) -> PeakPoint:
+    def __call__(self, peak: CurvePoint) -> CurvePoint:
         """Count what a peak took."""
         self.solved += peak.readings
         if self.progress is not None:
@@ -98,7 +97,7 @@ class Search:
         if place.swept:
             return place
         track = self._way(place.slider, place.slider, CONDITION)
-        peaks = [place.peak, *(mark.peak for mark in track.follow([Mark(0, 0, place.peak)], 1.0))]
+        peaks = [place.peak, *track.follow([track.placed(place.peak, 0.0)], 1.0)]
         peaks.append(track.begun(0.0)[1] or peaks[-1])
         best = peaks[-1]
         if best.amplitude < (1 + HIGHER) * peaks[-2].amplitude:
@@ -113,27 +112,27 @@ class Search:
         With a sign, as far as they rise (1) or fall (-1), and the summit of a parabola there.
         """
         track = self._way(begin.slider, end)
-        passed: list[Mark] = []
-        marks = [Mark(0.0, 0.0, begin.peak)]
+        passed: list[CurvePoint] = []
+        peaks = [track.placed(begin.peak, 0.0)]
         for share in PLACES:
-            found = track.follow(marks[-3:], share)
+            found = track.follow(peaks[-3:], share)
             if not found:
                 peak = track.begun(share)[1]
                 if peak is None:
                     break
-                found, marks = [Mark(share, share, peak)], []
-            marks, passed = [*marks, *found], [*passed, *found]
-            if sign is not None and len(marks) > len(found):
-                before = marks[-1 - len(found)].peak
-                if sign * found[-1].peak.amplitude < sign * before.amplitude:
-                    summit = _summit(marks[-3:])
-                    between = track.step(marks[-2:-1], summit, summit)
+                found, peaks = [track.placed(peak, share)], []
+            peaks, passed = [*peaks, *found], [*passed, *found]
+            if sign is not None and len(peaks) > len(found):
+                before = peaks[-1 - len(found)]
+                if sign * found[-1].amplitude < sign * before.amplitude:
+                    summit = _summit(peaks[-3:])
+                    between = track.step(peaks[-2:-1], summit, summit)
                     passed += [] if between is None else [between]
                     break
         places = []
-        for mark in passed:
-            slider = (1 - mark.place) * begin.slider + mark.place * end
-            places.append(PlacedPeak(slider, self.tally(mark.peak), found_by))
+        for peak in passed:
+            slider = (1 - peak.value) * begin.slider + peak.value * end
+            places.append(PlacedPeak(slider, self.tally(peak), found_by))
         return places
 
     def climbed(self, begin: PlacedPeak, sign: float, tolerance: float) -> list[PlacedPeak]:
@@ -199,8 +198,7 @@ class Search:
         if peak is None:
             raise InputError("near: no peak was found in it with sliders assembled at zero")
         if not np.isfinite(peak.distance):
-            omega = peak.solution.omega
-            check_bound(self.ready.structure, track.range, track.component, what, omega)
+            check_bound(self.ready.structure, track.range, track.component, what, peak.omega)
         search = replace(self, component=track.component)
         nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
@@ -259,7 +257,7 @@ class Search:
             if sign > 0 or not self._seen(place, others, least):
                 known.append(self.exact(place))
                 if known[-1].peak.amplitude > (1 + HIGHER) * size:
-                    others.append(known[-1].peak.solution.omega)
+                    others.append(known[-1].peak.omega)
 
     def _seen(self, place: PlacedPeak, omegas: Sequence[float], size: float) -> bool:
         """Whether an amplitude larger than that is at one of some frequencies, rad/s."""
@@ -295,15 +293,15 @@ def _found(end: Callable[[], Floats | None]) -> Floats | None:
         return None
 
 
-def _smooth(peak: PeakPoint) -> bool:
+def _smooth(peak: CurvePoint) -> bool:
     """Whether the peak is one at which its gradient describes all changes."""
     return not peak.sharp and peak.distance < CONDITION
 
 
-def _summit(marks: Sequence[Mark]) -> float:
+def _summit(peaks: Sequence[CurvePoint]) -> float:
     """Where the parabola through three amplitudes has its extreme; of two, a quarter of the way."""
-    place, size = np.array([(mark.place, mark.peak.amplitude) for mark in marks]).T
-    if len(marks) < 3:
+    place, size = np.array([(peak.value, peak.amplitude) for peak in peaks]).T
+    if len(peaks) < 3:
         return float(0.75 * place[0] + 0.25 * place[-1])
     bend, slope = np.polyder(np.polyfit(place - place[1], size, 2))
     summit = place[1] - slope / bend if bend else place[1]

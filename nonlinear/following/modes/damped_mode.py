@@ -10,9 +10,9 @@ the fundamental alone: the higher harmonics are then damped as they are in force
 """
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,12 +24,17 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.held_vibration import HeldVibration
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.contact.sampling import checked_samples
 from vanelock.nonlinear.continuation.globalisation import from_nothing
-from vanelock.nonlinear.following.modes.linear_start import LinearMode, linear_mode
-from vanelock.nonlinear.following.modes.mode import Mode, ModePath, ModePoint, checked_amplitudes
+from vanelock.nonlinear.following.modes.mode import (
+    LinearMode,
+    Mode,
+    ModePath,
+    ModePoint,
+    checked_amplitudes,
+    linear_mode,
+)
+from vanelock.nonlinear.forced_response.frequency_sweep import Progress
 from vanelock.nonlinear.forced_response.options import (
-    HARMONICS,
     Options,
     PreparedSystem,
     check_option,
@@ -37,12 +42,9 @@ from vanelock.nonlinear.forced_response.options import (
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.rom.system.system import System
-
-Floats = NDArray[np.float64]
-Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 BEGIN = 0.1
 """Where a mode begins, of the amplitude at which the first contact slips or opens."""
@@ -194,15 +196,9 @@ def damped_mode(
 
 
 def turned(system: System, options: Options, nodal_diameter: int | None) -> System:
-    """The system as a wave of the nodal diameter sees it, under its static force alone.
-
-    Raises
-    ------
-    InputError
-        If there are no matrices of a nodal diameter, or elements, or options do not fit.
-    """
+    """The system as a wave of the nodal diameter sees it, under its static force alone."""
     system.contacts.refuse_elements("a damped mode")
-    H = HARMONICS if options.harmonics is None else options.harmonics
+    H = options.count
     if H == 0:
         raise InputError("harmonics: given 0: a mode needs at least 1")
     for name in ("direction", "static_beyond"):
@@ -231,10 +227,8 @@ def prepared(
     system: System, options: Options, modes: Mapping[int, StuckModes] | None
 ) -> PreparedSystem:
     """The system ready to be solved."""
-    H = HARMONICS if options.harmonics is None else options.harmonics
-    samples = checked_samples(options.samples, H, options.friction)
-    made = structure(system, H, options.harmonic_diameters, modes)
-    return PreparedSystem(replace(options, harmonics=H, samples=samples), made)
+    made = structure(system, options.count, options.harmonic_diameters, modes)
+    return PreparedSystem(replace(options, harmonics=options.count), made)
 
 
 def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:

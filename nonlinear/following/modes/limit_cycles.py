@@ -27,13 +27,11 @@ from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.following.modes.damped_mode import DampedMode, Progress, damped_mode
+from vanelock.nonlinear.following.modes.damped_mode import DampedMode, damped_mode
+from vanelock.nonlinear.forced_response.frequency_sweep import Progress
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats
 from vanelock.rom.system.system import System
-
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 BESIDE = 3e-3
 """Relative distance from a crossing at which the mode is solved again for its place."""

@@ -8,6 +8,15 @@ The contacts' equations w = W(u(w)) are solved with the fundamental's amplitude 
 
 Each point is held along the shape of the one before, a step away in units of what a drawn curve
 forgives.
+
+Where a mode begins: the linear mode about the state at rest, and where contacts leave it.
+
+About rest, contacts that are closed act as springs, those without friction as normal ones alone,
+and the others are open. A contact at rest under the normal force n₀ begins to slip where
+
+    a (k_t |u_t| + μ k_n |v|) = μ n₀,      a k_n |v| = n₀
+
+where it opens, u and v its displacements in the mode of modal amplitude 1.
 """
 
 from collections.abc import Iterator
@@ -20,15 +29,16 @@ from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.balance import Balance
-from vanelock.nonlinear.balance.held_vibration import Array, Floats, HeldVibration
+from vanelock.nonlinear.balance.balance import Balance, Structure
+from vanelock.nonlinear.balance.held_vibration import HeldVibration
+from vanelock.nonlinear.balance.limit_modes import limit_modes
 from vanelock.nonlinear.contact.law import STUCK, Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import polished
 from vanelock.nonlinear.continuation.path import Carried, SolutionPath, StepUnits
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier.trigonometric import TURN, Array, Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.linearised import Border
-from vanelock.nonlinear.newton.newton import Rows, Solution, refined
+from vanelock.nonlinear.newton.newton import Solution, refined
 
 UNIT = 0.2
 """What a step of length 1 is: of ln a, of the contacts' vibration as a whole, and of the damping
@@ -180,20 +190,10 @@ class ModePoint:
 class ModePath:
     """Points of a mode, one after another, from the first one, `begun`.
 
-    Attributes
-    ----------
-    begun : ModePoint
-    tolerance : float
-        Relative residual that counts as converged.
-    floor : float
-        Amplitude below which no contact slips or opens in the mode, kg^½ m: a path that turns back
-        to less has left it.
-    count : int
-        Points found.
-    arrived : bool
-        Whether the amplitude that it went to last was reached.
-    highest : float
-        Largest amplitude so far, kg^½ m.
+    `tolerance`: relative residual that counts as converged; `floor`: amplitude below which no
+    contact slips or opens in the mode, kg^½ m: a path that turns back to less has left it; `count`:
+    points found; `arrived`: whether the amplitude that it went to last was reached; `highest`:
+    largest amplitude so far, kg^½ m.
     """
 
     begun: ModePoint
@@ -332,3 +332,63 @@ def checked_amplitudes(amplitudes: ArrayLike | tuple[float, float] | None) -> Fl
     if isinstance(amplitudes, tuple) and (len(given) != 2 or given[0] >= given[1]):
         raise InputError(f"amplitudes: given {amplitudes}: a range is (low, high), low < high")
     return np.unique(given)
+
+
+HELD = 1e-10
+"""Share of stiffness in (stiffness + σ² mass), σ about the lowest frequency, of what is held."""
+
+
+@dataclass(frozen=True)
+class LinearMode:
+    """A linear mode about the state at rest.
+
+    `shape` (n,): VᴴMφ in the fundamental's modes V, φᴴMφ = 1; `omega`: rad/s, without damping;
+    `xi`: ξ of its own damping, 1/s; `onset`: modal amplitude at which the first contact slips,
+    opens or closes, kg^½ m, by estimate; inf where none does.
+    """
+
+    shape: Array
+    omega: float
+    xi: float
+    onset: float
+
+
+def linear_mode(structure: Structure, mode: int, rest: Solution) -> LinearMode:
+    """A mode of the first harmonic's nodal diameter about the state at rest."""
+    contacts, modes = structure.system.contacts, structure.at(1)
+    gap = rest.u[:, 0, 0]
+    closed = np.repeat((gap > 0)[:, None], 3, axis=1)
+    closed[:, 1:] &= (contacts.mu > 0)[:, None]
+    limit = limit_modes(modes, structure.stiffness, closed.reshape(-1))
+    with np.errstate(divide="ignore"):
+        square = np.where(limit.compliance > 0, limit.static / limit.compliance, np.inf)
+    vibrates = np.flatnonzero((limit.static > HELD) & np.isfinite(square))
+    if not 1 <= mode <= len(vibrates):
+        raise InputError(f"mode: given {mode}: allowed: 1 to {len(vibrates)}, by frequency")
+    chosen = vibrates[np.argsort(square[vibrates], kind="stable")][mode - 1]
+    unit = np.zeros(len(square))
+    unit[chosen] = 1.0
+    shape = unit if limit.shapes is None else limit.shapes[:, chosen]
+    mass = float(limit.compliance[chosen])
+    damping = limit.damping[chosen] if limit.damping.ndim == 1 else limit.damping[chosen, chosen]
+    shape = shape / np.sqrt(mass)
+    moved = np.abs(modes.rows @ shape).reshape(-1, 3)
+    return LinearMode(
+        shape=np.asarray(modes.compliance * shape, complex),
+        omega=float(np.sqrt(square[chosen])),
+        xi=float(damping.real / mass),
+        onset=onset(structure, gap, moved),
+    )
+
+
+def onset(structure: Structure, gap: Floats, moved: Floats) -> float:
+    """Amplitude at which the first contact leaves the linear mode, kg^½ m."""
+    contacts = structure.system.contacts
+    slipping = contacts.kt * moved[:, 1:]
+    slipping = slipping + (contacts.mu * contacts.kn * moved[:, 0])[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slips = (contacts.mu * contacts.kn * gap.clip(0))[:, None] / slipping
+        opens = np.abs(gap) / moved[:, 0]
+    slips = slips[(gap > 0) & (contacts.mu > 0)]
+    each = np.concatenate([slips.reshape(-1), opens])
+    return float(np.min(each[each > 0], initial=np.inf))

@@ -9,18 +9,127 @@ interference is the parabola of these slopes. A step changes the interference of
 than a share of it, or of its largest normal displacement where that is larger; and it is halved
 where rates change by more than five times that share, at most a quarter, as near a fold, where
 friction begins to slip or where a peak is lost.
+
+The rate r is Archard's law, what a contact loses in a period of its vibration,
+
+    dv0/dN = -(k / A) ∮ n |dw|,
+
+v0 the interference, n the normal force, w the path of the friction slider, A the contact's area, k
+the wear coefficient of both surfaces together (J. F. Archard, J. Appl. Phys. 24 (1953) 981-988).
+The friction work of the contact law is μ ∮ n |dw|: of the path in the tangential plane where
+friction is isotropic; where it is orthogonal, of both directions one by one, |dw| = |dw₁| + |dw₂|,
+which is up to √2 of the path in the plane.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-from vanelock.nonlinear.following.wear.archard import Archard
+from vanelock.common.arrays import as_array
+from vanelock.common.errors import InputError
+from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.following.wear.vibration import Vibration
+from vanelock.nonlinear.forced_response.frequency_response import static_response
+from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.fourier.trigonometric import Floats
+from vanelock.rom.system.system import Contacts, System
 
-Floats = NDArray[np.float64]
+
+@dataclass(frozen=True)
+class Archard:
+    """The law of wear of c contacts with friction coefficients `mu`, (c,).
+
+    `depth` (c,), 1/N, is k / A, by normal load and slip distance; 0 for what does not wear.
+    """
+
+    depth: Floats
+    mu: Floats
+
+    def rate(self, deviation: Deviation) -> Floats:
+        """(c,) depth worn in a period, both surfaces together, m."""
+        worn = self.depth > 0
+        slid = np.zeros(len(worn))
+        np.divide(deviation.dissipation, self.mu, out=slid, where=worn)
+        return np.where(worn, self.depth * np.maximum(slid, 0.0), 0.0)
+
+
+def checked_archard(contacts: Contacts, coefficient: ArrayLike, area: ArrayLike) -> Archard:
+    """The law of wear of these contacts."""
+    k = _of_contacts(coefficient, "coefficient", "m²/N", contacts.count)
+    A = _of_contacts(area, "area", "m²", contacts.count)
+    if (k < 0).any():
+        raise InputError(f"coefficient: given {k.min():g} m²/N: must be >= 0")
+    if not (A > 0).all():
+        raise InputError(f"area: given {A.min():g} m²: must be > 0")
+    k = np.where(contacts.springs, k, 0.0)
+    if (smooth := (k > 0) & (contacts.mu == 0)).any():
+        i = int(np.argmax(smooth))
+        raise InputError(
+            f"coefficient: given {k[i]:g} m²/N of contact {i}, whose mu is 0: "
+            "wear follows from friction work; needs mu > 0 or a coefficient of 0"
+        )
+    return Archard(k / A, contacts.mu)
+
+
+def _of_contacts(given: ArrayLike, name: str, unit: str, count: int) -> Floats:
+    """A finite number of each contact."""
+    found = as_array(given, name)
+    if found.shape not in ((), (count,)):
+        raise InputError(
+            f"{name}: given shape {found.shape}: needs a number in {unit}, or one of each of the "
+            f"{count} contacts"
+        )
+    if not np.isfinite(found).all():
+        raise InputError(f"{name}: given {found[~np.isfinite(found)][0]}: must be finite")
+    return np.broadcast_to(found, count).astype(float)
+
+
+@dataclass(frozen=True)
+class Rest:
+    """Joints at rest: by joint (j,) the sum of the normal forces of its contacts in a sector, N.
+
+    `approach` (j,), m, is the largest normal displacement among them; none is closed below zero.
+    """
+
+    load: Floats
+    approach: Floats
+    converged: bool
+
+
+@dataclass(frozen=True)
+class Preload:
+    """Finds joints at rest, all that consist of contacts, by the interference of all contacts.
+
+    Of `modes` those of nodal diameter 0, which wear does not change.
+    """
+
+    system: System
+    options: Options
+    joints: tuple[str, ...]
+    modes: dict[int, StuckModes]
+
+    def at(self, v0: Floats) -> Rest:
+        """The joints at an interference, (c,) m."""
+        contacts = replace(self.system.contacts, v0=v0)
+        found = static_response(replace(self.system, contacts=contacts), self.options, self.modes)
+        v = found.contact[0, 0, :, 0].real
+        n = contacts.kn * np.maximum(v, 0.0)
+        members = [contacts.of(joint) & contacts.springs for joint in self.joints]
+        load = np.array([n[each].sum() for each in members])
+        approach = np.array([v[each].max() for each in members])
+        return Rest(load, approach, bool(found.converged[0]))
+
+
+def preload(system: System, options: Options) -> Preload:
+    """What finds the joints of a system at rest."""
+    contacts = system.contacts
+    named = zip(contacts.joints, contacts.springs, strict=True)
+    joints = tuple(dict.fromkeys(joint for joint, spring in named if spring))
+    return Preload(system, options, joints, {0: stuck_modes(system, 0)})
+
 
 CHANGE = 0.25
 """Of the largest rate: how far rates may change in a step, and beyond which they jump."""
@@ -36,23 +145,11 @@ SHORTEST = 1 / 64
 
 @dataclass(frozen=True)
 class WearStep:
-    """A step.
+    """A step of h `cycles` to the vibration `end`; `solved` vibrations were looked for.
 
-    Attributes
-    ----------
-    cycles : float
-        h.
-    begin : (c,) float
-        Interference before it, m.
-    rates : (2, c) float
-        Depth worn in a cycle before it and at its first guess, m.
-    end : Vibration
-        After it.
-    jumped : bool
-        Whether the vibration changed at once: rates by more than a quarter in the shortest step, or
-        to another peak.
-    solved : int
-        Vibrations that were looked for.
+    `begin` (c,), m, is the interference before it, `rates` (2, c), m, the depth worn in a cycle
+    before it and at its first guess; `jumped`: the vibration changed at once, rates by more than a
+    quarter in the shortest step, or to another peak.
     """
 
     cycles: float

@@ -1,4 +1,4 @@
-"""The vibration of a dwell as the interference of all contacts changes.
+"""A dwell, at a frequency or at the peak of a range, and its vibration as interference changes.
 
 At a peak the peak itself is followed from one interference to the next; where it is lost, the
 highest one of the range goes on. At a frequency held the solution is followed along the straight
@@ -6,23 +6,108 @@ way between both interferences, through folds too; where that leads nowhere, one
 afresh.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.nonlinear.following.parameter_response import Tracer
-from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint
-from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack
-from vanelock.nonlinear.following.wear.dwell import Dwell
-from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
+from vanelock.common.arrays import as_array
+from vanelock.common.errors import InputError
+from vanelock.nonlinear.following.parameter_response import Parameter, Tracer
+from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
+from vanelock.nonlinear.following.peak_tracking import PeakTrack
+from vanelock.nonlinear.forced_response.options import (
+    Options,
+    PreparedSystem,
+    checked_frequencies,
+    checked_range,
+)
+from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, to_complex
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
+
+@dataclass(frozen=True)
+class Dwell:
+    """Vibration that stays at one frequency, or at the peak of a resonance wherever that moves.
+
+    Attributes
+    ----------
+    cycles : float
+        Periods of the excitation.
+    frequency : float, optional
+        Hz; or else:
+    near : (float, float), optional
+        Range of frequencies, Hz, whose highest peak is dwelt at.
+    force : float
+        Factor of the excitation of all harmonics h >= 1; the static load stays.
+
+    Raises
+    ------
+    InputError
+        If a number is impossible, or not one of frequency and range is given.
+    """
+
+    cycles: float
+    frequency: float | None = None
+    near: tuple[float, float] | None = None
+    force: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        for name in ("cycles", "force"):
+            object.__setattr__(self, name, positive(getattr(self, name), f"Dwell.{name}"))
+        if (self.frequency is None) == (self.near is None):
+            given = "none" if self.near is None else "both"
+            raise InputError(f"Dwell: given {given} of frequency and near: needs one of them")
+        if self.frequency is not None:
+            object.__setattr__(self, "frequency", positive(self.frequency, "Dwell.frequency"))
+        if self.near is not None:
+            ends = as_array(self.near, "Dwell.near")
+            if ends.shape != (2,) or not (np.isfinite(ends).all() and 0 < ends[0] < ends[1]):
+                raise InputError(
+                    f"Dwell.near: given {self.near!r}: a range is (low, high), 0 < low < high, Hz"
+                )
+            object.__setattr__(self, "near", tuple(ends.tolist()))
+
+    @property
+    def at_peak(self) -> bool:
+        """Whether it is dwelt at a peak."""
+        return self.near is not None
+
+    @property
+    def hertz(self) -> Floats:
+        """The frequency or the range, Hz."""
+        if self.near is not None:
+            return checked_range(self.near)
+        assert self.frequency is not None
+        return checked_frequencies(self.frequency)
+
+    def continues(self, before: "Dwell") -> bool:
+        """Whether the vibration goes on as in the dwell before."""
+        return (self.frequency, self.near, self.force) == (
+            before.frequency,
+            before.near,
+            before.force,
+        )
+
+
+def positive(given: object, name: str) -> float:
+    """A number > 0."""
+    found = as_array(given, name)
+    if found.shape != () or not (np.isfinite(found) and found > 0):
+        raise InputError(f"{name}: given {given!r}: must be one number > 0 and finite")
+    return float(found)
+
+
+def checked_dwells(dwells: Dwell | Sequence[Dwell]) -> tuple[Dwell, ...]:
+    """One dwell or several as a tuple."""
+    given = (dwells,) if isinstance(dwells, Dwell) else dwells
+    if not given:
+        raise InputError(f"dwells: given {dwells!r}: needs a Dwell, or a list of them")
+    return tuple(given)
+
 
 POINTS = 1000
 """About how many frequencies are solved while the peak of a range is followed."""
@@ -30,34 +115,26 @@ POINTS = 1000
 
 @dataclass(frozen=True)
 class Vibration:
-    """Periodic vibration at one interference of the contacts.
+    """Periodic vibration at one interference of the contacts, `v0` (c,), m.
 
-    Attributes
-    ----------
-    v0 : (c,) float
-        The interference, m.
-    solution : Solution
-    component : (int, int)
-        Output node and direction whose amplitude is given.
-    amplitude : float
-        Half the peak-to-peak of that output, m.
-    peak : PeakPoint or None
-        Where it is dwelt at one.
-    swept : bool
-        Whether that peak was found by a sweep, not by following another.
+    `point` is of the output node and direction `component`, its peak where it is dwelt at one;
+    `swept`: that peak was found by a sweep, not by following another.
     """
 
     v0: Floats
-    solution: Solution
+    point: CurvePoint
     component: tuple[int, int]
-    amplitude: float
-    peak: PeakPoint | None = None
     swept: bool = False
+
+    @property
+    def solution(self) -> Solution:
+        """Its solution."""
+        return self.point.solution
 
     @property
     def frequency(self) -> float:
         """Of the excitation, Hz."""
-        return self.solution.omega / TURN
+        return self.point.omega / TURN
 
     @property
     def size(self) -> Floats:
@@ -72,14 +149,7 @@ class Vibration:
 
 @dataclass(frozen=True)
 class Vibrations:
-    """Finds the vibration of one dwell by interference.
-
-    Attributes
-    ----------
-    ready : PreparedSystem
-        With the dwell's force.
-    dwell : Dwell
-    """
+    """Finds the vibration of one dwell by interference; the system has the dwell's force."""
 
     ready: PreparedSystem
     dwell: Dwell
@@ -99,14 +169,14 @@ class Vibrations:
     def following(self, last: Vibration, v0: Floats) -> Vibration | None:
         """The vibration at another interference; None where there is none."""
         way = self._way(last.v0, v0)
-        if last.peak is not None:
+        if self.dwell.at_peak:
             track = PeakTrack.along(self.ready, way, self.dwell.hertz, last.component)
-            marks = track.follow([Mark(0.0, 0.0, last.peak)], 1.0)
-            found = _at_peak(v0, track, marks[-1].peak if marks else None, False)
+            peaks = track.follow([track.placed(last.point, 0.0)], 1.0)
+            found = _at_peak(v0, track, peaks[-1] if peaks else None, False)
             if found is not None:
                 return found
             return _at_peak(v0, *track.begun(1.0), True)
-        at, omega = lru_cache(4)(partial(way.at, self.ready)), last.solution.omega
+        at, omega = lru_cache(4)(partial(way.at, self.ready)), last.point.omega
         family, tolerance = way.family(self.ready, omega), self.ready.options.tolerance
         begun = replace(last.solution, parameter=0.0)
         solution = Tracer(at, way, family, tolerance).point(1.0, [begun])
@@ -131,7 +201,7 @@ class Vibrations:
         size = ready.solver.amplitude(found).reshape(-1, 3)
         node, direction = component or np.unravel_index(size.argmax(), size.shape)
         named = (int(node), int(direction))
-        return Vibration(v0, found, named, float(size[named]))
+        return Vibration(v0, CurvePoint(found, float(size[named])), named)
 
 
 def vibrations(system: System, dwell: Dwell, options: Options) -> Vibrations:
@@ -142,10 +212,12 @@ def vibrations(system: System, dwell: Dwell, options: Options) -> Vibrations:
     return Vibrations(options.prepare(loaded, dwell.hertz, points), dwell)
 
 
-def _at_peak(v0: Floats, track: PeakTrack, peak: PeakPoint | None, swept: bool) -> Vibration | None:
+def _at_peak(
+    v0: Floats, track: PeakTrack, peak: CurvePoint | None, swept: bool
+) -> Vibration | None:
     """A peak as a vibration; None where it is not solved."""
     if peak is None or track.component is None or not peak.solution.converged:
         return None
     if not (peak.distance < CONDITION or peak.sharp):
         return None
-    return Vibration(v0, peak.solution, track.component, peak.amplitude, peak, swept)
+    return Vibration(v0, peak, track.component, swept)

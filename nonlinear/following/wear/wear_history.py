@@ -10,20 +10,31 @@ from numpy.typing import ArrayLike, NDArray
 from vanelock.common.arrays import as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.following.parameter_response import joined
-from vanelock.nonlinear.following.parameters import Parameter
+from vanelock.nonlinear.following.parameter_response import Parameter, joined
 from vanelock.nonlinear.following.peak_tracking import named_component
-from vanelock.nonlinear.following.wear.archard import Archard, checked_archard
-from vanelock.nonlinear.following.wear.dwell import Dwell, checked_dwells
-from vanelock.nonlinear.following.wear.preload import Preload, Rest, preload
-from vanelock.nonlinear.following.wear.step import WearStep, allowed, stepped
-from vanelock.nonlinear.following.wear.vibration import Vibration, Vibrations, vibrations
+from vanelock.nonlinear.following.wear.step import (
+    Archard,
+    Preload,
+    Rest,
+    WearStep,
+    allowed,
+    checked_archard,
+    preload,
+    stepped,
+)
+from vanelock.nonlinear.following.wear.vibration import (
+    Dwell,
+    Vibration,
+    Vibrations,
+    checked_dwells,
+    vibrations,
+)
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
 Progress: TypeAlias = Callable[[float, float, float, float], None]
 
 STEP = 0.05
@@ -282,14 +293,16 @@ class _History:
         whole = at.at(vibration.v0).response([vibration.solution])
         self.states.append(_WornState(cycles, dwell, vibration, rate, rest, whole, jumped))
         if self.progress is not None:
-            self.progress(cycles, self.total, vibration.frequency, vibration.amplitude)
+            self.progress(cycles, self.total, vibration.frequency, vibration.point.amplitude)
         return True
 
     def _higher(self, followed: Vibration, at: Vibrations) -> Vibration | None:
         """The highest peak of the range where it is higher than the one that was followed."""
         found = at.first(followed.v0, followed.component)
         self.solved += 1
-        higher = found is not None and found.amplitude > (1 + HIGHER) * followed.amplitude
+        higher = (
+            found is not None and found.point.amplitude > (1 + HIGHER) * followed.point.amplitude
+        )
         return found if higher else None
 
     def _opened(self, rest: Rest) -> NDArray[np.bool_]:
@@ -335,7 +348,9 @@ class _History:
         node, direction = self.states[0].vibration.component
         each = [state.response for state in self.states]
         higher = [
-            (np.nan, np.nan) if (one := state.higher) is None else (one.amplitude, one.frequency)
+            (np.nan, np.nan)
+            if (one := state.higher) is None
+            else (one.point.amplitude, one.frequency)
             for state in self.states
         ]
         higher_amplitude, higher_frequency = np.array(higher).T
@@ -346,7 +361,7 @@ class _History:
             cycles=np.array([each.cycles for each in self.states]),
             dwell=np.array([each.dwell for each in self.states], np.int64),
             frequency=np.array([each.vibration.frequency for each in self.states]),
-            amplitude=np.array([each.vibration.amplitude for each in self.states]),
+            amplitude=np.array([each.vibration.point.amplitude for each in self.states]),
             jump=np.array([each.jumped for each in self.states], bool),
             rest_load=np.array([each.rest.load for each in self.states]),
             interference=np.array([each.vibration.v0 for each in self.states]),

@@ -1,6 +1,6 @@
 """Forced response of a ring whose sectors are not alike."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -11,17 +11,17 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law
-from vanelock.nonlinear.contact.sampling import checked_samples
-from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.frequencies import (
+from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.forced_response.frequency_response import swept
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, Progress, counted
+from vanelock.nonlinear.forced_response.options import (
+    Options,
     check_band,
+    check_forces,
     checked_frequencies,
     checked_range,
 )
-from vanelock.nonlinear.forced_response.frequency_response import Progress, swept
-from vanelock.nonlinear.forced_response.options import HARMONICS, Options, check_forces
 from vanelock.nonlinear.forced_response.response import STATES, half_peak_to_peak
-from vanelock.nonlinear.forced_response.ring.ring_solver import RingSolver
 from vanelock.nonlinear.forced_response.ring.ring_source import (
     RingContacts,
     RingSource,
@@ -30,12 +30,79 @@ from vanelock.nonlinear.forced_response.ring.ring_source import (
 )
 from vanelock.nonlinear.forced_response.ring.unlike import Unlike
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
-from vanelock.nonlinear.newton.newton import Solution
+from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats, to_complex
+from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import System
 
-Array = NDArray[np.complex128]
-Floats = NDArray[np.float64]
+SMALLEST = 1 / 64
+"""Of the deviations: the smallest step from the alike ring to the unlike one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RingSolver(PointSolver):
+    """What solves one point of a ring after another.
+
+    `parts`: problems by circular frequency whose deviations are a part, 0 to 1, of those given;
+    `alike`: converged ones of one sector of the alike ring, by which a point may begin.
+    """
+
+    parts: Callable[[float], Frequencies]
+    alike: Sequence[Solution] = field(default_factory=list)
+
+    def sweep(self, omegas: Floats) -> Iterator[Solution]:
+        """Solve at each frequency; what the next ones start from goes when they are done."""
+        return (replace(each, kept=None) for each in super().sweep(omegas))
+
+    def explore(self, begin: float, end: float, loose: float = 1.0) -> Iterator[Solution]:
+        """Solve from `begin` to `end`; what the next points start from goes when they are done."""
+        return (replace(each, kept=None) for each in super().explore(begin, end, loose))
+
+    def _point(self, omega: float, history: list[Solution]) -> Solution:
+        tried = self._newton(omega, history) if history else []
+        if tried and tried[-1].converged:
+            return counted(tried, omega)
+        if tried:
+            self.searching(omega)
+        tried += self._from_alike(omega)
+        if tried and tried[-1].converged:
+            return replace(counted(tried, omega), continued=not history)
+        last = super()._point(omega, history)
+        return counted([*tried, last], omega)
+
+    def _from_alike(self, omega: float) -> Iterator[Solution]:
+        """From the alike ring, at once or by parts of the deviations."""
+        if not self.alike:
+            return
+        nearest = min(self.alike, key=lambda each: abs(each.omega - omega))
+        ahead = self.family.at(omega).linear
+        sectors = self.family.structure.system.sectors
+        w = np.zeros((sectors, len(ahead) // sectors, *ahead.shape[1:]))
+        w[:, : len(nearest.w)] = nearest.w  # modes have rows behind the contacts
+        w = w.reshape(ahead.shape)
+        found = self._solved(omega, 1.0, w)
+        yield found
+        if found.converged:
+            return
+        begun = self._solved(omega, 0.0, w)
+        part, step, last = 0.0, 0.25, begun
+        while begun.converged and part < 1.0 and step >= SMALLEST:
+            following = self._solved(omega, min(part + step, 1.0), last.w, last)
+            if not following.converged:
+                step *= 0.5
+                continue
+            part, last = min(part + step, 1.0), following
+            step *= 2.0 if following.iterations < 5 else 1.0
+        if part == 1.0:
+            yield last
+
+    def _solved(
+        self, omega: float, part: float, start: Floats, last: Solution | None = None
+    ) -> Solution:
+        family = self.parts(part)
+        kept = None if last is None else last.kept
+        problem = fixed(family.at(omega), family.friction)
+        found = solve(problem, start, 0.0, tolerance=self.tolerance, kept=kept)
+        return replace(found, parameter=omega)
 
 
 @dataclass(frozen=True)
@@ -73,11 +140,11 @@ class RingResponse(Product):
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
-    contact: Array = field(metadata={"unit": "m"})
-    force: Array = field(metadata={"unit": "N"})
+    contact: Complex = field(metadata={"unit": "m"})
+    force: Complex = field(metadata={"unit": "N"})
     state: NDArray[np.int64] = field(metadata={"codes": STATES})
     dissipation: Floats = field(metadata={"unit": "J"})
-    output: Array = field(metadata={"unit": "m"})
+    output: Complex = field(metadata={"unit": "m"})
     amplitude: Floats = field(metadata={"unit": "m"})
     alike: Floats = field(metadata={"unit": "m"})
     converged: NDArray[np.bool_]
@@ -160,9 +227,8 @@ def ring_response(
     """
     hertz = (checked_range if isinstance(frequencies, tuple) else checked_frequencies)(frequencies)
     _check(options)
-    H = HARMONICS if options.harmonics is None else options.harmonics
-    samples = checked_samples(options.samples, H, options.friction)
-    options = replace(options, harmonics=H, samples=samples)
+    H = options.count
+    options = replace(options, harmonics=H)
     whole = unlike.of(system)
     check_forces(system, H)
     check_band(system, hertz)
@@ -178,7 +244,7 @@ def ring_response(
     @lru_cache
     def family(part: float, harmonics: int = H) -> Frequencies:
         own = contacts(part)
-        law = own.law(harmonics, samples, options.friction)
+        law = own.law(harmonics, options.samples, options.friction)
         return Frequencies(replace(source, offset=own.offset), law)
 
     def law(harmonics: int) -> Law:
@@ -213,7 +279,7 @@ def _assembled(
     lag = np.exp(-2j * np.pi * turn)[:, :, None, None]
     stiffness = np.repeat(source.each[0].stiffness.reshape(1, -1, 3), N, axis=0)[:, :c]
 
-    def of_contacts(values: Floats) -> Array:
+    def of_contacts(values: Floats) -> Complex:
         """(H + 1, N, c, 3)."""
         shaped = to_complex(values).reshape(H + 1, N, -1, 3)[:, :, :c]
         return np.asarray(lag * shaped)

@@ -18,29 +18,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.balance import Array, Structure, structure
+from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
 from vanelock.nonlinear.balance.ring_balance import RingBalance, RingColumns
 from vanelock.nonlinear.balance.stuck_modes import HarmonicModes, StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.forced_response.ring.unlike import SectorModes, Unlike
-from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import Array, Floats, to_complex, to_real
 from vanelock.rom.system.consistency import check, check_ring
 from vanelock.rom.system.system import Contacts, System
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class RingSource:
     """Gives the balances of a ring.
 
-    Attributes
-    ----------
-    waves : tuple of Structure or Tabulated
-        n = 0 ... N - 1; the excitation and what is alike at rest are of n = 0.
-    offset : (N, 3c) float
-        Interference and sliders reversed, more than those of n = 0, m.
+    `waves`: n = 0 ... N - 1; the excitation and what is alike at rest are of n = 0; `offset` (N,
+    3c): interference and sliders reversed, more than those of n = 0, m.
     """
 
     waves: tuple[Structure | Tabulated, ...]
@@ -219,16 +213,8 @@ def _with_rows(found: StuckModes, modes: SectorModes, k: int) -> StuckModes:
 class RingContacts:
     """The contacts of all sectors, one behind the other, and the modes' rows among them.
 
-    Attributes
-    ----------
-    contacts : Contacts
-        (N c,), unlike.
-    stiffer : (N c, 3) float
-        κ.
-    bonded : (N c,) bool
-        Which are modes.
-    offset : (N, 3c) float
-        As of `RingSource`.
+    `contacts`: (N c,), unlike; `stiffer` (N c, 3): κ; `bonded` (N c,): which are modes; `offset`
+    (N, 3c): as of `RingSource`.
     """
 
     contacts: Contacts

@@ -12,9 +12,9 @@ from vanelock.common.arguments import OfKind, of_kind
 from vanelock.common.arrays import hold_arrays
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.rom.system.system import System
 
-Floats = NDArray[np.float64]
 FREE = 1e-12
 """Of a part's largest ω²: what modes that nothing holds are below."""
 RELATIVE = ("mu", "kn", "kt", "frequency")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vanelock import nonlinear
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import ELEMENT, Contact, Element, Options, System, frequency_response
-from vanelock.nonlinear.contact.elements.periodic_force import periodic_force
+from vanelock.nonlinear.contact.element_force import periodic_force
 from vanelock.nonlinear.contact.law import contact_law
 
 Floats = NDArray[np.float64]

@@ -21,7 +21,7 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.continuation.release import release
+from vanelock.nonlinear.continuation.globalisation import release
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
@@ -65,35 +65,28 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
         diameters={k: replace(d, C=0.05 * d.M + 0.01 * d.K) for k, d in system.diameters.items()},
     )
     hertz = first_frequency(system) * np.array([1.4])
-    load, gaps = np.abs(system.force[1].vector).max(), []
-    for samples in (128, 512):
-        response = frequency_response(
-            system, hertz, Options(3, friction="isotropic", samples=samples), find_jumps=False
-        )
-        assert response.converged.all()
-        assert response.residual.max() < 1e-10
-        assert {SLIP, SLIP_OPEN} & set(response.state.ravel())
-        worst = 0.0
-        for p, frequency in enumerate(response.frequency):
-            omega, q = 2 * np.pi * frequency, response.contact[p]
-            pull = coefficients(marched_in_the_plane(system.contacts, q, 8000, 2), 3)
-            for h in range(4):
-                k = system.nodal_diameter(h)
-                d, x = system.at(k), response.x[h][p]
-                assert d.next is not None
-                B = (d.own + d.next * np.exp(-2j * np.pi * k / 5)).reshape(-1, len(d.K))
-                D = d.K - (h * omega) ** 2 * d.M + 1j * h * omega * d.C
-                gap = D @ x + B.conj().T @ pull[h].reshape(-1)
-                gap = gap - (system.force[h].vector if h in system.force else 0.0)
-                if h == 0:  # what a stuck contact that slid carries depends on how it got there
-                    moving = np.repeat(response.state[p] != STUCK, 3)
-                    exact = response.force[p, 0].reshape(-1)
-                    gap = gap - B.conj().T @ np.where(moving, 0.0, pull[0].reshape(-1) - exact)
-                worst = max(worst, float(np.abs(gap).max()))
-        gaps.append(worst / load)
-    assert gaps[0] < 1e-2
-    assert gaps[1] < 1e-3
-    assert gaps[1] < 0.3 * gaps[0]
+    response = frequency_response(system, hertz, Options(3, friction="isotropic"), find_jumps=False)
+    assert response.converged.all()
+    assert response.residual.max() < 1e-10
+    assert {SLIP, SLIP_OPEN} & set(response.state.ravel())
+    worst = 0.0
+    for p, frequency in enumerate(response.frequency):
+        omega, q = 2 * np.pi * frequency, response.contact[p]
+        pull = coefficients(marched_in_the_plane(system.contacts, q, 8000, 2), 3)
+        for h in range(4):
+            k = system.nodal_diameter(h)
+            d, x = system.at(k), response.x[h][p]
+            assert d.next is not None
+            B = (d.own + d.next * np.exp(-2j * np.pi * k / 5)).reshape(-1, len(d.K))
+            D = d.K - (h * omega) ** 2 * d.M + 1j * h * omega * d.C
+            gap = D @ x + B.conj().T @ pull[h].reshape(-1)
+            gap = gap - (system.force[h].vector if h in system.force else 0.0)
+            if h == 0:  # what a stuck contact that slid carries depends on how it got there
+                moving = np.repeat(response.state[p] != STUCK, 3)
+                exact = response.force[p, 0].reshape(-1)
+                gap = gap - B.conj().T @ np.where(moving, 0.0, pull[0].reshape(-1) - exact)
+            worst = max(worst, float(np.abs(gap).max()))
+    assert worst < 1e-3 * np.abs(system.force[1].vector).max()
 
 
 def planar(swing: complex, mu: float, v0: float, shake: float) -> System:
@@ -149,7 +142,7 @@ def test_mass_that_slides_in_a_plane(swing: complex, v0: float, shake: float, st
     errors = []
     for harmonics in (1, 3, 7, 15):
         response = frequency_response(
-            system, [omega / (2 * np.pi)], Options(harmonics, friction="isotropic", samples=1024)
+            system, [omega / (2 * np.pi)], Options(harmonics, friction="isotropic")
         )
         assert response.converged.all()
         assert response.state[0, 0] == state
@@ -232,7 +225,5 @@ def test_what_isotropic_friction_cannot_do_is_refused(random_system: Make) -> No
         frequency_response(system, [1.0], Options(1, friction="isotropic"))
     with pytest.raises(InputError, match="contact 0 has kt"):
         static_response(system, Options(friction="isotropic"))
-    with pytest.raises(InputError, match="samples: given 40: needs at least 48"):
-        frequency_response(even(system), [1.0], Options(3, friction="isotropic", samples=40))
     with pytest.raises(InputError, match="friction: given 'round': allowed: orthogonal, isotropic"):
         frequency_response(system, [1.0], Options(1, friction="round"))

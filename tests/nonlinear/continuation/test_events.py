@@ -10,7 +10,7 @@ import pytest
 from tests.nonlinear.following.test_peak import jenkins
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.continuation import events
+from vanelock.nonlinear.continuation import arc_length
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.continuation.path import SolutionPath
 from vanelock.nonlinear.newton.newton import solve
@@ -37,9 +37,9 @@ def test_a_quantity_that_jumps_is_located_unless_the_path_jumps(
         left = middle - solution.parameter
         return math.copysign(1.0, left) if kink else float(left)
 
-    monkeypatch.setattr(events, "solve", moved)
+    monkeypatch.setattr(arc_length, "solve", moved)
     ends = (quantity(before.solution), quantity(after.solution))
-    found = events.locate(family, before, after, quantity, ends)
+    found = arc_length.locate(family, before, after, quantity, ends)
     if jump:
         assert found is None
     else:

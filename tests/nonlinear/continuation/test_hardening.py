@@ -10,7 +10,7 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.continuation.hardening import Hardening
+from vanelock.nonlinear.continuation.globalisation import Hardening
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts
 

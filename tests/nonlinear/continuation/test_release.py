@@ -12,7 +12,7 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.continuation.release import Release, release
+from vanelock.nonlinear.continuation.globalisation import Release, release
 from vanelock.nonlinear.newton.newton import solve
 
 Floats = NDArray[np.float64]

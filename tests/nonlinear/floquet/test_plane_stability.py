@@ -21,9 +21,8 @@ from vanelock.nonlinear import (
     stability,
 )
 from vanelock.nonlinear.contact.isotropic.disc_integrals import BEGIN, END, KIND
-from vanelock.nonlinear.contact.isotropic.disc_places import slider_places
 from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD
-from vanelock.nonlinear.contact.isotropic.located_law import slider_pieces
+from vanelock.nonlinear.contact.isotropic.located_law import slider_pieces, slider_places
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
 from vanelock.nonlinear.fourier.trigonometric import grid, to_real
 

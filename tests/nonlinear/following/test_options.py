@@ -18,7 +18,7 @@ from vanelock.nonlinear import (
     parameter_response,
     peak_response,
 )
-from vanelock.nonlinear.following.parameters import NAMES
+from vanelock.nonlinear.following.parameter_response import NAMES
 from vanelock.rom.system.system import Force
 
 Make = Callable[..., System]

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     frequency_response,
     parameter_response,
 )
-from vanelock.nonlinear.following.parameters import NAMES, checked_parameter
+from vanelock.nonlinear.following.parameter_response import NAMES, checked_parameter
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import Force

@@ -25,10 +25,10 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import PeakPoint, Resonance
+from vanelock.nonlinear.following.parameter_response import Parameter
+from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_response import chosen, traced
-from vanelock.nonlinear.following.peak_tracking import Mark, PeakTrack, expected
+from vanelock.nonlinear.following.peak_tracking import PeakTrack, expected
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
@@ -162,16 +162,16 @@ class _Drawn(PeakTrack):
 
     since: float = 0.3
 
-    def _made(self, place: float, omega: float, amplitude: float) -> PeakPoint:
-        found = solution_at(omega)
-        return PeakPoint(found, amplitude, -1.0, 0.0, 1, False)
+    def _made(self, omega: float, amplitude: float) -> CurvePoint:
+        return CurvePoint(solution_at(omega), amplitude, -1.0, 0.0)
 
-    def step(self, marks: Sequence[Mark], place: float, value: float) -> Mark | None:
-        first = marks[-1].peak.amplitude == 1.0
-        if place > 0.4 if first else place < self.since:
+    def step(
+        self, peaks: Sequence[CurvePoint], coordinate: float, value: float
+    ) -> CurvePoint | None:
+        first = peaks[-1].amplitude == 1.0
+        if coordinate > 0.4 if first else coordinate < self.since:
             return None
-        made = self._made(place, 10.0, 1.0) if first else self._made(place, 20.0, 2.0)
-        return Mark(place, value, made)
+        return self.placed(self._made(10.0, 1.0) if first else self._made(20.0, 2.0), value)
 
     def sweep(self, value: float, loose: float = 1.0) -> list[Solution]:
         return [solution_at(5.0), solution_at(6.0)]
@@ -179,10 +179,10 @@ class _Drawn(PeakTrack):
     def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:
         return np.full((len(swept), 1, 3), 0.5)
 
-    def highest(self, value: float, swept: Sequence[Solution]) -> PeakPoint | None:
+    def highest(self, value: float, swept: Sequence[Solution]) -> CurvePoint | None:
         if 0.4 < value < 0.6:
             return None
-        return self._made(value, 10.0, 1.0) if value <= 0.4 else self._made(value, 20.0, 2.0)
+        return self._made(10.0, 1.0) if value <= 0.4 else self._made(20.0, 2.0)
 
 
 def solution_at(omega: float) -> Solution:
@@ -197,7 +197,7 @@ def drawn_peaks(values: list[float], is_range: bool, since: float) -> dict[float
     ridge = _Drawn(lambda value: ready, varied, (1.0, 30.0), (0, 1), 1.0, since=since)
     tracks, _ = traced(ridge, values, is_range, None)
     best, _ = chosen(tracks)
-    return {mark.value: mark.peak.amplitude if mark.peak.distance < 1 else np.nan for mark in best}
+    return {peak.value: peak.amplitude if peak.distance < 1 else np.nan for peak in best}
 
 
 @pytest.mark.parametrize("is_range", [False, True])
@@ -354,11 +354,11 @@ def test_impossible_arguments_are_refused(options: dict[str, object], message: s
 def test_the_next_peak_is_expected_on_a_parabola_through_the_last_three() -> None:
     """Its w on the line through the last two."""
 
-    def mark(place: float) -> Any:
-        solution = SimpleNamespace(omega=2 + place - 3 * place**2, w=np.full((1, 3, 1), 5 * place))
-        peak = SimpleNamespace(solution=solution, amplitude=np.exp(0.1 * place**2 - place))
-        return SimpleNamespace(place=place, peak=peak)
+    def peak(place: float) -> CurvePoint:
+        omega, w = 2 + place - 3 * place**2, np.full((1, 3, 1), 5 * place)
+        solution: Any = SimpleNamespace(omega=omega, w=w)
+        return CurvePoint(solution, np.exp(0.1 * place**2 - place), coordinate=place)
 
-    omega, size, w = expected([mark(place) for place in (-9.0, 1.0, 1.5, 2.5)], 4.0)
+    omega, size, w = expected([peak(place) for place in (-9.0, 1.0, 1.5, 2.5)], 4.0)
     assert (omega, size) == pytest.approx((2 + 4 - 3 * 16, 1.6 - 4), rel=1e-12)
     np.testing.assert_allclose(w, 20.0)

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from vanelock.nonlinear import System
 from vanelock.nonlinear.balance.balance import Balance, structure
 from vanelock.nonlinear.contact.law import Deviation, contact_law
-from vanelock.nonlinear.newton.gmres import gmres
 from vanelock.nonlinear.newton.linearised import Border, Iterative, newton_matrix
 from vanelock.nonlinear.newton.newton import active_rows
+from vanelock.nonlinear.newton.preconditioner import gmres
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]

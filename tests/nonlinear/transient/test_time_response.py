@@ -7,7 +7,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, frequency_response, time_response
-from vanelock.nonlinear.transient.modal_step import steps_of
+from vanelock.nonlinear.transient.integration import steps_of
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 

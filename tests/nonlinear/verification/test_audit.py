@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, System, audit_response, frequency_response, static_response
-from vanelock.nonlinear.verification.audit import damping_matrix
-from vanelock.nonlinear.verification.marched_contact import coefficients, histories, march_contacts
+from vanelock.nonlinear.verification.audit import (
+    coefficients,
+    damping_matrix,
+    histories,
+    march_contacts,
+)
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]

@@ -179,9 +179,9 @@ friction in the tangential plane must be one of "orthogonal" or "isotropic"
 response.coupling = "loose": coupling of the static and the dynamic balance must be one of \
 "coupled", "uncoupled" or "constant-load"
 response.harmonics = 5 | response.samples = 20: \
-number of samples must be >= 24 for 5 harmonics and orthogonal friction
+number of samples must be >= 24 for 5 harmonics
 response.friction = "isotropic" | response.samples = 40: \
-number of samples must be >= 48 for 3 harmonics and isotropic friction
+isotropic friction has its events located: leave it out
 material.vane.fatigue_limit = 250: \
 fatigue limit must be >= 100000 Pa; 250 is 250 Pa: "250 MPa"?
 rom.route = "paper" | accuracy = 0.01: \

@@ -21,8 +21,8 @@ from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import integrator
-from vanelock.nonlinear.transient.period_harmonics import departure as departure_of
-from vanelock.nonlinear.transient.period_harmonics import output_history
+from vanelock.nonlinear.transient.time_response import departure as departure_of
+from vanelock.nonlinear.transient.time_response import output_history
 
 KICK = 1e-6
 """Of the modes' velocities, relative to those that the wave gives them."""

@@ -31,8 +31,8 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.floquet.exponents import zeros
 from vanelock.nonlinear.floquet.law_transfer import law_transfer
-from vanelock.nonlinear.floquet.motions import WINDOW
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure
+from vanelock.nonlinear.floquet.stability import WINDOW
 from vanelock.nonlinear.fourier.trigonometric import to_real
 from vanelock.rom.system.system import Contacts, Diameter, Force
 from vanelock.stages.parts.segment import Joint, Segment

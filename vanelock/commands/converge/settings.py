@@ -80,11 +80,12 @@ def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
     H = study.response.harmonics
     chosen = sorted({1, 2, 3, 5, 7, 9, H, 2 * H - 1 if H > 4 else 9})
     sampled = study.response.samples
-    chosen = [h for h in chosen if sampled is None or sampled >= least_samples(h, _friction(study))]
+    chosen = [h for h in chosen if sampled is None or sampled >= least_samples(h)]
     yield _setting(
         study, "response.harmonics", [(str(h), {"response.harmonics": h}) for h in chosen]
     )
-    yield _samples(study)
+    if study.response.friction == "orthogonal":
+        yield _samples(study)
     if study.response.frequencies is None:
         yield _points(study)
     words = ("constant-load", "uncoupled", "coupled")
@@ -98,10 +99,6 @@ def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
 
 
 _PATCHES = ("node", "area")
-
-
-def _friction(study: Study) -> str:
-    return study.response.friction
 
 
 def _sizes(study: Study, dofs: float) -> list[Any]:
@@ -155,7 +152,7 @@ def _reductions(study: Study) -> Iterator[NumericalSetting]:
 
 def _samples(study: Study) -> NumericalSetting:
     """Samples of a period; located events are the finest."""
-    least = least_samples(study.response.harmonics, _friction(study))
+    least = least_samples(study.response.harmonics)
     counts = {2**i for i in range(5, 11) if 2**i >= least}
     if study.response.samples is not None:
         counts.add(study.response.samples)

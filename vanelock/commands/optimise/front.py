@@ -29,7 +29,7 @@ from vanelock.commands.optimise.search import (
     searched,
     spread,
 )
-from vanelock.nonlinear.following.peak import PeakPoint
+from vanelock.nonlinear.following.peak import CurvePoint
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.pipeline.progress import Listener, silent
 from vanelock.rom.system.system import Contacts
@@ -99,7 +99,7 @@ class PeaksAndWear:
 
 
 def worn(
-    peaks: Peaks, x: Floats, known: Sequence[PeakPoint], coefficient: Mapping[str, float]
+    peaks: Peaks, x: Floats, known: Sequence[CurvePoint], coefficient: Mapping[str, float]
 ) -> Floats:
     """(j,) volume worn in a second at each of the known peaks at x, m³/s."""
     contacts = peaks.model.system(peaks.values(x)).contacts

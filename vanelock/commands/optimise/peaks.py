@@ -10,8 +10,8 @@ from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.nonlinear import amplitude_gradient
-from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import CONDITION, PeakPoint, Reading, Resonance
+from vanelock.nonlinear.following.parameter_response import Parameter
+from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.fourier.threads import one_thread
@@ -43,7 +43,7 @@ class CountedResonance(Resonance):
 
     read_at: list[float] = field(default_factory=list)
 
-    def read(self, omega: float, start: Floats, kept: Kept | None = None) -> Reading | None:
+    def read(self, omega: float, start: Floats, kept: Kept | None = None) -> CurvePoint | None:
         """Solve at a frequency, rad/s; None if that fails."""
         self.read_at.append(omega)
         return super().read(omega, start, kept)
@@ -63,11 +63,11 @@ class Peaks:
         The range, Hz.
     slider : (c, 2) float, optional
         Where sliders are assembled, m; those that stick for good are held there.
-    known : list of PeakPoint
+    known : list of CurvePoint
         Those of the last values, which the next ones are looked for from.
     place : (p,) float
         The last values, x.
-    met : list of ((p,) float, PeakPoint)
+    met : list of ((p,) float, CurvePoint)
         Places at which the range had a peak that none had followed, and that peak.
     solved : int
         Frequencies solved.
@@ -77,9 +77,9 @@ class Peaks:
     parameters: Sequence[FitParameter]
     near: tuple[float, float]
     slider: Floats | None = None
-    known: list[PeakPoint] = field(default_factory=list)
+    known: list[CurvePoint] = field(default_factory=list)
     place: Floats = field(default_factory=lambda: np.zeros(0))
-    met: list[tuple[Floats, PeakPoint]] = field(default_factory=list)
+    met: list[tuple[Floats, CurvePoint]] = field(default_factory=list)
     solved: int = 0
 
     def values(self, x: Floats) -> dict[str, float]:
@@ -103,7 +103,7 @@ class Peaks:
         """Output node and direction."""
         return self.model.monitor.node, self.model.monitor.component
 
-    def led_by(self, peaks: Sequence[PeakPoint], x: Floats) -> None:
+    def led_by(self, peaks: Sequence[CurvePoint], x: Floats) -> None:
         """Begin with peaks of fewer harmonics at x, the others zero."""
         self.known, self.place = [], x
         length = 2 * self.model.study.response.harmonics + 1
@@ -136,13 +136,13 @@ class Peaks:
         others = [each for each in known if _is_new(each, swept)]
         return self._functions(ready, x, [*swept, *others])
 
-    def moved(self, x: Floats) -> list[PeakPoint]:
+    def moved(self, x: Floats) -> list[CurvePoint]:
         """The known peaks at x, which is close; none where one is lost."""
         ready = self._ready(x)
         return self._followed(self.place, x, ready, self.known)
 
     def _functions(
-        self, ready: PreparedSystem, x: Floats, found: list[PeakPoint]
+        self, ready: PreparedSystem, x: Floats, found: list[CurvePoint]
     ) -> Functions | None:
         sizes, gradients = [], []
         values, held = self.values(x), self.slider is not None
@@ -163,10 +163,10 @@ class Peaks:
         begin: Floats,
         end: Floats,
         ready: PreparedSystem,
-        known: Sequence[PeakPoint],
+        known: Sequence[CurvePoint],
         rates: Sequence[Rate] = (),
         halvings: int = HALVINGS,
-    ) -> list[PeakPoint]:
+    ) -> list[CurvePoint]:
         """Known peaks at the end of a step, halved where one is lost; none if one stays lost."""
         found = self._stepped(ready, known, rates)
         if found or not known or not halvings:
@@ -184,13 +184,13 @@ class Peaks:
         return self._followed(middle, end, ready, half, gone, halvings - 1)
 
     def _stepped(
-        self, ready: PreparedSystem, known: Sequence[PeakPoint], rates: Sequence[Rate]
-    ) -> list[PeakPoint]:
+        self, ready: PreparedSystem, known: Sequence[CurvePoint], rates: Sequence[Rate]
+    ) -> list[CurvePoint]:
         """Peaks near known ones, or where their rates lead; none where one is lost."""
         family, tolerance = ready.solver.family, ready.options.tolerance
         resonance = CountedResonance(family, self.component, tolerance, ENOUGH)
         still: list[Rate] = [(0.0, np.zeros(1))]
-        found: list[PeakPoint] = []
+        found: list[CurvePoint] = []
         for i, last in enumerate(known):
             omega, w = last.solution.omega, last.solution.w
             peak = None
@@ -206,7 +206,7 @@ class Peaks:
         self.solved += len(resonance.read_at)
         return found
 
-    def _swept(self, ready: PreparedSystem) -> list[PeakPoint]:
+    def _swept(self, ready: PreparedSystem) -> list[CurvePoint]:
         """All peaks of the range that may count."""
         system = ready.structure.system
         unvaried = Parameter("force", np.zeros(system.contacts.count, bool), False)
@@ -218,7 +218,7 @@ class Peaks:
         return found
 
 
-def _is_new(peak: PeakPoint, others: Sequence[PeakPoint]) -> bool:
+def _is_new(peak: CurvePoint, others: Sequence[CurvePoint]) -> bool:
     """Whether a peak is none of the others of the same response."""
     omega = peak.solution.omega
     apart = (abs(omega - each.solution.omega) / min(peak.width, each.width) for each in others)

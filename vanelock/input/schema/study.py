@@ -118,13 +118,13 @@ class Study(KeyTable):
         }
 
     def _is_sampled_enough(self) -> Iterator[str]:
-        least = least_samples(self.response.harmonics, self.response.friction)
-        if self.response.samples is not None and self.response.samples < least:
+        samples, least = self.response.samples, least_samples(self.response.harmonics)
+        shown = f"response.samples = {samples}"
+        if samples is not None and self.response.friction == "isotropic":
+            yield f"{shown}: isotropic friction has its events located: leave it out"
+        elif samples is not None and samples < least:
             harmonics = counted(self.response.harmonics, "harmonic")
-            yield (
-                f"response.samples = {self.response.samples}: number of samples must be >= {least} "
-                f"for {harmonics} and {self.response.friction} friction"
-            )
+            yield f"{shown}: number of samples must be >= {least} for {harmonics}"
 
     def _has_the_output(self) -> Iterator[str]:
         """The program's own parts have three output nodes; others are checked on reading."""

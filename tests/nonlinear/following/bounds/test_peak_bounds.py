@@ -25,7 +25,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
 from vanelock.nonlinear.following.bounds.rest_states import RestStates
 from vanelock.nonlinear.following.bounds.slider_search import PlacedPeak, Search, Tally
-from vanelock.nonlinear.following.peak import PeakPoint, Resonance
+from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
@@ -214,7 +214,7 @@ def test_every_place_that_may_be_better_is_swept(
 ) -> None:
     """Followed peaks of 0.1 to 1, of which a higher one hides all but the eighth."""
     seen_at, tried = 0.2, list[float]()
-    point = PeakPoint(cast(Any, SimpleNamespace(omega=seen_at)), 2.0, -1.0, 0.0, 1, False)
+    point = CurvePoint(cast(Any, SimpleNamespace(omega=seen_at)), 2.0, -1.0, 0.0, 1, False)
     places = [
         PlacedPeak(np.zeros((1, 2)), replace(point, amplitude=0.1 * i), "gradient")
         for i in range(1, 11)

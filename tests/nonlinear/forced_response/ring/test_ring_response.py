@@ -31,7 +31,7 @@ from vanelock.nonlinear import (
     ring_response,
     whitehead,
 )
-from vanelock.nonlinear.forced_response.ring.ring_solver import RingSolver
+from vanelock.nonlinear.forced_response.ring.ring_response import RingSolver
 
 
 def damped(seed: int, kind: str) -> tuple[System, float]:

@@ -52,8 +52,8 @@ def test_values_lie_around_what_the_study_has_and_meshes_grow_up_to_the_limit_al
     assert values('[rom]\nroute = "paper"', "rom.casing_modes")[1] == ["10"]
     assert values("[response]\nharmonics = 12", "response.harmonics")[0][-1] == "23"
     assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
-    isotropic = values('[response]\nfriction = "isotropic"', "response.samples")
-    assert isotropic == (["64", "128", "256", "512", "1024", "located"], ["located"])
+    isotropic = parse_study('[response]\nfriction = "isotropic"')
+    assert "response.samples" not in [setting.key for setting in settings_of(isotropic, 1e5)]
     study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 170')
     few, many = (
         {setting.key: setting for setting in settings_of(study, dofs)}["mesh.size"]

@@ -15,7 +15,7 @@ from vanelock.commands.optimise.peaks import NEAR, Peaks
 from vanelock.commands.optimise.search import Progress, optimum, searched, spread
 from vanelock.commands.optimise.tables import notes
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.following.peak import PeakPoint
+from vanelock.nonlinear.following.peak import CurvePoint
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Place:
 
 def peak(omega, amplitude):
     where = Place(omega, np.full((2, 3, 3), omega), "a preconditioner")
-    return PeakPoint(where, amplitude, -1.0, 0.0, 1, False)  # type: ignore[arg-type]
+    return CurvePoint(where, amplitude, -1.0, 0.0, 1, False)  # type: ignore[arg-type]
 
 
 def model(harmonics=1):

@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.nonlinear.contact.sampled_plane import sampled_plane
 from vanelock import rom
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, frequency_response
-from vanelock.nonlinear.contact.isotropic.disc_places import slider_places
+from vanelock.nonlinear.contact.isotropic.located_law import slider_places
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.fourier.trigonometric import basis
 from vanelock.rom import Contacts
@@ -138,7 +139,10 @@ def test_error_by_number_of_samples(harmonics, record_property):
     chosen_contacts = Contacts(made.kn[chosen], made.kt[chosen], made.mu[chosen], made.v0[chosen])
     medians = []
     for samples in (128, 256, 512, 1024, None):
-        found = contact_law(chosen_contacts, harmonics, samples, "isotropic")(u).w[:, 1:]
+        if samples is None:
+            found = contact_law(chosen_contacts, harmonics, friction="isotropic")(u).w[:, 1:]
+        else:
+            found = sampled_plane(chosen_contacts, samples, u).w[:, 1:]
         error = np.abs(found - reference).max(axis=(1, 2)) / scale
         record_property(
             f"{samples} samples" if samples else "located events",

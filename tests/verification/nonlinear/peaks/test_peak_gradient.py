@@ -8,8 +8,8 @@ import pytest
 
 from tests.verification.nonlinear.spring_rings import MASSES, RINGS, loaded, spring_ring, worst_of
 from vanelock.nonlinear import AmplitudeGradient, Options
-from vanelock.nonlinear.following.parameters import Parameter
-from vanelock.nonlinear.following.peak import PeakPoint, Resonance
+from vanelock.nonlinear.following.parameter_response import Parameter
+from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_gradient import gradient_of_peak
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.rom.system.system import Force
@@ -137,7 +137,7 @@ def peak_of(system, near, options):
     return ready, track.component, track.highest(1.0, swept)
 
 
-def moved_peak(system, near, options, component, peak: PeakPoint) -> PeakPoint | None:
+def moved_peak(system, near, options, component, peak: CurvePoint) -> CurvePoint | None:
     """The same peak of a system that changed a little."""
     ready = options.prepare(system, near, 1000)
     solution = peak.solution

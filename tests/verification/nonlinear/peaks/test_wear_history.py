@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     peak_response,
     wear_history,
 )
-from vanelock.nonlinear.following.peak import PeakPoint, Resonance
+from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 RINGS, GROUPS = (20, 10) if FULL else (2, 2)
@@ -167,7 +167,7 @@ class PeakRate:
         self.v0, omega = self.system.contacts.v0, 2 * np.pi * float(first.frequency[0])
         solution = self.options.prepare(self.system, 1.0, 1).solver.point(omega, [])
         bend = -((2 * np.pi * float(first.width[0])) ** -2.0)
-        self.peak = PeakPoint(solution, 0.0, bend, 0.0, 0, False)
+        self.peak = CurvePoint(solution, 0.0, bend, 0.0, 0, False)
         self(self.v0)
         assert self.peak.amplitude == pytest.approx(first.amplitude[0], rel=1e-9)
 

@@ -1,4 +1,4 @@
-"""The path of one friction slider over a period, with located events.
+"""The contact law with orthogonal friction, its events located or on samples.
 
 A contact's friction spring ends in a slider at w, t = kt (u - w). Sticking holds w; slipping keeps
 it at a bound,
@@ -9,19 +9,28 @@ and a lifted-off contact (v < 0) carries it along, w = u, which is also where st
 So every piece of w(θ) is a trigonometric polynomial or a constant, and what remains is to find
 where one piece ends and the next begins. Between two neighbouring roots of v, low' and high' each
 bound is monotone and the contact open or closed, so that a held slider meets at most one bound
-once: roots are all that has to be searched for.
+once: roots are all that has to be searched for, and integrals are exact, segment by segment.
+
+On plain samples, quick and a reference, events fall between samples, so the coefficients carry an
+error of first order in their distance; the Jacobian is the exact derivative of the sampled law,
+followed through the states.
 """
 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
+from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, PARTLY, add_normal, place, scale
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import (
     TURN,
     Floats,
+    add_integrals,
+    basis_at,
     crossing,
     derivative,
+    gram,
     roots,
     spread,
     value,
@@ -196,3 +205,190 @@ def _march(
         if mode != HELD:
             count = _append(out, count, mode, event, b, 0.0, np.nan, 0.0)
     return count
+
+
+@kernel
+def sampled_law(
+    u: Floats,
+    alpha: Floats,
+    stiffness: Floats,
+    table: Floats,
+    w: Floats,
+    jacobian: Floats,
+    opening: NDArray[np.int64],
+    slips: NDArray[np.bool_],
+    energy: Floats,
+) -> None:
+    """The law on plain samples, contact by contact."""
+    for c in range(u.shape[0]):
+        opening[c], slips[c], energy[c] = sampled_contact(
+            u[c], alpha[c], stiffness[c], table, w[c], jacobian[c]
+        )
+
+
+@kernel
+def sampled_contact(
+    u: Floats, alpha: Floats, stiffness: Floats, table: Floats, w: Floats, jacobian: Floats
+) -> tuple[int, bool, float]:
+    """W and dw/du of one contact from samples of the period."""
+    size, m = table.shape
+    v = table @ u[0]
+    opened = 0
+    for i in range(size):
+        if v[i] <= 0.0:
+            opened += 1
+            for j in range(m):
+                w[0, j] += v[i] * table[i, j]
+                for k in range(m):
+                    jacobian[0, j, 0, k] += table[i, j] * table[i, k]
+    slips, work = False, 0.0
+    for d in range(1, 3):
+        slip, share = _sampled_slider(
+            v, table @ u[d], alpha[d - 1], table, opened, w[d], jacobian[d, :, d], jacobian[d, :, 0]
+        )
+        slips = slips or slip
+        work += stiffness[d] * share
+    w /= 0.5 * size
+    w[:, 0] *= 0.5
+    jacobian /= 0.5 * size
+    jacobian[:, 0] *= 0.5
+    return CLOSED if opened == 0 else ALWAYS if opened == size else PARTLY, slips, work
+
+
+@kernel
+def _sampled_slider(
+    v: Floats,
+    u: Floats,
+    alpha: float,
+    table: Floats,
+    opened: int,
+    w: Floats,
+    along: Floats,
+    across: Floats,
+) -> tuple[bool, float]:
+    """Sums of one slider over the samples: clip(w, u - αv, u + αv) from one to the next, twice."""
+    size, m = table.shape
+    low, high = u - alpha * np.maximum(v, 0.0), u + alpha * np.maximum(v, 0.0)
+    source, factor = 0, 0.0  # dw = du + factor dv at that sample
+    stays = opened == 0 and low.max() <= high.min()
+    place = 0.0
+    if stays:
+        if low.max() > 0.0:
+            place, source, factor = low.max(), int(np.argmax(low)), -alpha
+        elif high.min() < 0.0:
+            place, source, factor = high.min(), int(np.argmin(high)), alpha
+        else:  # sticks where it was assembled
+            return False, 0.0
+    slips, work = False, 0.0
+    for i in range(size if stays else 2 * size):
+        s = i % size
+        before = place
+        if not stays:
+            if v[s] <= 0.0:
+                place, source, factor = u[s], s, 0.0
+            elif place < low[s]:
+                place, source, factor = low[s], s, -alpha
+            elif place > high[s]:
+                place, source, factor = high[s], s, alpha
+            if i < size:
+                continue
+            if source == s and v[s] > 0.0:
+                slips = True
+                work += alpha * v[s] * abs(place - before)
+        for j in range(m):
+            w[j] += place * table[s, j]
+            for k in range(m):
+                along[j, k] += table[s, j] * table[source, k]
+                across[j, k] += table[s, j] * factor * table[source, k]
+    return slips, work
+
+
+@kernel
+def _add_slider(
+    v: Floats, u: Floats, alpha: float, path: Floats, w: Floats, along: Floats, across: Floats
+) -> tuple[bool, float]:
+    """Coefficients of a slider path, its derivatives to u and to v; whether it slips; ∫ αv |dw|."""
+    m = u.size
+    moments = np.zeros((3, m), np.complex128)  # of the angles on the lower and upper bound, and off
+    held = np.empty((m + 1) // 2, np.complex128)
+    integral, phi = np.empty(m), np.empty(m)
+    slips, opens = False, False
+    for i in range(path.shape[0]):
+        kind, begin, end = int(path[i, KIND]), path[i, BEGIN], path[i, END]
+        if kind == HELD:
+            if np.isnan(path[i, SOURCE]):
+                continue
+            held[:] = 0.0
+            add_integrals(begin, end, held)
+            integral[0] = held[0].real
+            for h in range(1, held.size):
+                integral[2 * h - 1], integral[2 * h] = held[h].real, -held[h].imag
+            basis_at(path[i, SOURCE], phi)
+            for j in range(m):
+                w[j] += path[i, PLACE] * integral[j]
+                for k in range(m):
+                    along[j, k] += integral[j] * phi[k]
+                    across[j, k] += integral[j] * path[i, FACTOR] * phi[k]
+        else:
+            add_integrals(begin, end, moments[0 if kind == LOW else 1 if kind == HIGH else 2])
+            slips = slips or kind != FREE
+            opens = opens or kind == FREE
+    work = 0.0
+    share, moving = np.empty((m, m)), np.empty(m)
+    for g in range(3):
+        if (not slips and g < 2) or (not opens and g == 2):
+            continue
+        gram(moments[g], share)
+        factor = -alpha if g == 0 else alpha if g == 1 else 0.0
+        for k in range(m):
+            moving[k] = u[k] + factor * v[k]
+        rate = derivative(moving)
+        for j in range(m):
+            for k in range(m):
+                w[j] += share[j, k] * moving[k]
+                along[j, k] += share[j, k]
+                across[j, k] += factor * share[j, k]
+                work -= factor * v[j] * share[j, k] * rate[k]
+    for j in range(m):
+        w[j] /= TURN if j == 0 else 0.5 * TURN
+    scale(along)
+    scale(across)
+    return slips, work
+
+
+@kernel
+def located_law(
+    u: Floats,
+    alpha: Floats,
+    stiffness: Floats,
+    table: Floats,
+    w: Floats,
+    jacobian: Floats,
+    opening: NDArray[np.int64],
+    slips: NDArray[np.bool_],
+    energy: Floats,
+) -> None:
+    """The law with located events, contact by contact."""
+    m = u.shape[2]
+    contact = np.empty(2 * m + 2)
+    path = np.empty((6 * contact.size + 2, WIDTH))
+    along, across = np.empty((m, m)), np.empty((m, m))
+    for c in range(u.shape[0]):
+        v = u[c, 0]
+        count = roots(v, table, contact)
+        along[:] = 0.0
+        opening[c] = add_normal(v, contact, count, w[c, 0], along)
+        if opening[c] != CLOSED:
+            place(along, c, 0, 0, jacobian)
+        for d in range(1, 3):
+            a = alpha[c, d - 1]
+            size = slider_path(v, u[c, d], a, contact, count, table, path)
+            if size == 1 and path[0, KIND] == HELD and np.isnan(path[0, SOURCE]):
+                continue  # sticks where it was assembled
+            along[:] = 0.0
+            across[:] = 0.0
+            slip, work = _add_slider(v, u[c, d], a, path[:size], w[c, d], along, across)
+            place(along, c, d, d, jacobian)
+            place(across, c, d, 0, jacobian)
+            slips[c] = slips[c] or slip or (a == 0.0 and m > 1)
+            energy[c] += stiffness[c, d] * work

@@ -1,1 +1,0 @@
-"""Elements that follow laws of their own, by alternating frequency and time."""

@@ -1,1 +1,0 @@
-"""Friction bounded in each tangential direction by itself."""
