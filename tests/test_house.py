@@ -13,6 +13,7 @@ from packaging.utils import canonicalize_name
 ROOT = Path(__file__).resolve().parent.parent
 GENERATED = {"build", "dist", "runs", "__pycache__"}
 TEXT = {".py", ".toml", ".md", ".sh", ".lock", ".html", ".css", ".json", ".yaml", ".yml", ".txt"}
+NAMED = {"Makefile", "Dockerfile", "run", "LICENSE", ".gitignore"}
 
 # A home folder or scratch folder of one machine, in any file.
 MACHINE_PATH = re.compile(r"(?<![\w.])/(?:home|root|work|Users|mnt|tmp)/\w")
@@ -35,13 +36,7 @@ def files() -> Iterator[Path]:
         ]
         for name in names:
             path = Path(folder) / name
-            if path.suffix in TEXT or name in {
-                "Makefile",
-                "Dockerfile",
-                "run",
-                "LICENSE",
-                ".gitignore",
-            }:
+            if path.suffix in TEXT or name in NAMED:
                 yield path
 
 

@@ -22,18 +22,6 @@ GENERAL = [
 """What knows no vane, casing or interlock: of these a study alone has any."""
 
 
-def imported_modules(source: Path) -> set[str]:
-    """Full names of all that a file imports; relative ones begin with dots."""
-    names: set[str] = set()
-    for node in ast.walk(ast.parse(source.read_text())):
-        if isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            origin = "." * node.level + (node.module or "")
-            names.update({origin} | {f"{origin}.{alias.name}" for alias in node.names})
-    return names
-
-
 def test_packages_are_the_folders_on_disk() -> None:
     on_disk = {
         ".".join(("vanelock", *init.parent.relative_to(ROOT).parts))
@@ -66,8 +54,7 @@ def test_no_folder_of_code_is_crowded() -> None:
 
 def test_what_is_general_knows_no_parts_by_name() -> None:
     named = re.compile(r"\b(vanes?|casings?|interlocks?|hooks?)\b", re.IGNORECASE)
-    sources = [ROOT / at for at in GENERAL if at.endswith(".py")]
-    sources += [path for at in GENERAL for path in (ROOT / at).rglob("*.py")]
+    sources = [path for at in GENERAL for path in (ROOT / at).rglob("*.py")]
     assert len(sources) > 100
     found = {str(f.relative_to(ROOT)) for f in sources if named.search(f.read_text())}
     assert found == set()
@@ -79,31 +66,17 @@ def test_every_file_of_code_is_in_a_room() -> None:
             assert (path.parent / "__init__.py").exists(), path
 
 
-@pytest.mark.parametrize("stage", PHYSICS)
-def test_link_leads_to_the_stage(stage: str) -> None:
-    link = ROOT / "vanelock" / stage
-    assert link.is_symlink()
-    assert link.readlink() == Path("..") / stage
-    assert link.resolve() == ROOT / stage
-
-
-@pytest.mark.parametrize(("name", "folder"), [("manual", "docs"), ("examples", "examples")])
-def test_link_leads_to_what_is_installed_with_the_program(name: str, folder: str) -> None:
+@pytest.mark.parametrize("name", [*PHYSICS, "manual", "examples"])
+def test_link_leads_to_what_is_installed_with_the_program(name: str) -> None:
+    folder = "docs" if name == "manual" else name
     assert (ROOT / "vanelock" / name).readlink() == Path("..") / folder
+    assert (ROOT / folder).is_dir()
 
 
 def test_imports_point_one_way() -> None:
     command = [str(Path(sys.executable).with_name("lint-imports")), "--no-cache"]
     run = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
     assert run.returncode == 0, run.stdout
-
-
-def test_imports_are_absolute() -> None:
-    for name in (*PHYSICS, "vanelock"):
-        for source in (ROOT / name).rglob("*.py"):
-            names = imported_modules(source)
-            wrong = [n for n in names if n.startswith(".") or n.split(".")[0] in PHYSICS]
-            assert wrong == [], source
 
 
 def test_nonlinear_loads_no_mesher_and_no_renderer() -> None:
