@@ -121,7 +121,9 @@ def load_study(
             "whose parts have meshes"
         )
     data, refused = _beside(data, place.parent, outside)
-    return checked(Study, data, where, refused, lambda study: [*case_mistakes(study), *also(study)])
+    return checked(
+        Study, data, where, refused, lambda study: [*_case_mistakes(study), *also(study)]
+    )
 
 
 def load_given(path: str | os.PathLike[str], outside: bool = False) -> Given:
@@ -148,7 +150,7 @@ def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
     where = str(path)
     data = toml_tables(read_text(Path(path)), where)
     data, refused = _scene_beside(data, Path(path).parent, outside)
-    return checked(Scene, data, where, refused, case_mistakes)
+    return checked(Scene, data, where, refused, _case_mistakes)
 
 
 def is_scene(data: dict[str, Any]) -> bool:
@@ -166,10 +168,10 @@ def read_text(path: Path) -> str:
 
 def parse_study(text: str, where: str = "study") -> Study:
     """Check the text of a study file, sweep values apart; `where` is what errors call it."""
-    return check_study(toml_tables(text, where), where)
+    return _check_study(toml_tables(text, where), where)
 
 
-def check_study(data: dict[str, Any], where: str = "study") -> Study:
+def _check_study(data: dict[str, Any], where: str = "study") -> Study:
     """Check the nested tables of a study."""
     return checked(Study, data, where)
 
@@ -199,7 +201,7 @@ def checked(
     raise InputError("\n".join(f"{where}: {line}" for line in lines))
 
 
-def case_mistakes(given: Given) -> list[str]:
+def _case_mistakes(given: Given) -> list[str]:
     """What is wrong with the cases."""
     return raised(lambda: cases(given))
 

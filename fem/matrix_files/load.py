@@ -57,12 +57,12 @@ def ending(path: Path) -> str:
     return "." + name.rpartition(".")[2] if "." in name else ""
 
 
-def holds_several(path: Path) -> bool:
+def _holds_several(path: Path) -> bool:
     """Whether a file of this format may hold more matrices than one."""
     return ending(path) in SEVERAL
 
 
-def read_entries(path: Path, wanted: WantedMatrix) -> Entries:
+def _read_entries(path: Path, wanted: WantedMatrix) -> Entries:
     """Read the matrix that is wanted from a file."""
     found = READERS.get(ending(path))
     if found is None:
@@ -77,7 +77,7 @@ BALANCED = 1e-3
 """Sum of a row's entries along one direction, over that of their moduli, below which it is none."""
 
 
-def check_mass(
+def _check_mass(
     source: str, M: sp.csc_array, node: NDArray[np.int64], direction: NDArray[np.int64]
 ) -> None:
     """Refuse a matrix that is no mass.
@@ -154,7 +154,7 @@ def load_matrices(
         raise InputError(f"names: {unknown[0]!r}: stiffness, mass or damping can be named")
     stiffness = Path(stiffness)
     position_node, position = _positions(nodes)
-    first = read_entries(stiffness, WantedMatrix("stiffness", names.get("stiffness")))
+    first = _read_entries(stiffness, WantedMatrix("stiffness", names.get("stiffness")))
     _refuse_vast(first)
     labels = _labels(first, dofs, position_node)
     parts = {"stiffness": _Part(first, assembled(first, "stiffness"), labels)}
@@ -165,7 +165,7 @@ def load_matrices(
     node, direction, matrices = _aligned(parts)
     node, direction = check_labels(first.source, node, direction)
     if "mass" in matrices:
-        check_mass(parts["mass"].entries.source, matrices["mass"], node, direction)
+        _check_mass(parts["mass"].entries.source, matrices["mass"], node, direction)
     found = {what: used.converted(m, what, direction) for what, m in matrices.items()}
     return Matrices(
         K=found["stiffness"],
@@ -190,13 +190,13 @@ class _Part:
 def _other(stiffness: Path, path: PathLike | None, what: str, name: str | None) -> Entries | None:
     """Mass or damping from its own file, or from the stiffness's where that has it."""
     if path is not None:
-        return read_entries(Path(path), WantedMatrix(what, name))
-    if not holds_several(stiffness):
+        return _read_entries(Path(path), WantedMatrix(what, name))
+    if not _holds_several(stiffness):
         if name is not None:
             raise InputError(f'names: {what} = "{name}": {stiffness} holds one matrix: give a file')
         return None
     try:
-        return read_entries(stiffness, WantedMatrix(what, name, alone=False))
+        return _read_entries(stiffness, WantedMatrix(what, name, alone=False))
     except NoMatrixError:
         if name is not None:
             raise

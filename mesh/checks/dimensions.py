@@ -33,7 +33,7 @@ _ROOT = ("inner_shroud_inner_radius", "inner_shroud_outer_radius")
 _TIP = ("outer_shroud_inner_radius", "outer_shroud_outer_radius")
 
 
-def check_aerofoils(vane: VaneDimensions, sectors: int) -> None:
+def _check_aerofoils(vane: VaneDimensions, sectors: int) -> None:
     """Refuse aerofoils that leave their shrouds or meet one another."""
     start, end = aerofoil.ends(vane)
     root, tip = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
@@ -225,7 +225,7 @@ def check_vane(vane: VaneDimensions, sectors: int) -> None:
     """Refuse aerofoils that leave their shrouds or meet each other, and their fillets."""
     check_sectors(sectors)
     check_vane_fillet(vane)
-    check_aerofoils(vane, sectors)
+    _check_aerofoils(vane, sectors)
     check_root_fillet(vane, sectors)
 
 

@@ -17,7 +17,7 @@ from vanelock.common.files.limited import by_library
 from vanelock.mesh.files.raw import Array, CellBlock, Integers, RawMesh, distinct
 
 
-def node_numbers(data: bytes) -> NDArray[np.int64] | None:
+def _node_numbers(data: bytes) -> NDArray[np.int64] | None:
     """Numbers of the nodes in the order of a .msh file of version 2 or 4.1; None of any other."""
     words = _after(data, b"$MeshFormat", 200)[:200].split()
     try:
@@ -100,7 +100,7 @@ def read_exchange(source: str, path: Path) -> RawMesh:
     numbers = np.arange(len(points)) + (0 if path.suffix.lower() in _FROM_ZERO else 1)
     gmsh = path.suffix.lower() == ".msh"
     if gmsh:
-        own = node_numbers(path.read_bytes())
+        own = _node_numbers(path.read_bytes())
         if own is not None and len(own) == len(points) == len(np.unique(own)):
             numbers = own
     raw = RawMesh(source, numbers, points, repeated=gmsh)

@@ -14,7 +14,7 @@ from vanelock.mesh.files.raw import Array, CellBlock, FileMesh, Integers, RawMes
 from vanelock.mesh.refinement.dof_estimate import MOST
 
 
-def file_sets(
+def _file_sets(
     raw: RawMesh, numbers: Integers, faces: Integers
 ) -> tuple[dict[str, Integers], dict[str, Integers], dict[str, Integers]]:
     """Nodes of every set, faces of those that have any, and what belongs to no solid element.
@@ -117,7 +117,7 @@ def solid_mesh(raw: RawMesh, unit: float) -> FileMesh:
     place = np.full(len(points), -1)
     place[used] = np.arange(len(used))
     cells, numbers = place[cells], raw.numbers[used]
-    sets = file_sets(raw, numbers, exterior(cells, reference))
+    sets = _file_sets(raw, numbers, exterior(cells, reference))
     return FileMesh(raw.source, points[used], numbers, cells, elements, kind, *sets)
 
 

@@ -39,7 +39,7 @@ TRIANGLE6 = 9  # gmsh's number of the element type
 _SIDES = [(0, 1), (1, 2), (2, 0)]
 
 
-def half_way(gmsh: Any, mesh: MeshArrays, vane: VaneDimensions, sectors: int) -> MeshArrays:
+def _half_way(gmsh: Any, mesh: MeshArrays, vane: VaneDimensions, sectors: int) -> MeshArrays:
     """The mesh with those nodes half-way around."""
     points = mesh.points.copy()
     for _, tag in gmsh.model.getEntities(2):
@@ -133,7 +133,7 @@ def vane_segment(
         else:
             sides = divide_aerofoils(gmsh, dimensions, length)
         mesh = generate(gmsh, length, of_vane(dimensions, sectors, length))
-        mesh = half_way(gmsh, mesh, dimensions, sectors)
+        mesh = _half_way(gmsh, mesh, dimensions, sectors)
         mesh = mesh if volume is None else replace(mesh, volume=volume)
         on = [nodes_on(gmsh, mesh, 1, tag) for tag in band_tags + row_tags]
         skin = np.concatenate([nodes_on(gmsh, mesh, 2, tag) for tag in sides])

@@ -103,13 +103,13 @@ def interlock_rows(vane: VaneDimensions, sectors: int, pieces: int = 1) -> NDArr
     axial = np.linspace(-half, half, (vane.interlock_nodes - 1) * pieces + 1)
     return np.array(
         [
-            interlock_edge(vane, sectors, radius, axial)
+            _interlock_edge(vane, sectors, radius, axial)
             for radius in (vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius)
         ]
     )
 
 
-def interlock_edge(
+def _interlock_edge(
     vane: VaneDimensions, sectors: int, radius: float, axial: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Points (k, 3) where the left interlock plane cuts a cylinder, at heights from mid-plane."""

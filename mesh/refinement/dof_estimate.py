@@ -51,7 +51,7 @@ def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
     rows = divided.rows + (arc_rows(vane) if vane.root_fillet else 0)
     cells = vane.aerofoils * rows * 2 * (divided.columns + ROUND)
     shares = (1.0, SHROUD, HOOKS, HOOKS)
-    plates = zip(shroud_plates(vane, sectors), shares, strict=True)
+    plates = zip(_shroud_plates(vane, sectors), shares, strict=True)
     regions = (_plates_dofs([plate], share * size, _VANE) for plate, share in plates)
     return _VANE_LEAST + 3 * _A_CELL * cells + sum(regions)
 
@@ -114,7 +114,7 @@ def _advice(count: Callable[[float, float], float]) -> str:
     return ", and no size reaches that: reduce the dimensions"
 
 
-def shroud_plates(vane: VaneDimensions, sectors: int) -> list[Plate]:
+def _shroud_plates(vane: VaneDimensions, sectors: int) -> list[Plate]:
     """The shrouds, legs and feet of a vane segment."""
     hook, pitch = vane.hook, 2 * np.pi / sectors
     long = pitch * vane.outer_shroud_extent

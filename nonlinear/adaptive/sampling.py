@@ -61,7 +61,7 @@ def bend(history: Sequence[Point], point: Point) -> float:
     return abs(point.amplitude - line) / max(b.amplitude, TINY)
 
 
-def may_jump(a: Point, b: Point) -> bool:
+def _may_jump(a: Point, b: Point) -> bool:
     """Whether two neighbours may lie on different branches, by their tangents."""
     if not (np.isfinite(a.slope) and np.isfinite(b.slope)):
         return True
@@ -76,7 +76,7 @@ def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> NDArray[np
     found = [
         (i, j)
         for i, j in pairwise(solved)
-        if may_jump(points[i], points[j]) and not pointwise.joined(points[i], points[j])
+        if _may_jump(points[i], points[j]) and not pointwise.joined(points[i], points[j])
     ]
     return np.array(found, np.int64).reshape(-1, 2)
 
@@ -201,7 +201,7 @@ class Exploring:
             if easy is None and not jumps:
                 return
             point = self.pointwise.point(omega, known, easy)
-            if not jumps and may_jump(last, point):
+            if not jumps and _may_jump(last, point):
                 if not steps.shortened(closest, closest):
                     return
                 continue
@@ -229,7 +229,7 @@ class Exploring:
         if not 0 < place < len(others):
             return False
         beside = others[place - 1 : place + 1]
-        if not all(p.solution.converged for p in beside) or may_jump(beside[0], beside[-1]):
+        if not all(p.solution.converged for p in beside) or _may_jump(beside[0], beside[-1]):
             return False
         height = self._drawn(beside).at(np.array([point.omega]))[0]
         return bool(height > (1 + OTHER) * point.amplitude)
@@ -279,7 +279,7 @@ class Exploring:
         while i < len(ahead) - 1:
             here, next_one = ahead[i], ahead[i + 1]
             i += 1
-            if not may_jump(here, next_one) or (here.omega, end) in self.left:
+            if not _may_jump(here, next_one) or (here.omega, end) in self.left:
                 continue
             self.left.add((here.omega, end))
             beyond = ahead[i:]
@@ -311,7 +311,7 @@ class Exploring:
         for i in order:
             beside = [points[j] for j in (i - 1, i + 1) if 0 <= j < len(points)]
             least = max((p.harmonics for p in beside), default=0) - BEYOND
-            jumps = [p.harmonics for p in beside if may_jump(points[i], p)]
+            jumps = [p.harmonics for p in beside if _may_jump(points[i], p)]
             least = max([least, *jumps])  # perhaps no jump, but a harmonic too few
             if points[i].amplitude > PEAK * top.amplitude:
                 least = max(least, top.harmonics)
@@ -333,7 +333,7 @@ class Exploring:
             (p for p in beside if p.solution.converged), key=lambda p: -abs(p.omega - omega)
         )
         point = self.pointwise.point(omega, beside)
-        if self.direction is None and len(beside) == 2 and any(may_jump(p, point) for p in beside):
+        if self.direction is None and len(beside) == 2 and any(_may_jump(p, point) for p in beside):
             for other in beside:
                 if (easy := self.pointwise.easily(omega, [other])) is not None:
                     tried = self.pointwise.point(omega, [other], easy)

@@ -79,7 +79,7 @@ class Samples:
     project: Floats
 
 
-def samples_at(harmonics: int, angles: Floats, weights: Floats) -> Samples:
+def _samples_at(harmonics: int, angles: Floats, weights: Floats) -> Samples:
     """Instants by their angles (s,), and what each counts in an integral over θ."""
     table = basis(harmonics, angles)
     slope = np.zeros_like(table)
@@ -94,7 +94,7 @@ def samples_at(harmonics: int, angles: Floats, weights: Floats) -> Samples:
 @lru_cache(maxsize=64)
 def uniform(harmonics: int, count: int) -> Samples:
     """Uniform samples of a period."""
-    return samples_at(harmonics, TURN * np.arange(count) / count, np.full(count, TURN / count))
+    return _samples_at(harmonics, TURN * np.arange(count) / count, np.full(count, TURN / count))
 
 
 @kernel
@@ -107,7 +107,7 @@ def _march(
         force(u[i], rate[i], state, p, forces[i])
 
 
-def laps_of(
+def _laps_of(
     law: Any, element: Element, u: Floats, omega: float, on: Samples
 ) -> tuple[Floats, Floats, Floats, list[Floats]]:
     """Displacements, velocities and the last lap's forces (s, d); states (s, n) of every lap."""
@@ -203,7 +203,7 @@ def resolved(law: Any, element: Element, u: Floats, omega: float, counts: float)
     """Instants that resolve the force of an element; see `periodic_force`."""
     harmonics, parameters = (u.shape[1] - 1) // 2, np.asarray(element.parameters)
     count = max(PANELS, 4 * harmonics)
-    scanned = laps_of(law, element, u, omega, uniform(harmonics, 4 * count))
+    scanned = _laps_of(law, element, u, omega, uniform(harmonics, 4 * count))
     largest, state = max(float(np.abs(scanned[2]).max()), counts), np.zeros(element.memory)
     edges = TURN * np.arange(count + 1) / count
     if element.memory:
@@ -222,7 +222,7 @@ def resolved(law: Any, element: Element, u: Floats, omega: float, counts: float)
     bounds = ends[:found]
     half = 0.5 * np.diff(bounds)[:, None]
     angles = (bounds[:-1, None] + half * (1 + NODES)).reshape(-1)
-    return samples_at(harmonics, angles, (half * WEIGHTS).reshape(-1))
+    return _samples_at(harmonics, angles, (half * WEIGHTS).reshape(-1))
 
 
 def _turns(u: Floats) -> Floats:
@@ -330,7 +330,7 @@ def periodic_force(
 
 def _on(law: Any, element: Element, u: Floats, omega: float, on: Samples) -> PeriodicForce:
     """The force on given samples, and its derivatives."""
-    moved, rate, forces, laps = laps_of(law, element, u, omega, on)
+    moved, rate, forces, laps = _laps_of(law, element, u, omega, on)
     (s, d), m = moved.shape, u.shape[1]
     sizes = np.concatenate([_sizes(moved), _sizes(rate), _sizes(laps[-1])])
     steps = 2.0 ** np.floor(np.log2(DIFFERENCE * sizes))

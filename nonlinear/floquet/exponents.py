@@ -206,7 +206,7 @@ def zeros(
         if series.error < CONVERGED:
             break
     assert series is not None
-    found = [_improved(series, s, a) for s, a in beyn(series, centre, radius)]
+    found = [_improved(series, s, a) for s, a in _beyn(series, centre, radius)]
     each = [pair for pair in found if pair is not None]
     known = np.array([s for s, _ in each], complex)
     inside = [pair for pair in each if window.distance(pair[0]) == 0]
@@ -214,7 +214,7 @@ def zeros(
     return Zeros(series, inside, complete)
 
 
-def beyn(matrix: Matrix, centre: float, radius: float) -> Iterator[tuple[complex, Complex]]:
+def _beyn(matrix: Matrix, centre: float, radius: float) -> Iterator[tuple[complex, Complex]]:
     """Zeros in a circle and their vectors (m,); some beyond it and spurious ones among them."""
     turn = np.exp(2j * np.pi * (np.arange(NODES) + 0.5) / NODES)
     inverse = np.array([np.linalg.inv(matrix(centre + radius * each)) for each in turn])

@@ -64,7 +64,7 @@ class PerturbedStructure:
     def poles(self) -> list[Complex]:
         """(2, n) values of s at which p of each mode vanishes, by harmonic."""
         pairs = enumerate(self.each, -self.harmonics)
-        return [complex_poles(modes) / self.omega - 1j * k for k, modes in pairs]
+        return [_complex_poles(modes) / self.omega - 1j * k for k, modes in pairs]
 
     @cached_property
     def chosen(self) -> list[tuple[int, int]]:
@@ -133,7 +133,7 @@ class PerturbedStructure:
         return rows
 
 
-def complex_poles(modes: StuckModes) -> Complex:
+def _complex_poles(modes: StuckModes) -> Complex:
     """(2, n) values of z, rad/s, at which p of each mode vanishes; infinity is a large one."""
     d = modes.damping
     root = np.sqrt(d**2 - 4 * modes.static * modes.compliance.astype(complex))

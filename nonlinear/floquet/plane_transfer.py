@@ -190,7 +190,7 @@ def _passed(
     return across
 
 
-def slider_steps(u: Floats, alpha: float, table: Floats) -> SliderSteps | None:
+def _slider_steps(u: Floats, alpha: float, table: Floats) -> SliderSteps | None:
     """The path of one contact's slider; None where it sticks for good."""
     rows = slider_pieces(u, alpha, table)
     kinds = rows[:, KIND]
@@ -348,7 +348,7 @@ def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> PlaneTransfer:
     opens = normal.components % 3 == 0
     table = grid(max(harmonics, u.shape[2] // 2))[:, : u.shape[2]]
     table = np.ascontiguousarray(table)
-    found = [slider_steps(u[c], float(alpha[c, 0]), table) for c in range(len(u))]
+    found = [_slider_steps(u[c], float(alpha[c, 0]), table) for c in range(len(u))]
     moved = [c for c, path in enumerate(found) if path is not None]
     planes = np.array([3 * c + i for c in moved for i in (1, 2)], np.int64)
     components = np.union1d(normal.components[opens], planes)

@@ -188,14 +188,14 @@ def hysteresis(
         fold=turning,
         upper=np.array([path_hertz[i] >= path_hertz[i - 1] for i in turning], bool),
         sharp=np.array([places[i].sharp for i in turning], bool),
-        several=several_ranges(path_hertz),
+        several=_several_ranges(path_hertz),
         complete=not ended,
         ended=ended,
         connected=bool(not ended and ends),
     )
 
 
-def several_ranges(frequency: Floats) -> Floats:
+def _several_ranges(frequency: Floats) -> Floats:
     """(r, 2) ranges that a path passes more than once, from the frequencies along it."""
     steps = np.diff(frequency)
     back = np.flatnonzero(steps < 0)
@@ -226,7 +226,7 @@ def followed(
     for step in SolutionPath(family, begun, end, LONGEST * sqrt(len(begun.w))):
         reached = step.solution
         if before is not None and step.rate * before.rate < 0:
-            fold = fold_between(family, before, step, turning, tolerance)
+            fold = _fold_between(family, before, step, turning, tolerance)
             if (fold.solution.parameter - end) * span >= 0:
                 reached = fold.solution  # it turns beyond the end
             else:
@@ -253,7 +253,7 @@ def followed(
     return places, f"no next point was found, not even {SHORTEST:.1%} of the amplitude further on"
 
 
-def fold_between(
+def _fold_between(
     family: Family,
     before: PathPoint,
     after: PathPoint,

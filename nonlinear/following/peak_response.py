@@ -194,7 +194,7 @@ def traced(
     report = Report(progress, values, is_range)
     report(first)
     if is_range:
-        over_range(ridge, tracks, values[-1], report)
+        _over_range(ridge, tracks, values[-1], report)
     else:
         through(ridge, tracks, values[1:], report)
     *before, last = passed(tracks)
@@ -230,7 +230,7 @@ class Report:
         self.progress(self.done, expected, peak.value, peak.amplitude)
 
 
-def over_range(ridge: PeakTrack, tracks: list[Track], end: float, report: Report) -> None:
+def _over_range(ridge: PeakTrack, tracks: list[Track], end: float, report: Report) -> None:
     """Follow the peak to the end of a range; where it is lost, on from the highest beyond."""
     begun: CurvePoint | None
     (begun,) = tracks[0].values()
@@ -248,7 +248,7 @@ def over_range(ridge: PeakTrack, tracks: list[Track], end: float, report: Report
         value = end if abs(last - place) < 1e-12 * ridge.span else ridge.value(place)
         value = value if ridge.bounded(value) else end  # what nothing bounds here, nothing does on
         place = ridge.varied.coordinate(value)
-        begun = restarted(ridge, tracks, value, report)
+        begun = _restarted(ridge, tracks, value, report)
 
 
 def through(ridge: PeakTrack, tracks: list[Track], values: Sequence[float], report: Report) -> None:
@@ -261,11 +261,11 @@ def through(ridge: PeakTrack, tracks: list[Track], values: Sequence[float], repo
             known.extend(found)
             report(tracks[-1][value])
         else:
-            begun = restarted(ridge, tracks, value, report)
+            begun = _restarted(ridge, tracks, value, report)
             known = [begun] if begun else []
 
 
-def restarted(
+def _restarted(
     ridge: PeakTrack, tracks: list[Track], value: float, report: Report
 ) -> CurvePoint | None:
     """The highest peak at a value, followed backwards.

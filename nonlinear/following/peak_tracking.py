@@ -200,7 +200,7 @@ class PeakTrack:
             if peak is None:
                 if not steps.shortened(2.5 * finest):
                     return
-            elif steps.taken(coordinate, surprise(peaks, peak)):
+            elif steps.taken(coordinate, _surprise(peaks, peak)):
                 yield peak
                 peaks = [*peaks, peak][-3:]
 
@@ -220,7 +220,7 @@ def expected(peaks: Sequence[CurvePoint], coordinate: float) -> tuple[float, flo
     return omega, size, w
 
 
-def surprise(peaks: Sequence[CurvePoint], peak: CurvePoint) -> float:
+def _surprise(peaks: Sequence[CurvePoint], peak: CurvePoint) -> float:
     """How far a peak lies from where it was expected, in units of what a drawn curve forgives."""
     omega, size, _ = expected(peaks, peak.coordinate)
     aside = abs(peak.omega - omega) / (0.5 * peak.width)

@@ -75,7 +75,7 @@ def contact_loop(
 def _places(response: Response, u: Floats, alpha: Floats, angle: Floats) -> Floats:
     """(s, 2) places of the sliders of both directions at the given angles in [0, 2π)."""
     if response.friction == "orthogonal":
-        each = [slider_history(u[0], u[d], alpha[d - 1], angle) for d in (1, 2)]
+        each = [_slider_history(u[0], u[d], alpha[d - 1], angle) for d in (1, 2)]
         return np.column_stack(each)
     return slider_places(u, float(alpha[0]), angle)
 
@@ -109,7 +109,7 @@ def _check(response: Response, point: int, contact: int, u: Floats) -> None:
         )
 
 
-def slider_history(v: Floats, u: Floats, alpha: float, angle: Floats) -> Floats:
+def _slider_history(v: Floats, u: Floats, alpha: float, angle: Floats) -> Floats:
     """Place of a friction slider at the given angles in [0, 2π)."""
     harmonics = (len(u) - 1) // 2
     table, contact = grid(harmonics), np.empty(4 * harmonics + 4)

@@ -235,12 +235,12 @@ def extremes(q: Complex) -> Floats:
             curvature = -(h[:, None] ** 2 * wave).sum(axis=0).real
             step = np.divide(slope, curvature, out=np.zeros_like(slope), where=curvature != 0)
             angle -= step.clip(-TURN / count, TURN / count)
-        lost = sign * values_at(q, angle) < sign * values_at(q, sampled)
+        lost = sign * _values_at(q, angle) < sign * _values_at(q, sampled)
         angle[lost] = sampled[lost]
     return np.asarray(angles)
 
 
-def values_at(q: Complex, angle: Floats) -> Floats:
+def _values_at(q: Complex, angle: Floats) -> Floats:
     """(k,) values of q(t), given (H + 1, k) coefficients, each at an angle of its own."""
     return np.asarray((q * np.exp(1j * np.outer(np.arange(len(q)), angle))).sum(axis=0).real)
 
@@ -251,7 +251,7 @@ def half_peak_to_peak(q: Complex) -> Floats:
     if harmonics < 2:
         return np.asarray(np.abs(q[1:]).sum(axis=0))
     flat = to_complex(to_real(q).reshape(-1, 2 * harmonics + 1))
-    top, bottom = (values_at(flat, angle) for angle in extremes(flat))
+    top, bottom = (_values_at(flat, angle) for angle in extremes(flat))
     return np.asarray((top - bottom).reshape(q.shape[1:]) / 2)
 
 

@@ -50,7 +50,7 @@ class AnalysisPart:
     response: int = 0
 
 
-def one_part(given: "Given", keys: Any) -> Sequence[AnalysisPart]:
+def _one_part(given: "Given", keys: Any) -> Sequence[AnalysisPart]:
     """An analysis with one product."""
     return (AnalysisPart(),)
 
@@ -136,7 +136,7 @@ class Analysis(Generic[K, P]):
     table: str = ""
     scene_keys: "type[BaseModel] | None" = None
     asked: Callable[[K], bool] = lambda keys: True
-    parts: "Callable[[Given, K], Sequence[AnalysisPart]]" = one_part
+    parts: "Callable[[Given, K], Sequence[AnalysisPart]]" = _one_part
     combine: Callable[[Sequence[P]], Product] | None = None
     by_response: bool = False
     whole_ring: "Callable[[Given, K], bool]" = lambda given, keys: False

@@ -284,7 +284,7 @@ def _flutter_table(driven: Sequence[tuple[str, FollowedMode]]) -> Table:
     flags: list[Flag] = []
     for name, each in driven:
         assert each.driven is not None
-        place, kick = settles(each) or (None, None), grows_beyond(each)
+        place, kick = settles(each) or (None, None), _grows_beyond(each)
         rest = "grows" if each.driven.linear_damping < 0 else "decays"
         air = each.driven.aerodynamic_damping, each.driven.linear_damping
         rows.append((name, each.nodal_diameter, each.number, *air, rest, *place, kick))
@@ -303,7 +303,7 @@ def settles(mode: FollowedMode) -> tuple[float, float] | None:
     return float(mode.cycles[first]), float(driven.frequency[first])
 
 
-def grows_beyond(mode: FollowedMode) -> float | None:
+def _grows_beyond(mode: FollowedMode) -> float | None:
     """Amplitude, m, from which vibration grows without end; None where none is known."""
     if mode.driven is None or np.isinf(mode.driven.critical_kick):
         return None

@@ -29,7 +29,7 @@ Count: TypeAlias = Callable[[int, int | None, float], None]
 """Called with how many are done, of how many where that is known, and an amplitude, m, or NaN."""
 
 
-def silent_count(done: int, total: int | None, amplitude: float) -> None:
+def _silent_count(done: int, total: int | None, amplitude: float) -> None:
     """Say nothing."""
 
 
@@ -147,7 +147,7 @@ def with_analyses(
     planned: Planned,
     monitoring: Planned,
     analyses: Sequence[Analysis[Any, Any]],
-    count: Count = silent_count,
+    count: Count = _silent_count,
 ) -> Planned:
     """A case with the steps of all analyses that its file asks for."""
     given = planned.case.given

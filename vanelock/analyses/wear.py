@@ -141,7 +141,7 @@ def compute(case: "SolvedCase", keys: WearKeys, part: AnalysisPart) -> WornCase:
     return WornCase(history)
 
 
-def shown_states(history: "WearHistory") -> list[int]:
+def _shown_states(history: "WearHistory") -> list[int]:
     """States of a history that tables show: both ends of each dwell, jumps, some between."""
     last = len(history.cycles) - 1
     even = np.interp(np.linspace(0, history.cycles[-1], SHOWN), history.cycles, np.arange(last + 1))
@@ -161,7 +161,7 @@ def states(case: "CaseResult") -> "Iterator[State]":
     (made,), (worn,) = case.planned.analyses["wear"], case.found("wear")
     if (history := worn.history) is None:
         return
-    for state in shown_states(history):
+    for state in _shown_states(history):
 
         def system_at(system: "System", worn: WornCase, state: int = state) -> "System":
             assert worn.history is not None
@@ -230,7 +230,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
     for name, history in known.items():
-        shown = shown_states(history)
+        shown = _shown_states(history)
         safety: Sequence[float | None] = _reserves(cases[name]) or [None] * len(shown)
         for i, reserve in zip(shown, safety, strict=True):
             loads = dict(zip(history.joints, history.rest_load[i].tolist(), strict=True))

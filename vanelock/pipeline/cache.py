@@ -73,7 +73,7 @@ class Cache:
             try:
                 if file_digest(path) != path.stem.rpartition("-")[2]:
                     raise InputError("its contents have changed since it was written")
-                entry = read_entry(path, kind, key)
+                entry = _read_entry(path, kind, key)
                 entry.product.stored_in(path)
                 self._points(stage, key).unlink(missing_ok=True)
                 return entry
@@ -90,8 +90,8 @@ class Cache:
             temporary = self.folder / f".{_flat(stage)}.{token_hex(4)}.tmp"
             try:
                 with held(), written(temporary) as file:
-                    write_entry(file, stage, key, product, (seconds, cpu))
-                digest, entry = file_digest(temporary), read_entry(temporary, type(product), key)
+                    _write_entry(file, stage, key, product, (seconds, cpu))
+                digest, entry = file_digest(temporary), _read_entry(temporary, type(product), key)
                 place = self._place(stage, key, digest)
                 os.replace(temporary, place)
                 entry.product.stored_in(place)
@@ -121,7 +121,7 @@ class Cache:
         return shard / f"{_flat(stage)}-{key}-{digest}.h5"
 
 
-def write_entry(
+def _write_entry(
     file: h5py.File, stage: str, key: str, product: Product, times: tuple[float, float]
 ) -> None:
     """Write an entry: a product, what it is, and what computing it took, in all and by the CPU."""
@@ -130,7 +130,7 @@ def write_entry(
     product.save(file.create_group("product"))
 
 
-def read_entry(file: Path, kind: type[P], key: str) -> Entry[P]:
+def _read_entry(file: Path, kind: type[P], key: str) -> Entry[P]:
     """The product in an entry's file, as loading it gives."""
     with h5py.File(file, "r") as opened:
         if opened.attrs["key"] != key:

@@ -72,7 +72,7 @@ class Deck:
     listed: int = 0
 
 
-def nodes_of_type(name: str) -> int | None:
+def _nodes_of_type(name: str) -> int | None:
     """Nodes of an element, None where its name does not say; it then ends with its line."""
     solid = _solid(name)
     return solid[1] if solid else None
@@ -239,7 +239,7 @@ def _elements(deck: Deck, where: str, options: dict[str, str], lines: list[Line]
         raise InputError(f"{where}: its TYPE is missing")
     numbers, nodes = deck.elements.setdefault(name, ([], []))
     started = len(numbers)
-    count = nodes_of_type(name)
+    count = _nodes_of_type(name)
     item: list[int] = []
     for number, words in lines:
         at = f"{deck.source}: line {number}"

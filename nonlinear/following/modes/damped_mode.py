@@ -172,7 +172,7 @@ def damped_mode(
     system = turned(system, options, nodal_diameter)
     ready = prepared(system, options, modes)
     rest, linear = begun(ready, as_whole(mode, "mode"))
-    starting = mode_at_rest(ready, rest, linear, self_excitation == "all")
+    starting = _mode_at_rest(ready, rest, linear, self_excitation == "all")
     first = BEGIN * linear.onset
     floor = first if np.isfinite(first) else 0.0
     if wanted is not None:
@@ -256,7 +256,7 @@ def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
     return rest, linear
 
 
-def mode_at_rest(
+def _mode_at_rest(
     ready: PreparedSystem, rest: Solution, linear: LinearMode, everywhere: bool
 ) -> Mode:
     """A linear mode's vibration, about the mean at rest where that balance is apart."""

@@ -126,7 +126,7 @@ def ring_source(
 ) -> RingSource:
     """The ring of a system, all sectors alike."""
     N, known = system.sectors, known or {}
-    loaded = replace(system, contacts=with_modes(system.contacts, modes))
+    loaded = replace(system, contacts=_with_modes(system.contacts, modes))
     rows = 3 * loaded.contacts.count
     if not all(k in known and len(known[k].rows) == rows for k in range(N)):
         known = ring_modes(system, modes, known).diameters
@@ -175,7 +175,7 @@ def ring_modes(
     return HarmonicModes({k: half[k] if k in half else half[N - k].conjugate() for k in range(N)})
 
 
-def with_modes(contacts: Contacts, modes: SectorModes | None) -> Contacts:
+def _with_modes(contacts: Contacts, modes: SectorModes | None) -> Contacts:
     """Contacts and, behind them, three modes in the place of one more each."""
     more = 0 if modes is None else -(-len(modes.stiffness) // 3)
     if not more:
@@ -232,7 +232,7 @@ class RingContacts:
 def ring_contacts(alike: Contacts, unlike: Unlike) -> RingContacts:
     """Contacts of a ring."""
     N, modes = unlike.sectors, unlike.modes
-    each = with_modes(alike, modes)
+    each = _with_modes(alike, modes)
     c, own = each.count, alike.count
     stiffer, offset = np.zeros((N, c, 3)), np.zeros((N, c, 3))
     stiffer[:, :own, 0], stiffer[:, :own, 1:] = unlike.kn, unlike.kt

@@ -31,7 +31,7 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
         As running it, or comparing the results, would.
     """
     place = Path(path)
-    if os.path.isdir(place) or is_hdf5(place):
+    if os.path.isdir(place) or _is_hdf5(place):
         from vanelock.commands.check.stored import stored
 
         rows, title = stored(place)
@@ -48,7 +48,7 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
     return Table(title, heads("what", "found"), rows, key="check")
 
 
-def is_hdf5(path: Path) -> bool:
+def _is_hdf5(path: Path) -> bool:
     """Whether a file is, by its first bytes or its ending, one of HDF5."""
     if path.suffix.lower() in (".h5", ".hdf5"):
         return True

@@ -103,13 +103,13 @@ def worn(
 ) -> Floats:
     """(j,) volume worn in a second at each of the known peaks at x, m³/s."""
     contacts = peaks.model.system(peaks.values(x)).contacts
-    lost = volume_by_work(contacts, coefficient)
+    lost = _volume_by_work(contacts, coefficient)
     work = np.array([each.solution.deviation.dissipation for each in known])
     rate = np.array([each.solution.omega for each in known]) / TURN
     return np.asarray(rate * (np.maximum(work, 0.0) @ lost))
 
 
-def volume_by_work(contacts: Contacts, coefficient: Mapping[str, float]) -> Floats:
+def _volume_by_work(contacts: Contacts, coefficient: Mapping[str, float]) -> Floats:
     """(c,) volume that a contact loses for the friction work done on it, k/μ, m³/J."""
     k = np.array([coefficient.get(joint, 0.0) for joint in contacts.joints])
     found = np.zeros(contacts.count)

@@ -88,7 +88,7 @@ def optimise_study(
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
         for case in every:
             try:
-                found.append((case, case_optimum(case, stages, listener)))
+                found.append((case, _case_optimum(case, stages, listener)))
             except InputError as error:
                 if len(every) == 1:
                     raise
@@ -104,7 +104,7 @@ def optimise_study(
     return best
 
 
-def case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Optimum:
+def _case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Optimum:
     """The optimum of a case; its tables go to the listener."""
     study = case.study
     keys, name = study.optimise, ", ".join([study.name, *[case.name] * bool(case.values)])

@@ -91,10 +91,10 @@ def front_table(found: Optimum, name: str) -> Table:
         *_values(found),
     )
     rows = [(p.peak, HOUR * p.wear, *p.value.tolist()) for p in found.front]
-    return Table(f"Largest peak against wear: {name}", columns, rows, front_notes(found), "front")
+    return Table(f"Largest peak against wear: {name}", columns, rows, _front_notes(found), "front")
 
 
-def front_notes(found: Optimum) -> list[str]:
+def _front_notes(found: Optimum) -> list[str]:
     """What a front is, and what should keep one from believing its points."""
     said = [
         "worn volume: while the vane vibrates at the peak; no values were found with less of both"

@@ -81,7 +81,7 @@ def cases(given: Given) -> tuple[Case, ...]:
     """
     if given.scatter is not None:
         return _samples(given)
-    if wrong := list_mistakes(given):
+    if wrong := _list_mistakes(given):
         raise InputError("\n".join(wrong))
     lists = dict(given.sweep)
     if orders := _orders(given):
@@ -98,7 +98,7 @@ def cases(given: Given) -> tuple[Case, ...]:
     where = _where(given, [*given.rows, *lists])
     if count > LARGEST:
         raise InputError(f"{where}: {count} cases: at most {LARGEST} are allowed")
-    names = short_names([*given.rows, *lists])
+    names = _short_names([*given.rows, *lists])
     found: dict[str, Case] = {}
     fitting: set[Hashable] = set()
     known: dict[Hashable, Any] = {}
@@ -117,7 +117,7 @@ def _orders(given: Given) -> tuple[int, ...]:
     return (given.excitation.engine_orders or ()) if isinstance(given, Study) else ()
 
 
-def list_mistakes(given: Given) -> list[str]:
+def _list_mistakes(given: Given) -> list[str]:
     """What is wrong with the lists of its sweep, rows and scatter."""
     from vanelock.input.cases.samples import sample_mistakes
 
@@ -136,7 +136,7 @@ def _samples(given: Given) -> tuple[Case, ...]:
     for i in range(count):
         chosen = {key: values[i] for key, values in columns.items()}
         try:
-            case = _case(given, chosen, short_names(list(chosen)), {})
+            case = _case(given, chosen, _short_names(list(chosen)), {})
             _check_fit(case, chosen, fitting)
         except InputError as error:
             reason = str(error).removeprefix("sweep: ")
@@ -268,10 +268,10 @@ def _mistakes(given: Given, key: str, values: tuple[Any, ...]) -> list[str]:
         except ValidationError as error:
             raise InputError(reason(mistakes(error)[0], schema, value)) from None
 
-    return value_mistakes(where, values, held)
+    return _value_mistakes(where, values, held)
 
 
-def value_mistakes(where: str, values: Sequence[Any], held: Callable[[Any], Any]) -> list[str]:
+def _value_mistakes(where: str, values: Sequence[Any], held: Callable[[Any], Any]) -> list[str]:
     """What is wrong with a swept key's values; `held` is what the key holds of one, or refuses."""
     if not values:
         return [f"{where} = []: needs at least one value"]
@@ -304,7 +304,7 @@ def _can_vary(key: str, schema: type[Given]) -> bool:
     return numbers or any(get_origin(option) is Literal for option in options)
 
 
-def short_names(keys: list[str]) -> dict[str, str]:
+def _short_names(keys: list[str]) -> dict[str, str]:
     """Each key's last word, with as many before it as it takes to tell the keys apart.
 
     Of an entry of a list, such as "loads[0].amplitude", the list goes with it.
@@ -332,7 +332,7 @@ def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
         values = [case.values[key] for case in cases]
         if all(seen.setdefault(g, v) == v for g, v in zip(groups, values, strict=True)):
             fixed.append(key)
-    names = short_names(keys)
+    names = _short_names(keys)
     return [
         named({key: case.values[key] for key in fixed}, names, type(case.given)) or case.name
         for case in cases

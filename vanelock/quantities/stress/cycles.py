@@ -56,19 +56,19 @@ def stressed_step(run: RunResult, planned: Planned, point: int) -> Step[Stressed
 
     def compute(get: Get) -> Stressed:
         top = as_solved(get(planned.response), point)
-        vane = harmonics_of(run, planned, top, "vane")
-        casing = harmonics_of(run, planned, top, "casing", CASING_HARMONICS)
+        vane = _harmonics_of(run, planned, top, "vane")
+        casing = _harmonics_of(run, planned, top, "casing", CASING_HARMONICS)
         gauges = None
         if planned.gauges is not None:
             mesh = get(mesh_step(planned.case.study, "vane"))
-            gauges = cycle(at_places(mesh, vane, get(planned.gauges).positions))
+            gauges = cycle(_at_places(mesh, vane, get(planned.gauges).positions))
         return Stressed(cycle(vane), cycle(casing), gauges)
 
     of = planned.case.name
     return step("stress", "rom", inputs, Stressed, tuple(needs), compute, pulls=True, of=of)
 
 
-def harmonics_of(
+def _harmonics_of(
     run: RunResult,
     planned: Planned,
     top: Response,
@@ -89,7 +89,7 @@ def harmonics_of(
     return np.stack(found)
 
 
-def at_places(part: Part, harmonics: Stress, positions: Sequence[Any]) -> Stress:
+def _at_places(part: Part, harmonics: Stress, positions: Sequence[Any]) -> Stress:
     """Stress at points of the surface from that of the nodes, (H+1, g, 6) Pa."""
     surface = skin(part)
     found = []

@@ -63,7 +63,7 @@ class SurfaceLocations:
         feature = str(self.feature[node])
         if isinstance(self.dimensions, VaneDimensions):
             if feature.startswith("aerofoil"):
-                return on_the_aerofoil(self.dimensions, self.part, node, feature)
+                return _on_the_aerofoil(self.dimensions, self.part, node, feature)
             if feature.endswith("leg"):
                 return feature + self._on_the_leg(self.dimensions, node)
         return feature
@@ -158,7 +158,7 @@ def _of_casing(casing: CasingDimensions, hook: HookDimensions, part: Part) -> ND
     return names
 
 
-def on_the_aerofoil(vane: VaneDimensions, part: Part, node: int, name: str) -> str:
+def _on_the_aerofoil(vane: VaneDimensions, part: Part, node: int, name: str) -> str:
     """Side, chord and span of a node of an aerofoil, in words."""
     axis = angles(vane, part.sectors)[int(name.split()[1]) - 1]
     local = part.points[node] @ rotation(axis)  # in the frame of the aerofoil's sections

@@ -41,12 +41,12 @@ def _picture(run: RunResult, name: str, diagram: Campbell) -> Picture:
     path = run.output_files.draw(
         f"{stem}.png",
         shows,
-        lambda path: draw_campbell(path, diagram, title, words(name), measured),
+        lambda path: _draw_campbell(path, diagram, title, words(name), measured),
     )
     tables = {
-        "lines": (line_columns(diagram.lines), "natural frequencies against rotor speed"),
+        "lines": (_line_columns(diagram.lines), "natural frequencies against rotor speed"),
         "crossings": (crossings_table(name, diagram).by_head(), "where engine orders meet modes"),
-        "circles": (circle_columns(diagram), f"amplitude of {diagram.monitor} along them"),
+        "circles": (_circle_columns(diagram), f"amplitude of {diagram.monitor} along them"),
     }
     data = [
         run.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
@@ -55,7 +55,7 @@ def _picture(run: RunResult, name: str, diagram: Campbell) -> Picture:
     return Picture(path, "Campbell diagram", caption(diagram, name), tuple(data))
 
 
-def draw_campbell(
+def _draw_campbell(
     path: str | Path,
     diagram: Campbell,
     title: str,
@@ -136,7 +136,7 @@ def caption(diagram: Campbell, name: str) -> str:
     )
 
 
-def line_columns(lines: Lines) -> Mapping[str, ArrayLike]:
+def _line_columns(lines: Lines) -> Mapping[str, ArrayLike]:
     """Speed, temperatures, and each natural frequency."""
     found: dict[str, ArrayLike] = {"rotor speed (rpm)": lines.speeds}
     for i, part in enumerate(("vane", "casing")):
@@ -151,7 +151,7 @@ def line_columns(lines: Lines) -> Mapping[str, ArrayLike]:
     return found
 
 
-def circle_columns(diagram: Campbell) -> Mapping[str, ArrayLike]:
+def _circle_columns(diagram: Campbell) -> Mapping[str, ArrayLike]:
     """One row for each circle."""
     return {
         "engine order": diagram.order,

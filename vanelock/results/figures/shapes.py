@@ -200,7 +200,7 @@ def stress(run: RunResult, each: Planned) -> Picture:
 
     @cache
     def values() -> tuple[Floats, Floats]:
-        return stress_over_a_period(run.stresses(each))
+        return _stress_over_a_period(run.stresses(each))
 
     def picture(path: Path) -> None:
         gauges = () if placed is None else placed
@@ -251,7 +251,7 @@ def _data(run: RunResult, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
     return tuple(data)
 
 
-def stress_over_a_period(harmonics: Shape) -> tuple[Floats, Floats]:
+def _stress_over_a_period(harmonics: Shape) -> tuple[Floats, Floats]:
     """(nodes,) largest von Mises stress over a period, Pa: in all, and of the vibration alone."""
     moving = harmonics.copy()
     moving[0] = 0

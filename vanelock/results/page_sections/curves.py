@@ -51,10 +51,10 @@ def response_plot(run: RunResult) -> Plot:
         band=band(run),
         data=[data] if data.exists() else [],
     )
-    return replace(plot, log_y=True, zoom=around_peaks(plot, made))
+    return replace(plot, log_y=True, zoom=_around_peaks(plot, made))
 
 
-def around_peaks(
+def _around_peaks(
     plot: Plot, curves: Sequence[Curve]
 ) -> tuple[tuple[float, float], tuple[float, float]] | None:
     """Range of frequency [Hz] and of amplitude [µm] about the peaks with friction."""

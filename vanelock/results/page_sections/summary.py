@@ -34,14 +34,14 @@ APART = ("harmonics", "mu", "x", "converged", "seconds")
 
 def summary(run: RunResult) -> Section:
     """Answers, warnings and a line for each case."""
-    blocks: list[Block] = [Answers(tuple(answers_of(run))), response_plot(run)]
+    blocks: list[Block] = [Answers(tuple(_answers_of(run))), response_plot(run)]
     warned = warnings(run)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
     return Section("Summary", [*blocks, cases(run)], id="summary")
 
 
-def answers_of(run: RunResult) -> list[Answer]:
+def _answers_of(run: RunResult) -> list[Answer]:
     """The run's answers, most wanted first."""
     most = run.largest
     if most is None or most.peak is None:

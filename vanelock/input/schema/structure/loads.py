@@ -14,14 +14,14 @@ from vanelock.input.schema.structure.structure import KeyTable
 GAS = ("axial", "tangential", "torque")
 
 
-def is_field(value: object) -> bool:
+def _is_field(value: object) -> bool:
     """Whether a value is the name of a CSV file."""
     return isinstance(value, str) and value.lower().endswith(".csv")
 
 
 def _pressure(value: object) -> object:
     """A pressure in Pa, or the name of a CSV file."""
-    if is_field(value):
+    if _is_field(value):
         return value
     try:
         found = si(value, "Pa")
@@ -68,7 +68,7 @@ def files_named(data: Mapping[str, Any]) -> Iterator[tuple[tuple[str | int, ...]
     loads = data.get("loads")
     pressure = loads.get("pressure") if isinstance(loads, dict) else None
     if isinstance(pressure, dict):
-        keys += [("loads", "pressure", name) for name in pressure if is_field(pressure[name])]
+        keys += [("loads", "pressure", name) for name in pressure if _is_field(pressure[name])]
     for key in keys:
         value: Any = data
         for name in key:
