@@ -33,6 +33,8 @@ _modules = {
     "Diameter": "system.system",
     "Force": "system.system",
     "Faces": "routes.rows",
+    "Load": "joining.elements",
+    "Output": "joining.elements",
     "ReducedRows": "routes.rows",
     "Selection": "fixed_interface.selection",
     "reduce_rows": "routes.rows",

@@ -107,7 +107,7 @@ def reduce(
     if prepared is None:
         given = problem(model, chosen, cyclic)
     else:
-        given = _same(prepared, model, chosen, cyclic)
+        given = _same(prepared, model, chosen, cyclic, route, wanted)
     _check_loads(loads, cyclic, route, diameters)
     if route == "paper":
         check_count(count := interface_modes or MODES, 3 * len(given.left))
@@ -145,11 +145,21 @@ def prepare(
 
 
 def _same(
-    prepared: Condensed | CraigBampton, model: Model, chosen: Masters, cyclic: bool
+    prepared: Condensed | CraigBampton,
+    model: Model,
+    chosen: Masters,
+    cyclic: bool,
+    route: str,
+    wanted: Selection,
 ) -> Problem:
     """The problem that was prepared, which must be the one that is asked for."""
     found = prepared.problem
     own, given = found.masters, (chosen.nodes, chosen.averaged)
+    if isinstance(prepared, CraigBampton) != (route == "paper"):
+        raise InputError(f'prepared: by another route than "{route}"')
+    if isinstance(prepared, CraigBampton) and prepared.fixed_modes.shape[1] != wanted.modes:
+        have = prepared.fixed_modes.shape[1]
+        raise InputError(f"prepared: with {have} fixed-interface modes: give as many as modes")
     same = all(np.array_equal(*each) for each in zip((own.nodes, own.averaged), given, strict=True))
     if found.cyclic != cyclic or not same or found.model is not model:
         raise InputError(

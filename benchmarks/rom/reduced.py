@@ -138,6 +138,7 @@ class Bench:
     ) -> Outcome:
         """Join and compare."""
         system = Segment(JOINTS, diameter, force=1.0).join(vane, casing)
+        parts = {"vane": vane, "casing": casing}
         modal = vane.fixed_modes + casing.fixed_modes + casing.interface_modes
         made = Outcome(modal, len(system.at(diameter).K), spent)
         for case in CASES:
@@ -145,10 +146,10 @@ class Bench:
             exact = self.sector(case, diameter).frequency[:COUNT]
             made.error[case] = rom.linear_modes(system, diameter, COUNT, chosen)[0] / exact - 1
             if casing.route == "cyclic":
-                estimated = rom.frequency_errors(system, vane, casing, diameter, COUNT, chosen)
+                estimated = rom.frequency_errors(system, parts, diameter, COUNT, chosen)
                 made.estimate[case] = estimated.total
             if diameter == 1:
-                self._respond(made, case, system, vane, casing)
+                self._respond(made, case, system, parts)
         return made
 
     def _respond(
@@ -156,9 +157,9 @@ class Bench:
         made: Outcome,
         case: str,
         system: rom.System,
-        vane: rom.Component,
-        casing: rom.Component,
+        parts: dict[str, rom.Component],
     ) -> None:
+        casing = parts["casing"]
         if case not in self.truth:
             places = Places(self.vane, self.casing, 1)
             self.load = places.load(system, casing)
@@ -171,7 +172,7 @@ class Bench:
         found = response(system, self.frequencies, chosen)
         if casing.route == "cyclic":
             few = self.frequencies[::EVERY]
-            _, error = rom.response_errors(system, vane, casing, few, chosen)
+            _, error = rom.response_errors(system, parts, few, chosen)
             made.estimated[case] = abs(error).max(axis=(1, 2)) / scale[::EVERY]
         made.response[case] = abs(found - exact).max(axis=(1, 2)) / scale
 

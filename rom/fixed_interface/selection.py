@@ -181,7 +181,7 @@ class Selection(OfKind):
         space = krylov_space(part.held.solve, part.M_ss)
         if self.accuracy is None:
             return Candidates.exactly(self.modes_in(space)), None
-        band = self.band or max(own_band(part, space), self.least or 0.0)
+        band = self.band or max(_own_band(part, space), self.least or 0.0)
         return accurate(part, self.accuracy, 2 * np.pi * band, space), band
 
     def modes_in(self, space: KrylovSpace) -> Fixed:
@@ -195,7 +195,7 @@ def _one(given: dict[str, float | None]) -> str:
     return f"{', '.join(names)} and {last}"
 
 
-def own_band(part: HeldPart, space: KrylovSpace) -> float:
+def _own_band(part: HeldPart, space: KrylovSpace) -> float:
     """Frequency of the tenth elastic mode of a part whose masters are free, Hz, by ten modes."""
     modes = fixed_modes(space, min(ELASTIC, space.shape[1] - 1), tolerance=ROUGH)
     LB = part.inertia.gather(modes.vectors)

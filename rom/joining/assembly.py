@@ -88,7 +88,7 @@ class Assembly:
     sectors, engine_order : int
         N and EO.
     parts : dict of str to Joinable
-        In the order of their coordinates.
+        By their own names, in the order of their coordinates.
     contacts, ties, loads, outputs : sequences
         What acts on them.
     cylindrical : bool
@@ -99,6 +99,12 @@ class Assembly:
         Modal damping ratio.
     damping_joints : {"stuck", "open"}
         As of `System`.
+
+    Raises
+    ------
+    InputError
+        If there is no part, one is of a ring of other sectors, something names a part that is not
+        there, or loads do not go together.
     """
 
     sectors: int
@@ -112,6 +118,40 @@ class Assembly:
     always_closed: tuple[str, ...] = ()
     damping_ratio: float | None = None
     damping_joints: str = "stuck"
+
+    def __post_init__(self) -> None:
+        for name in ("contacts", "ties", "loads", "outputs"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        if not self.parts:
+            raise InputError("parts: given none: needs one or more")
+        for name, part in self.parts.items():
+            own = getattr(getattr(part, "masters", None), "sectors", self.sectors)
+            if own != self.sectors:
+                raise InputError(f"{name}: of a ring of {own} sectors, not {self.sectors}")
+        wanted = [(each.where, each.own) for each in self.contacts]
+        wanted += [(each.where, each.mate) for each in self.contacts]
+        wanted += [(f"ties.{each.name}", each.own) for each in self.ties]
+        wanted += [(f"ties.{each.name}", each.mate) for each in self.ties]
+        wanted += [(load.where, load.part) for load in self.loads]
+        wanted += [(output.where, output.part) for output in self.outputs]
+        for where, name in wanted:
+            if name and name not in self.parts:
+                have = ", ".join(self.parts)
+                raise InputError(f"{where}: no part {name!r}; there are {have}")
+        self._check_loads()
+
+    def _check_loads(self) -> None:
+        """Loads of a harmonic grow alike with the speed, and are of the assembly's engine order."""
+        powers: dict[int, int] = {}
+        for load in self.loads:
+            if load.engine_order not in (None, self.engine_order):
+                raise InputError(
+                    f"{load.where}: of engine order {load.engine_order}, not {self.engine_order}"
+                )
+            if powers.setdefault(load.harmonic, load.omega_power) != load.omega_power:
+                raise InputError(
+                    f"{load.where}: a force and an unbalance in harmonic {load.harmonic}: give one"
+                )
 
     @cached_property
     def merged(self) -> Merged:
@@ -129,6 +169,8 @@ class Assembly:
 
     def system(self, nodal_diameters: Sequence[int]) -> System:
         """The system with matrices of nodal diameters, and the loads that act at these."""
+        if not (chosen := list(dict.fromkeys(int(k) % self.sectors for k in nodal_diameters))):
+            raise InputError("nodal_diameters: given none: needs one or several whole numbers")
         own, following = (self._by_node(rows) for rows in self.relative_rows())
         self._refuse_still(own, following)
         output = self._output_rows()
@@ -141,7 +183,7 @@ class Assembly:
                 parts={name: self.coordinates(name) for name in self.parts},
                 **self._matrices(k),
             )
-            for k in nodal_diameters
+            for k in chosen
         }
         return System(
             sectors=self.sectors,

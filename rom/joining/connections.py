@@ -74,7 +74,7 @@ def contact_pairs(
     _act_alike(node_set, one, own, other, meets)
     places = other.position(meets) @ turn(one.sectors).T if next_sector else other.position(meets)
     _coincide(node_set, one.position(own), places, meets)
-    touches = ~np.isin(own, one.node_sets.get(tied, ()))
+    touches = ~np.isin(own, one.set(tied) if tied else ())
     area = one.areas.get(node_set)
     count = int(touches.sum())
 
@@ -151,7 +151,7 @@ def travelling_load(
     radial = np.column_stack([np.cos(theta), np.sin(theta), np.zeros(len(nodes))])
     wave = np.exp(-1j * engine_order * theta)[:, None]
     vector = np.asarray(amplitude * radial * wave, complex)
-    return Load("excitation", masters.part, nodes, vector, omega_power=power)
+    return Load("excitation", masters.part, nodes, vector, 1, power, engine_order)
 
 
 def output_nodes(part: HasMasters, node_set: str = "output") -> Output:

@@ -120,6 +120,8 @@ class Load:
         0: a static load.
     omega_power : int
         See `Force`; the same for all loads of a harmonic.
+    engine_order : int, optional
+        That it is of, where its vectors go with one.
     reduced : (r,) complex, optional
         The same on the part's coordinates, N, where the nodes are none of these.
     """
@@ -130,6 +132,7 @@ class Load:
     vector: NDArray[np.complex128]
     harmonic: int = 1
     omega_power: int = 0
+    engine_order: int | None = None
     reduced: NDArray[np.complex128] | None = None
 
 

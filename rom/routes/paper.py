@@ -33,7 +33,7 @@ from vanelock.rom.routes.problem import Problem, cyclic_constraint, not_held
 from vanelock.rom.system.system import Matrix
 
 
-def interface_basis(K: Matrix, M: Matrix, faces: int, masters: int, count: int) -> Matrix:
+def _interface_basis(K: Matrix, M: Matrix, faces: int, masters: int, count: int) -> Matrix:
     """W_Tran in (x_b, x_t, η) = W_Tran (η_cs, x_t, η)."""
     b, t = slice(0, faces), slice(faces, faces + masters)
     # Static answer of the other masters to the faces; the modal amplitudes stay zero in it.
@@ -138,5 +138,5 @@ def _at_diameter(
     W_cs = cyclic_constraint(faces, len(part.K) - 6 * faces, nodal_diameter, sectors)
     K = W_cs.conj().T @ (part.K @ W_cs)
     M = W_cs.conj().T @ (part.M @ W_cs)
-    W = interface_basis(K, M, 3 * faces, masters, interface_modes)
+    W = _interface_basis(K, M, 3 * faces, masters, interface_modes)
     return Reduced(hermitian(W.conj().T @ K @ W), hermitian(W.conj().T @ M @ W), basis=W_cs @ W)

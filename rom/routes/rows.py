@@ -134,7 +134,7 @@ def reduce_rows(
     InputError
         If fewer vectors exist than are asked for.
     """
-    part = held_rows(K, M, rows)
+    part = _held_rows(K, M, rows)
     chosen, band = (wanted or Selection(accuracy=DEFAULT)).of(part)
     rest = np.setdiff1d(np.arange(K.shape[0]), rows)
     if loads is not None:
@@ -177,7 +177,7 @@ def reduce_sector(
     for k in nodal_diameters:
         W, left = faces.follow(K.shape[0], k)
         own = np.searchsorted(left, rows)
-        part = held_rows(_through(W, K), _through(W, M), own)
+        part = _held_rows(_through(W, K), _through(W, M), own)
         chosen, band = selection.of(part)
         products, damping = projected(part, chosen), None if C is None else _through(W, C)
         found[k] = part, products, damping, own, band
@@ -191,7 +191,7 @@ def reduce_sector(
     return reduced
 
 
-def held_rows(K: sp.csc_array, M: sp.csc_array, rows: Rows) -> HeldPart:
+def _held_rows(K: sp.csc_array, M: sp.csc_array, rows: Rows) -> HeldPart:
     """The matrices with their kept rows held."""
     return held_piece(HeldMatrices(*schur_complement(K, rows)), M, rows)
 

@@ -8,7 +8,7 @@ from vanelock.pipeline.step import Step
 from vanelock.rom import System
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import LIMITS, Limit, limits_step, linear_step
-from vanelock.stages.structure import CaseStructure, stuck_modes_step
+from vanelock.stages.structure import CaseStructure
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +49,6 @@ def linear_of(structure: CaseStructure) -> Linear:
     parts = tuple(structure.component(name, k) for name in structure.names)
     mode = given.response.mode
     limits = limits_step(mode, system, structure.names, parts, structure.uncorrected)
-    modes = stuck_modes_step(structure.unloaded.system(loaded))
+    modes = structure.stuck_modes(loaded)
     responses = {which: linear_step(given, which, system, limits, modes) for which in LIMITS}
     return Linear("", system, limits, modes, responses)

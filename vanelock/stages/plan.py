@@ -28,7 +28,7 @@ from vanelock.stages.response.responses import (
     response_step,
     silent_progress,
 )
-from vanelock.stages.structure import CaseStructure, stuck_modes_step
+from vanelock.stages.structure import CaseStructure
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +120,11 @@ class Planned:
         return replace(self, diameters=diameters, system=self.structure.system(diameters))
 
 
-def structure_of(given: Given) -> CaseStructure:
-    """The components of a study or a scene."""
-    return StudyStructure(given) if isinstance(given, Study) else SceneStructure(given)
+def _structure_of(given: Given, last: int | None) -> CaseStructure:
+    """The components of a study or a scene; `last` is the last nodal diameter that is reduced."""
+    if isinstance(given, Study):
+        return StudyStructure(given, last=last)
+    return SceneStructure(given)
 
 
 def plan(
@@ -132,8 +134,11 @@ def plan(
 ) -> tuple[Planned, ...]:
     """Steps of every case; `choices` are what accuracies chose for them."""
     found: list[Planned] = []
+    last = None if any(choices) else max(max(diameters_of(case.given)) for case in cases)
     for case, choice in zip(cases, choices or [None] * len(cases), strict=True):
-        found.append(_planned(case, choice, found[0] if found else None, progress))
+        structure = _structure_of(case.given if choice is None else choice.study, last)
+        first = found[0] if found else None
+        found.append(_planned(case, structure, choice, first, progress))
     cases = [each.case for each in found]
     linear = label(cases, [each.linear.key for each in found])
     preload = label(cases, [each.preload.key for each in found])
@@ -144,19 +149,22 @@ def plan(
 
 
 def _planned(
-    case: Case, choice: MeshChoice | None, first: Planned | None, progress: Progress
+    case: Case,
+    structure: CaseStructure,
+    choice: MeshChoice | None,
+    first: Planned | None,
+    progress: Progress,
 ) -> Planned:
     """Steps of a case; with an accuracy the linear response of the `first` says what counts."""
-    case = case if choice is None else replace(case, given=choice.study)
-    given = case.given
-    structure = structure_of(given)
+    given = structure.given
+    case = replace(case, given=given)
     linear = linear_of(structure)
     diameters = structure.loaded
     if choice is None:
         diameters = diameters_of(given)
     system, modes = structure.system(diameters), linear.modes
     if diameters != structure.loaded:
-        modes = stuck_modes_step(structure.unloaded.system(diameters), linear.modes)
+        modes = structure.stuck_modes(diameters, linear.modes)
     at_rest = structure.system(structure.loaded)
     mesh, other = None, None
     if choice is None:

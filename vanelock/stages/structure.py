@@ -36,6 +36,12 @@ class CaseStructure(ABC):
     def at(self, nodal_diameter: int) -> Step[System]:
         """The system at a nodal diameter, 0 to N/2."""
 
+    def stuck_modes(
+        self, diameters: Collection[int], below: Step[HarmonicModes] | None = None
+    ) -> Step[HarmonicModes]:
+        """Modes with all contacts stuck at some nodal diameters, of which some are `below`."""
+        return _stuck_modes(self.unloaded.system(diameters), self.modes_up_to, below)
+
     def folded(self, nodal_diameter: int) -> int:
         """A nodal diameter between 0 and N/2."""
         return folded(nodal_diameter, self.given.ring.sectors)
@@ -52,8 +58,13 @@ class CaseStructure(ABC):
 
     @property
     def loaded(self) -> tuple[int, ...]:
-        """Nodal diameters, 0 to N/2, of rest and of all loads."""
+        """Nodal diameters, 0 to N/2, of rest, of all loads and of the harmonics between."""
         return diameters_of(self.given, 1)
+
+    @property
+    def modes_up_to(self) -> int:
+        """Highest harmonic of which stuck modes are made; N: of all that a system holds."""
+        return self.given.ring.sectors
 
     @property
     def meshes(self) -> Mapping[str, Step[Part]]:
@@ -98,18 +109,15 @@ def _united(systems: tuple[Step[System], ...]) -> Step[System]:
 
 
 @lru_cache(maxsize=SHARED)
-def stuck_modes_step(
-    system: Step[System], below: Step[HarmonicModes] | None = None
+def _stuck_modes(
+    system: Step[System], harmonics: int, below: Step[HarmonicModes] | None
 ) -> Step[HarmonicModes]:
-    """Modes with all contacts stuck of all nodal diameters of a system, of which some are `below`.
-
-    They are large, and reading them takes about as long as making them: they are not kept.
-    """
+    """They are large, and reading them takes about as long as making them: they are not kept."""
     needs = (system, *(() if below is None else (below,)))
 
     def compute(system: System, *below: HarmonicModes) -> HarmonicModes:
         known = below[0].diameters if below else None
-        return nonlinear.harmonic_modes(system, system.sectors, known)
+        return nonlinear.harmonic_modes(system, harmonics, known)
 
-    name = "stuck modes"
-    return step(name, "nonlinear", {}, HarmonicModes, needs, compute, kept=False, quick=True)
+    inputs, kind = {"harmonics": harmonics}, HarmonicModes
+    return step("stuck modes", "nonlinear", inputs, kind, needs, compute, False, True)

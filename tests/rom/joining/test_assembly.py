@@ -102,6 +102,29 @@ def test_what_does_not_fit_is_refused(ring_scene, tmp_path):
         rom.System.load(tmp_path / "noise.h5")
 
 
+def test_what_does_not_go_together_is_refused(ring_scene):
+    parts = {"rim": ring_scene.casing, "block": ring_scene.vane}
+    wave = rom.travelling_load(ring_scene.casing, "force", 1, force=1.0)
+    spin = rom.travelling_load(ring_scene.casing, "force", 1, unbalance=1.0)
+    for keys, line in (
+        ({"parts": {}}, "parts: given none"),
+        ({"sectors": 9}, "rim: of a ring of 8 sectors, not 9"),
+        ({"parts": {"shell": ring_scene.casing}}, "excitation: no part 'rim'; there are shell"),
+        ({"engine_order": 3}, "excitation: of engine order 1, not 3"),
+        ({"loads": [wave, spin]}, "a force and an unbalance in harmonic 1: give one"),
+    ):
+        asked = {"sectors": 8, "engine_order": 1, "parts": parts, "loads": [wave], **keys}
+        with pytest.raises(InputError, match=line):
+            rom.Assembly(**asked)
+    assembly = rom.Assembly(8, 1, parts, loads=(each for each in [wave]))
+    with pytest.raises(InputError, match="nodal_diameters: given none"):
+        assembly.system([])
+    assert list(assembly.system([9]).diameters) == list(assembly.system([1]).force) == [1]
+    one, other = ring_scene.vane, ring_scene.casing
+    with pytest.raises(InputError, match="no node set 'kye'"):
+        rom.contact_pairs("a", one, "hook_front", other, "hook_front", kn=1, kt=1, mu=0, tied="kye")
+
+
 def test_a_casing_without_nodal_diameters_is_refused(ring_scene):
     """Its sides would be free: the frequencies too low, and nothing would say so."""
     sets = tuple(ring_scene.casing.masters.node_sets)

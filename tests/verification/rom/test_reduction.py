@@ -75,9 +75,10 @@ def closed(system, interlock):
 @pytest.mark.parametrize("accuracy", [None, 1e-6])
 def test_ten_frequencies_and_their_estimates(both_parts, accuracy, k, interlock, record_property):
     """Default settings within 1e-4, an accuracy of 1e-6 within that; estimates near the truth."""
-    vane, casing, system = both_parts.by_accuracy(accuracy)
+    *parts, system = both_parts.by_accuracy(accuracy)
+    parts = {part.masters.part: part for part in parts}
     truth = both_parts.truth(k, interlock)
-    errors = rom.frequency_errors(system, vane, casing, k, COUNT, closed(system, interlock))
+    errors = rom.frequency_errors(system, parts, k, COUNT, closed(system, interlock))
     found = errors.frequency / truth - 1
     record_property("coordinates", len(system.at(k).K))
     record_property("worst error", f"{found.max():.1e}")
@@ -162,12 +163,13 @@ def test_no_frequency_rises_as_modes_are_added(both_parts, route, k, record_prop
 @pytest.mark.parametrize("accuracy", [1e-2, None] if FULL else [None])
 def test_response_and_its_estimated_error(both_parts, accuracy, interlock, record_property):
     """Outputs around the lowest resonances at ND 1 against the unreduced sector's."""
-    vane, casing, system = both_parts.by_accuracy(accuracy)
+    *parts, system = both_parts.by_accuracy(accuracy)
+    parts = {part.masters.part: part for part in parts}
     K, M = unreduced(both_parts.vane, both_parts.casing, both_parts.joints[interlock], 1)
     resonance = both_parts.truth(1, interlock)[0 if FULL else 1 : 3]
     frequencies = np.concatenate([resonance * 0.99, resonance * 1.02, resonance * 1.2])
     chosen = closed(system, interlock)
-    output, error = rom.response_errors(system, vane, casing, frequencies, chosen)
+    output, error = rom.response_errors(system, parts, frequencies, chosen)
     load, rows = load_and_outputs(both_parts)
     # The lowest modes by themselves, what is left by iteration on statics: all of it definite.
     factor = fem.factorise(K)

@@ -141,6 +141,8 @@ def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoi
 def model_of(planned: Planned, stages: Stages) -> Rejoined:
     """The same of a case that is planned."""
     study = planned.case.study
+    for step in planned.structure.reduced(planned.diameters):  # before one of them is asked for
+        stages.get(step)
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
     gauges = None if planned.gauges is None else stages.get(planned.gauges)

@@ -4,7 +4,8 @@
     /mesh/<part>         mesh.Part
     /rom/<part>          matrices of a rom.Component, also as /rom/<part>/<nodal diameter>; of the
                          casing at the load's diameter, others in /rom/casing_nd<k>
-    /component/<name>    of a scene, in place of these: matrices.Piece
+    /component/<name>    of a scene, in place of these: matrices.Piece; others than at the load's
+                         diameter in /component/<name>_nd<k>
     /system              nonlinear.System
     /limits/<name>       linear modes with contacts free and stuck; "all" if cases share them
     /response/<case>     nonlinear.Response, with the swept keys, the summary and warnings as
@@ -109,11 +110,11 @@ def open_results(
                 f"{VERSION}; {ADVICE}"
             )
         if whole:
-            verify_all(Path(path), file)
+            _verify_all(Path(path), file)
         yield file
 
 
-def verify_all(path: Path, file: h5py.File) -> None:
+def _verify_all(path: Path, file: h5py.File) -> None:
     """Refuse an open results file if it, or a file that it needs, is not what was written."""
     verify_file(path)
     known: set[Path] = set()

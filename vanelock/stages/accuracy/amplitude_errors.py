@@ -89,7 +89,7 @@ def amplitude_errors_step(
         once = nonlinear.Options(1, response.coupling, response.friction)
         rest = {0: diameters[0].stiffness}
         vibration = {k: diameters[k].stiffness} if k else {}
-        added = added_to_peak(system, near, once, rest, vibration)
+        added = _added_to_peak(system, near, once, rest, vibration)
         return AmplitudeErrors(added, corrects)
 
     needs = (system, limits, *meshes, *excess)
@@ -97,7 +97,7 @@ def amplitude_errors_step(
     return step("mesh errors, peak", "nonlinear", inputs, AmplitudeErrors, needs, compute)
 
 
-def added_to_peak(
+def _added_to_peak(
     system: System,
     near: tuple[float, float],
     options: nonlinear.Options,

@@ -82,10 +82,10 @@ def of_own_meshes(planned: Planned) -> Step[ErrorPlaces] | None:
     study = planned.case.given
     parts = [getattr(study, name, None) for name in PARTS]
     own = any(isinstance(part, OwnVane | OwnCasing) for part in parts)
-    return error_places_step(planned) if own else None
+    return _error_places_step(planned) if own else None
 
 
-def error_places_step(planned: Planned) -> Step[ErrorPlaces]:
+def _error_places_step(planned: Planned) -> Step[ErrorPlaces]:
     """The places of a study's case."""
     study = planned.case.study
     k = diameter_of(study, 1)

@@ -43,7 +43,7 @@ def peak_memory(dofs: float) -> float:
     return max(LEAST, BASE + EACH * dofs)
 
 
-def most_memory(given: float | None = None) -> float:
+def _most_memory(given: float | None = None) -> float:
     """Bytes that choices may take: a share of what there is, or what is given if that is less."""
     share = SHARE * memory.capacity()
     return share if given is None else min(share, given)
@@ -51,7 +51,7 @@ def most_memory(given: float | None = None) -> float:
 
 def most_dofs(given: float | None = None) -> float:
     """Degrees of freedom of the largest meshes that are chosen."""
-    fit = (most_memory(given) - BASE) / EACH
+    fit = (_most_memory(given) - BASE) / EACH
     if given is not None and fit < COARSE:
         least = memory.gigabytes(peak_memory(COARSE))
         raise InputError(f"memory = {memory.gigabytes(given)}: a coarse mesh takes {least}")
@@ -60,4 +60,4 @@ def most_dofs(given: float | None = None) -> float:
 
 def processes(each: float, given: float | None = None) -> int:
     """How many processes of so many bytes fit, at least one."""
-    return max(1, math.floor(min(most_memory(given) / each, 1e6)))
+    return max(1, math.floor(min(_most_memory(given) / each, 1e6)))

@@ -29,11 +29,11 @@ HIGHEST = 1e6
 
 def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]:
     """The cases, each with the speed of its temperatures determined."""
-    if isinstance(cases[0].given, Scene) or not any(needs_speed(case.study) for case in cases):
+    if isinstance(cases[0].given, Scene) or not any(_needs_speed(case.study) for case in cases):
         return list(cases)
     found = []
     for case in cases:
-        if not needs_speed(case.study):
+        if not _needs_speed(case.study):
             found.append(case)
             continue
         speed = _crossing(case.study, stages)
@@ -42,7 +42,7 @@ def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]
     return found
 
 
-def needs_speed(study: Study) -> bool:
+def _needs_speed(study: Study) -> bool:
     """Whether a study's temperatures depend on a speed that is not known yet."""
     return study.temperature.varies and study.temperature.speed is None
 

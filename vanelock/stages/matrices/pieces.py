@@ -44,25 +44,20 @@ def superelement(
     name: str,
     ring: SceneRingKeys,
     load: Callable[[int], Matrices],
-    by_diameter: Sequence[int],
+    nodal_diameter: int | None,
     forces: Sequence[NodalForces] = (),
 ) -> Piece:
-    """Matrices as they are."""
-    found = {k: load(k) for k in by_diameter} or {-1: load(0)}
-    first = next(iter(found.values()))
-    blocks = {}
-    for k, each in found.items():
-        if each.size > LARGEST:
-            raise InputError(
-                f"components.{name}: {each.size:,} rows: a superelement has at most {LARGEST:,}; "
-                'choose kind = "full" to reduce it'
-            )
-        same = np.array_equal(each.node, first.node)
-        if not same or not np.array_equal(each.direction, first.direction):
-            raise InputError(f"components.{name}: its nodal diameters differ in their rows")
-        blocks[k] = _whole_block(each.K, _mass(name, each), each.C)
-    act = _whole(forces, on_rows(forces, first.node, first.direction, np.empty(0, np.int64)))
-    return _piece(name, ring, first, first.node, first.direction, blocks, forces=act)
+    """Matrices as they are, of a nodal diameter or, without one, of all."""
+    given = load(nodal_diameter or 0)
+    if given.size > LARGEST:
+        raise InputError(
+            f"components.{name}: {given.size:,} rows: a superelement has at most {LARGEST:,}; "
+            'choose kind = "full" to reduce it'
+        )
+    key = -1 if nodal_diameter is None else nodal_diameter
+    blocks = {key: _whole_block(given.K, _mass(name, given), given.C)}
+    act = _whole(forces, on_rows(forces, given.node, given.direction, np.empty(0, np.int64)))
+    return _piece(name, ring, given, given.node, given.direction, blocks, forces=act)
 
 
 def reduced(

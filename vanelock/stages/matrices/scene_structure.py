@@ -1,8 +1,8 @@
 """Components of a scene and the system that they make at each nodal diameter, each a step."""
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from vanelock import rom
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
-from vanelock.input.cases.values import Given, diameter_of, diameters_of
+from vanelock.input.cases.values import Given, diameters_of
 from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
@@ -39,6 +39,7 @@ class SceneStructure(CaseStructure):
 
     given: Scene
     without: bool = False
+    _made: dict[Any, Step[Any]] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
     def gathered(self) -> Gathered:
@@ -64,20 +65,26 @@ class SceneStructure(CaseStructure):
 
     @property
     def loaded(self) -> tuple[int, ...]:
-        """Nodal diameters, 0 to N/2, of rest and of all loads."""
+        """Nodal diameters, 0 to N/2, of rest, of all loads and of the harmonics between."""
         if self.given.system is not None:
             return diameters_of(self.given)
         own = self.gathered
-        harmonics = {0, 1} | {each.harmonic for each in own.loads}
-        harmonics |= {each.harmonic for each in own.forces}
-        return tuple(sorted({diameter_of(self.given, h) for h in harmonics}))
+        loads = {each.harmonic for each in own.loads} | {each.harmonic for each in own.forces}
+        return diameters_of(self.given, max({1, *loads}))
+
+    @property
+    def modes_up_to(self) -> int:
+        """Of a system from a file, which may hold many nodal diameters, those of its response."""
+        return super().modes_up_to if self.given.system is None else self.given.response.harmonics
 
     def component(self, name: str, nodal_diameter: int) -> Step[Piece]:
         """A component as it is or reduced, by nodal diameter where that matters."""
         keys = self.given.components[name]
         by_diameter = keys.low is not None or ND in keys.stiffness
         at = (self.folded(nodal_diameter),) if by_diameter else ()
-        return _piece_step(self.given, name, self.gathered, at)
+        if (name, at) not in self._made:
+            self._made[name, at] = _piece_step(self.given, name, self.gathered, at)
+        return self._made[name, at]
 
     def at(self, nodal_diameter: int) -> Step[System]:
         """The system at a nodal diameter."""
@@ -88,8 +95,10 @@ class SceneStructure(CaseStructure):
         if self.given.system is not None:
             return _ready_step(self.given, Path(self.given.system.file), self.without)
         chosen = tuple(sorted({*map(self.folded, diameters)}))
-        parts = [self.component(name, k) for k in chosen for name in self.names]
-        return _joined_step(self.given, self._acting, chosen, tuple(parts))
+        if (key := (chosen, self.without)) not in self._made:
+            parts = [self.component(name, k) for k in chosen for name in self.names]
+            self._made[key] = _joined_step(self.given, self._acting, chosen, tuple(parts))
+        return self._made[key]
 
     @property
     def _acting(self) -> Gathered:
@@ -133,9 +142,8 @@ def _piece_step(
 
     def compute() -> Piece:
         if keys.kind == "superelement":
-            return pieces.superelement(
-                name, scene.ring, lambda k: matrices(name, keys, k), by_diameter, forces
-            )
+            (k,) = by_diameter or (None,)
+            return pieces.superelement(name, scene.ring, partial(matrices, name, keys), k, forces)
         fixed, faces = clamped(keys, name), None
         if keys.low is not None:
             low, high = (
@@ -312,15 +320,15 @@ def _digests(where: str, value: Any, by_diameter: tuple[int, ...]) -> Any:
 def _plain(each: Any) -> dict[str, Any]:
     """A dataclass of arrays as what JSON can hold."""
     found = {}
-    for field in fields(each):
-        value = getattr(each, field.name)
+    for one in fields(each):
+        value = getattr(each, one.name)
         if isinstance(value, np.ndarray):
             value = (
                 [value.real.tolist(), value.imag.tolist()]
                 if value.dtype.kind == "c"
                 else (value.tolist())
             )
-        found[field.name] = _plain(value) if isinstance(value, Element) else value
+        found[one.name] = _plain(value) if isinstance(value, Element) else value
     return {"kind": type(each).__name__, **found}
 
 

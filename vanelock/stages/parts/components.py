@@ -10,7 +10,6 @@ from typing import Any
 from vanelock import fem, rom
 from vanelock.fem import Model
 from vanelock.input.band import LEAST, asked_by, least_band, softest
-from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.structure.structure import Rom
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
@@ -48,18 +47,23 @@ def _assembled(name: str, E: float, nu: float, rho: float, mesh: Step[Part]) -> 
 
 
 def part_step(
-    study: Study, part: str, nodal_diameter: int = 0, at_reference: bool = False
+    study: Study,
+    part: str,
+    nodal_diameter: int = 0,
+    at_reference: bool = False,
+    last: int | None = None,
 ) -> Step[Component]:
     """Reduced model of a part at its temperature, or with its modulus of reference.
 
     The vane's serves all nodal diameters, and has loads at rest in unit size, see
-    `vanelock.stages.parts.loads`; the casing is reduced at one, 0 to N/2.
+    `vanelock.stages.parts.loads`; the casing is reduced at one, 0 to N/2, of which the `last` lets
+    go of what all of them share.
     """
     if part == "vane":
         loads = loads_of(study)
         reduced, names = _vane_step(study, loads), strained(loads)
     else:
-        reduced, names = _casing_step(study, nodal_diameter), ()
+        reduced, names = _casing_step(study, nodal_diameter, nodal_diameter == last), ()
     factor = 1.0 if at_reference else modulus(study, part) / reference(study, part)
     return _stiffened(reduced, part, factor, names)
 
@@ -157,7 +161,7 @@ def _reduced_vane(
     return step("rom vane", "rom", given, Component, needs, compute)
 
 
-def _casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
+def _casing_step(study: Study, nodal_diameter: int, is_last: bool) -> Step[Component]:
     follows, least = _least(study, "casing")
     needs: list[Step[Any]] = [model_step(study, "casing", True), prepared_step(study, "casing")]
     if follows:
@@ -169,13 +173,8 @@ def _casing_step(study: Study, nodal_diameter: int) -> Step[Component]:
         least,
         nodal_diameter,
         tuple(needs),
-        study.accuracy is None and nodal_diameter == _highest(study),
+        is_last,
     )
-
-
-def _highest(study: Study) -> int:
-    """The last nodal diameter that a response takes of those that are reduced one by one."""
-    return max(diameter_of(study, h) for h in range(study.response.harmonics + 1))
 
 
 @lru_cache(maxsize=SHARED)
@@ -204,11 +203,15 @@ def _reduced_casing(
 
 
 def recovery_step(
-    study: Study, part: str, nodal_diameter: int = 0, at_reference: bool = False
+    study: Study,
+    part: str,
+    nodal_diameter: int = 0,
+    at_reference: bool = False,
+    last: int | None = None,
 ) -> Step[rom.Recovery]:
     """Recovery of a part at a nodal diameter; moduli as of `part_step`."""
     needs: list[Step[Any]] = [
-        part_step(study, part, nodal_diameter, at_reference),
+        part_step(study, part, nodal_diameter, at_reference, last),
         model_step(study, part, at_reference),
     ]
     if part == "vane" or study.rom.route != "paper":

@@ -40,11 +40,15 @@ class StudyStructure(CaseStructure):
         study's own load for the default one.
     at_reference : bool
         Whether parts have the moduli at which they are reduced, not those of their temperatures.
+    last : int or None
+        The nodal diameter at which the last casing is reduced, if that is known: what all casings
+        share is then let go of.
     """
 
     given: Study
     without: Literal["nothing", "friction", "load"] = "nothing"
     at_reference: bool = False
+    last: int | None = None
     _made: dict[Any, Step[Any]] = field(default_factory=dict, repr=False, compare=False)
     names = PARTS
 
@@ -52,7 +56,7 @@ class StudyStructure(CaseStructure):
         """A part reduced at a nodal diameter; N - k is k, conjugated."""
         key = name, 0 if name == "vane" else self.folded(nodal_diameter)
         if key not in self._made:
-            self._made[key] = part_step(self.given, *key, self.at_reference)
+            self._made[key] = part_step(self.given, *key, self.at_reference, self.last)
         return self._made[key]
 
     def at(self, nodal_diameter: int) -> Step[System]:
@@ -85,7 +89,7 @@ class StudyStructure(CaseStructure):
             recovered = recovery_step(study, "vane", 0, self.at_reference)
             casings = tuple(self.component("casing", each) for each in loaded)
             self._made["excess"] = vane_excess_step(parts[0], casings, recovered, loaded, *on)
-        recovered = recovery_step(study, "casing", k, self.at_reference)
+        recovered = recovery_step(study, "casing", k, self.at_reference, self.last)
         found = excess_step(k, parts, self._made["excess"], recovered, *on)
         self._made["excess", k] = found
         return found
