@@ -23,7 +23,6 @@ from vanelock.analyses.stability import WORDS, StabilityKeys
 from vanelock.nonlinear import Options, Stability
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts.ring_modes import whole_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import silent_progress
@@ -44,7 +43,7 @@ def scene(path: Path | None, folder: Path) -> tuple[Model, str]:
     given = given.model_copy(update={"sweep": {}, "stability": StabilityKeys(), "bounds": None})
     stages = Stages(Cache(folder, print), lambda event: None)
     (planned,) = plan(cases(given), silent_progress)
-    system = stages.get(whole_step(planned))
+    system = stages.get(planned.structure.whole)
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(given.outputs.monitor, system, free)
     joint = given.joints.interlock

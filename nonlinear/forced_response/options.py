@@ -142,7 +142,7 @@ class Options(OfKind):
             raise InputError(f"effort: given {self.effort}: must be >= 1")
 
     @property
-    def count(self) -> int:
+    def highest(self) -> int:
         """H, as it is by default where it is not given."""
         return HARMONICS if self.harmonics is None else self.harmonics
 
@@ -180,7 +180,7 @@ class Options(OfKind):
             If the system's parts do not fit together, a nodal diameter is missing, a harmonic
             above H is excited, or a frequency lies beyond the system's band.
         """
-        H = self.count
+        H = self.highest
         options = replace(self, harmonics=H)
         made = structure(system, H, self.harmonic_diameters, modes)
         check_forces(system, H)

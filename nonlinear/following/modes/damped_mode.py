@@ -198,7 +198,7 @@ def damped_mode(
 def turned(system: System, options: Options, nodal_diameter: int | None) -> System:
     """The system as a wave of the nodal diameter sees it, under its static force alone."""
     system.contacts.refuse_elements("a damped mode")
-    H = options.count
+    H = options.highest
     if H == 0:
         raise InputError("harmonics: given 0: a mode needs at least 1")
     for name in ("direction", "static_beyond"):
@@ -227,8 +227,8 @@ def prepared(
     system: System, options: Options, modes: Mapping[int, StuckModes] | None
 ) -> PreparedSystem:
     """The system ready to be solved."""
-    made = structure(system, options.count, options.harmonic_diameters, modes)
-    return PreparedSystem(replace(options, harmonics=options.count), made)
+    made = structure(system, options.highest, options.harmonic_diameters, modes)
+    return PreparedSystem(replace(options, harmonics=options.highest), made)
 
 
 def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:

@@ -227,7 +227,7 @@ def ring_response(
     """
     hertz = (checked_range if isinstance(frequencies, tuple) else checked_frequencies)(frequencies)
     _check(options)
-    H = options.count
+    H = options.highest
     options = replace(options, harmonics=H)
     whole = unlike.of(system)
     check_forces(system, H)
