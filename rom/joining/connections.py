@@ -70,10 +70,7 @@ def contact_pairs(
         If the sets differ in number, do not lie on one another, or have no areas.
     """
     one, other = part.masters, mate.masters
-    own, meets = one.set(node_set), other.set(mate_set)
-    _act_alike(node_set, one, own, other, meets)
-    places = other.position(meets) @ turn(one.sectors).T if next_sector else other.position(meets)
-    _coincide(node_set, one.position(own), places, meets)
+    own, meets = _meeting(one, node_set, other, mate_set, next_sector)
     touches = ~np.isin(own, one.set(tied) if tied else ())
     area = one.areas.get(node_set)
     count = int(touches.sum())
@@ -107,9 +104,7 @@ def contact_pairs(
 def tied_nodes(part: HasMasters, node_set: str, mate: HasMasters, mate_set: str) -> Tie:
     """Nodes of two parts that lie on one another and are merged; raises as `contact_pairs`."""
     one, other = part.masters, mate.masters
-    own, meets = one.set(node_set), other.set(mate_set)
-    _act_alike(node_set, one, own, other, meets)
-    _coincide(node_set, one.position(own), other.position(meets), meets)
+    own, meets = _meeting(one, node_set, other, mate_set)
     return Tie(node_set, one.part, other.part, own, meets)
 
 
@@ -159,6 +154,17 @@ def output_nodes(part: HasMasters, node_set: str = "output") -> Output:
     name, nodes = part.masters.part, part.masters.set(node_set)
     names = [f"{name} {node_set} {i + 1}" for i in range(len(nodes))]
     return Output("outputs", name, nodes, names, turned=True)
+
+
+def _meeting(
+    one: Masters, node_set: str, other: Masters, mate_set: str, next_sector: bool = False
+) -> tuple[Integers, Integers]:
+    """Nodes of two sets that lie on one another, in their order."""
+    own, meets = one.set(node_set), other.set(mate_set)
+    _act_alike(node_set, one, own, other, meets)
+    places = other.position(meets) @ turn(one.sectors).T if next_sector else other.position(meets)
+    _coincide(node_set, one.position(own), places, meets)
+    return own, meets
 
 
 def _act_alike(name: str, part: Masters, own: Integers, other: Masters, mate: Integers) -> None:

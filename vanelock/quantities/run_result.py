@@ -28,7 +28,6 @@ from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.parts.components import PARTS, recovery_step
 from vanelock.stages.parts.gauges import Strain
-from vanelock.stages.parts.loads import growth
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 from vanelock.stages.response.responses import Limit
@@ -229,16 +228,9 @@ class RunResult:
 
     def stresses(self, each: Planned) -> Shape:
         """(H + 1, nodes, 6) harmonics of the vane's nodal stresses at a case's peak, Pa."""
-        top = self.top(each)
-        return np.stack([self._stress(each, top, h) for h in range(top.harmonics + 1)])
+        from vanelock.quantities.stress.cycles import harmonics_of
 
-    def _stress(self, each: Planned, top: Response, h: int) -> Shape:
-        k = int(top.harmonic_diameters[h])
-        system = self.stages.get(each.system)
-        coordinates = system.at(k).split(np.asarray(top.x[h][0], complex))["vane"]
-        recovery = self.recovery(each, "vane", k)
-        grown = None if h else growth(each.case.study, "vane", recovery.model.part)
-        return np.asarray(recovery.stress(coordinates, k, growth=grown))
+        return harmonics_of(self, each, self.top(each), "vane")
 
     def harmonic(self, each: Planned, h: int) -> list[Shape]:
         """Harmonic h of both parts' displacement at a case's peak, m."""

@@ -146,9 +146,7 @@ def model_of(planned: Planned, stages: Stages) -> Rejoined:
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
     gauges = None if planned.gauges is None else stages.get(planned.gauges)
-    found = Rejoined(planned, stages.get, watched, gauges)
-    found.system({})  # computes what is not yet
-    return found
+    return Rejoined(planned, stages.get, watched, gauges)
 
 
 def _fitted(

@@ -56,8 +56,8 @@ def stressed_step(run: RunResult, planned: Planned, point: int) -> Step[Stressed
 
     def compute(get: Get) -> Stressed:
         top = as_solved(get(planned.response), point)
-        vane = _harmonics_of(run, planned, top, "vane")
-        casing = _harmonics_of(run, planned, top, "casing", CASING_HARMONICS)
+        vane = harmonics_of(run, planned, top, "vane")
+        casing = harmonics_of(run, planned, top, "casing", CASING_HARMONICS)
         gauges = None
         if planned.gauges is not None:
             mesh = get(mesh_step(planned.case.study, "vane"))
@@ -68,7 +68,7 @@ def stressed_step(run: RunResult, planned: Planned, point: int) -> Step[Stressed
     return step("stress", "rom", inputs, Stressed, tuple(needs), compute, pulls=True, of=of)
 
 
-def _harmonics_of(
+def harmonics_of(
     run: RunResult,
     planned: Planned,
     top: Response,
