@@ -9,18 +9,17 @@ Meth. Engng 24 (1987) 337-357).
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.fem.elements.reference import reference_element
 from vanelock.fem.model import Model
 from vanelock.fem.stresses.patch_strains import patch_strain
-from vanelock.fem.stresses.strains import Field, columns, hooke, strain_blocks
+from vanelock.fem.stresses.strains import columns, hooke, strain_blocks
 
 
-def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:
+def excess_stiffness(model: Model, u: Array) -> Array:
     """Estimate by how much the mesh makes uᴴ K u larger than it would be without a mesh.
 
     Divided by the modal mass, and summed over the parts of a structure, this is what a mode's ω² is
@@ -68,7 +67,7 @@ def excess_stiffness(model: Model, u: Field) -> NDArray[Any]:
     return total if u.ndim == 3 else total[0, 0]
 
 
-def excess_by_element(model: Model, u: Field) -> NDArray[np.float64]:
+def excess_by_element(model: Model, u: Array) -> Floats:
     """(e,) what each element adds to `excess_stiffness` of one field (nodes, 3), J."""
     found = [
         np.einsum("egck,egck->e", error.conj(), weighted).real
@@ -77,7 +76,7 @@ def excess_by_element(model: Model, u: Field) -> NDArray[np.float64]:
     return np.concatenate(found)
 
 
-def _errors(model: Model, fields: Field) -> Iterator[tuple[Field, Field]]:
+def _errors(model: Model, fields: Array) -> Iterator[tuple[Array, Array]]:
     """Errors of strain (e, g, 6, k) of a block of elements, and their stresses times volume."""
     reference = reference_element(model.part.cell_type)
     smooth = patch_strain(model.part, fields)

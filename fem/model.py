@@ -1,12 +1,11 @@
 """The product of the finite-element stage: stiffness and mass of one part."""
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Integers
 from vanelock.common.product import Product
 from vanelock.fem.material import Material
 from vanelock.mesh import Part
@@ -32,9 +31,9 @@ class Model(Product):
     material: Material
     K: sp.csc_array = field(metadata={"unit": "N/m"})
     M: sp.csc_array = field(metadata={"unit": "kg"})
-    dofs: NDArray[np.int64]
+    dofs: Integers
 
-    def rows(self, node_set: str) -> NDArray[np.int64]:
+    def rows(self, node_set: str) -> Integers:
         """(k, 3) rows of the nodes of a set, -1 where clamped.
 
         Raises
@@ -42,15 +41,15 @@ class Model(Product):
         InputError
             If the part has no such set.
         """
-        rows: NDArray[np.int64] = self.dofs[self.part.nodes(node_set)]
+        rows: Integers = self.dofs[self.part.nodes(node_set)]
         return rows
 
-    def field(self, x: NDArray[Any]) -> NDArray[Any]:
+    def field(self, x: Array) -> Array:
         """Displacement (nodes, 3) or (nodes, 3, k) of free-dof vectors x, (n,) or (n, k)."""
         padded = np.concatenate([x, np.zeros_like(x[:1])])  # clamped: row -1
         return padded[self.dofs]
 
-    def free(self, field: NDArray[Any]) -> NDArray[Any]:
+    def free(self, field: Array) -> Array:
         """Free-dof vectors, (n,) or (n, k), of nodal fields (nodes, 3) or (nodes, 3, k).
 
         What clamped nodes have is left out.

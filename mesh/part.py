@@ -3,10 +3,9 @@
 from collections.abc import Collection
 from dataclasses import dataclass, field
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 
@@ -59,17 +58,17 @@ class Part(Product):
     """
 
     name: str
-    points: NDArray[np.float64] = field(metadata={"unit": "m"})
-    cells: NDArray[np.int64]
+    points: Floats = field(metadata={"unit": "m"})
+    cells: Integers
     cell_type: str
-    node_sets: dict[str, NDArray[np.int64]]
-    frames: dict[str, NDArray[np.float64]]
+    node_sets: dict[str, Integers]
+    frames: dict[str, Floats]
     sectors: int
     patches: dict[str, sp.csc_array] = field(default_factory=dict)
-    areas: dict[str, NDArray[np.float64]] = field(default_factory=dict, metadata={"unit": "m^2"})
+    areas: dict[str, Floats] = field(default_factory=dict, metadata={"unit": "m^2"})
     cad_volume: float | None = field(default=None, metadata={"unit": "m^3"})
 
-    def nodes(self, node_set: str) -> NDArray[np.int64]:
+    def nodes(self, node_set: str) -> Integers:
         """(k,) nodes of a set; case counts only where two names differ by nothing else.
 
         Raises

@@ -19,11 +19,10 @@ Static answers to loads at rest span what they spanned, too; a load of thermal s
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -114,8 +113,8 @@ class Component(Product):
     interface_modes: int
     fixed_modes: int
     diameters: dict[int, Reduced]
-    boundary_nodes: NDArray[np.int64]
-    vectors: NDArray[np.float64] | None = field(default=None, metadata={"unit": "kg^-0.5"})
+    boundary_nodes: Integers
+    vectors: Floats | None = field(default=None, metadata={"unit": "kg^-0.5"})
     band: float | None = field(default=None, metadata={"unit": "Hz"})
     loads: dict[str, Matrix] | None = field(default=None, metadata={"unit": "N"})
 
@@ -166,18 +165,16 @@ class Component(Product):
         have = ", ".join(str(k) for k in sorted(self.diameters))
         raise InputError(f"{self.masters.part}: not reduced at nodal diameter {k} (only at {have})")
 
-    def coordinates(
-        self, nodes: NDArray[np.int64], where: str, directions: int = 3
-    ) -> NDArray[np.int64]:
+    def coordinates(self, nodes: Integers, where: str, directions: int = 3) -> Integers:
         """(k, 3) or, with rotations, which are no coordinates, (k, 6): see `dofs`."""
         none = np.full((len(nodes), directions - 3), -1)
         return np.column_stack([self.dofs(nodes), none])
 
-    def frames(self, nodes: NDArray[np.int64], where: str) -> NDArray[np.float64]:
+    def frames(self, nodes: Integers, where: str) -> Floats:
         """(k, 3, 3) turn from Cartesian components to each retained node's cylindrical ones."""
         return cylindrical(self.masters.position(nodes))
 
-    def dofs(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    def dofs(self, nodes: Integers) -> Integers:
         """(k, 3) reduced coordinates that are the displacement of the given retained nodes."""
         return self.interface_modes + 3 * self.masters.places(nodes)[:, None] + np.arange(3)
 
@@ -191,7 +188,7 @@ def carrying(component: Component, given: Iterable[tuple[str, str, float]]) -> C
     return replace(component, loads=found)
 
 
-def _single(array: NDArray[Any] | None) -> NDArray[Any] | None:
+def _single(array: Array | None) -> Array | None:
     if array is None:
         return None
     return array.astype(np.complex64 if np.iscomplexobj(array) else np.float32)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.mesh import Part
@@ -42,20 +42,20 @@ class Masters(Product):
 
     part: str
     sectors: int
-    nodes: NDArray[np.int64]
-    points: NDArray[np.float64] = field(metadata={"unit": "m"})
-    node_sets: dict[str, NDArray[np.int64]]
-    frames: dict[str, NDArray[np.float64]]
-    averaged: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
-    areas: dict[str, NDArray[np.float64]] = field(default_factory=dict, metadata={"unit": "m^2"})
+    nodes: Integers
+    points: Floats = field(metadata={"unit": "m"})
+    node_sets: dict[str, Integers]
+    frames: dict[str, Floats]
+    averaged: Integers = field(default_factory=lambda: np.empty(0, np.int64))
+    areas: dict[str, Floats] = field(default_factory=dict, metadata={"unit": "m^2"})
 
-    def set(self, name: str) -> NDArray[np.int64]:
+    def set(self, name: str) -> Integers:
         """Node numbers of a set."""
         if (own := called(self.node_sets, name)) is None:
             raise InputError(f"{self.part}: no node set {name!r} among its masters")
         return self.node_sets[own]
 
-    def places(self, nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    def places(self, nodes: Integers) -> Integers:
         """Where nodes stand in `nodes`."""
         order = np.argsort(self.nodes)
         rank = np.searchsorted(self.nodes, nodes, sorter=order)
@@ -64,7 +64,7 @@ class Masters(Product):
             raise InputError(f"{self.part}: node {nodes[missing][0]} was not retained as a master")
         return np.asarray(places)
 
-    def position(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
+    def position(self, nodes: Integers) -> Floats:
         """(k, 3) coordinates of nodes, m."""
         return self.points[self.places(nodes)]
 
@@ -101,9 +101,9 @@ def everything(part: Part, averaged: Sequence[str] = ()) -> Masters:
     )
 
 
-def _places(part: Part, averaged: Sequence[str]) -> NDArray[np.float64]:
+def _places(part: Part, averaged: Sequence[str]) -> Floats:
     """Coordinates (n, 3) of the nodes, m, or of the centroids of the patches they stand for."""
-    points: NDArray[np.float64] = part.points.copy()
+    points: Floats = part.points.copy()
     for name in averaged:
         if name not in part.patches:
             have = ", ".join(sorted(part.patches)) or "none"

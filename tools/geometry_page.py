@@ -18,7 +18,7 @@ from vanelock.mesh import (
     casing_sector,
     vane_segment,
 )
-from vanelock.mesh.geometry.element_size import SIZES
+from vanelock.mesh.element_size import SIZES
 from vanelock.render import style
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"

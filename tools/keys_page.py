@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 from vanelock import Study, template_text
 from vanelock.input.schema.structure.own_mesh import CasingSets, VaneSets
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
+from vanelock.mesh.element_size import LARGEST, SIZES, SMALLEST
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "keys.md"
 HEAD = """# Every key of the study file

@@ -25,7 +25,7 @@ from vanelock import fem, mesh
 from vanelock.fem.elements.reference import reference_element
 from vanelock.fem.stresses.strains import hooke, strain_blocks
 from vanelock.mesh import CasingDimensions, Part, Sizes, VaneDimensions, sizes_for
-from vanelock.mesh.geometry.element_size import SIZES
+from vanelock.mesh.element_size import SIZES
 from vanelock.rom.joining.patches import with_means
 from vanelock.rom.masters import everything
 from vanelock.stages.parts.segment import HOOK_SETS

@@ -12,7 +12,7 @@ from benchmarks.mesh.vane_blocks import vane_hexahedra
 from benchmarks.segment import MATERIAL
 from vanelock import fem, mesh
 from vanelock.mesh import Part, VaneDimensions
-from vanelock.mesh.generate.extract import EDGES
+from vanelock.mesh.generate.mesher import EDGES
 
 Floats = NDArray[np.float64]
 

@@ -18,7 +18,7 @@ from benchmarks.unreduced import unreduced_segment as unreduced
 from vanelock import fem, mesh
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
-from vanelock.mesh.generate import extract
+from vanelock.mesh.generate import mesher
 from vanelock.mesh.geometry import contact_places
 
 Floats = NDArray[np.float64]
@@ -91,7 +91,7 @@ def share_straightened(part: str, own: Part, size: str | float) -> float:
     """Share of the elements whose sides were drawn back towards their chords."""
     module = import_module(f"vanelock.mesh.generate.{part}")
     with (
-        patch.object(extract, "LEAST_JACOBIAN", -np.inf),
+        patch.object(mesher, "LEAST_JACOBIAN", -np.inf),
         patch.object(module, "valid", lambda p: p),
     ):
         bowed = MAKE[part](size=size)

@@ -20,7 +20,7 @@ from benchmarks.mesh.reference import ORDER, Reference, extrapolated, reference
 from benchmarks.mesh.words import INTRODUCTION, JOINED, NAMED, RATES, REFERENCE, conclusion
 from benchmarks.pages import FOLDER, page
 from benchmarks.segment import CASES
-from vanelock.mesh.geometry.element_size import SIZES
+from vanelock.mesh.element_size import SIZES
 
 Floats = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from vanelock import fem, rom
 from vanelock.fem import Model
 from vanelock.fem.vibration.block_lanczos import krylov_space
 from vanelock.mesh import Part
-from vanelock.mesh.generate.extract import generate
+from vanelock.mesh.generate.mesher import generate
 from vanelock.mesh.gmsh_session import session
 
 LENGTH, JOINT, WIDTH = 0.36, 0.12, 25.4e-3

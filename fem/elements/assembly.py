@@ -8,21 +8,16 @@ product over the quadrature points of each element. Both matrices are assembled 
 that holds every pair of an element's nodes once; K = H + Hᵀ is then symmetric to the last bit.
 """
 
-from typing import Any
-
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import ReferenceElement, reference_element
 from vanelock.fem.material import Material
 from vanelock.fem.model import Model
 from vanelock.mesh import FileMesh, Part
 from vanelock.mesh.part import called
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.signedinteger[Any]]
 
 BLOCK = 256  # elements at once: some 5 MB for tetra10, near the processor's cache
 
@@ -91,7 +86,7 @@ def _free_numbers(part: Part, fixed: str | None) -> Integers:
 
 def _halves(
     part: Part, material: Material, number: Integers, reference: ReferenceElement
-) -> tuple[Array, Array, Integers, Integers]:
+) -> tuple[Floats, Floats, Array, Array]:
     """Half of the stiffness (p, 3, 3) and mass (p,) on node pairs in CSR order, and that order.
 
     Returns the values, the row pointers (nodes + 1) and the columns (p,).
@@ -122,7 +117,7 @@ def _halves(
     return stiffness[:kept].reshape(-1, 3, 3), mass[:kept], pointers, column.astype(np.int32)
 
 
-def _sum_by_slot(slot: Integers, k: Array, m: Array) -> tuple[Integers, Array]:
+def _sum_by_slot(slot: Integers, k: Floats, m: Floats) -> tuple[Integers, Floats]:
     """Distinct slots of a block and the sums (s, 10) of what goes there: nine of K, one of M."""
     order = np.argsort(slot, kind="stable")
     ordered = slot[order]
@@ -138,7 +133,7 @@ def _sum_by_slot(slot: Integers, k: Array, m: Array) -> tuple[Integers, Array]:
 
 def _element_matrices(
     part: Part, block: slice, material: Material, reference: ReferenceElement
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     """Stiffness (e, 3, k, 3, k) and scalar mass (e, k, k) of a block of elements."""
     points = part.points[part.cells[block]].transpose(2, 0, 1)  # (3, e, k)
     slopes = reference.gradients.transpose(2, 1, 0)  # (3, k, q)
@@ -162,7 +157,7 @@ def _element_matrices(
     return stiffness, mass
 
 
-def _cofactors(jacobian: Array) -> tuple[Array, Array]:
+def _cofactors(jacobian: Floats) -> tuple[Floats, Floats]:
     """Cofactors and determinant of 3 x 3 matrices in the first two axes; J⁻ᵀ is their ratio."""
     after, before = [1, 2, 0], [2, 0, 1]
     cofactor = jacobian[after][:, after] * jacobian[before][:, before]

@@ -16,9 +16,9 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import element, quadrature
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 
 _TOWARDS_CORNERS = (  # barycentric coordinate of three corners, share of the volume
@@ -28,7 +28,7 @@ _TOWARDS_CORNERS = (  # barycentric coordinate of three corners, share of the vo
 _TOWARDS_EDGES = (0.045503704125649649492, 0.042546020777081466438)  # that of two corners
 
 
-def tetrahedron_rule() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def tetrahedron_rule() -> tuple[Floats, Floats]:
     """Points (14, 3) on the reference tetrahedron and weights (14,), which sum to 1/6."""
     places, shares = [], []
     for coordinate, share in _TOWARDS_CORNERS:
@@ -46,8 +46,6 @@ def tetrahedron_rule() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.array(places)[:, 1:], np.array(shares) / 6
 
 
-Array = NDArray[np.float64]
-
 _TETRA = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 _TETRA_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
 _HEXA = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
@@ -57,7 +55,7 @@ _HEXA_FACES = [[0, 0.5, 0.5], [1, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 1, 0.5], [0.5,
 _HEXA_FACES += [[0.5, 0.5, 1]]
 
 
-def _with_edges(corners: list[list[int]], edges: list[tuple[int, int]]) -> Array:
+def _with_edges(corners: list[list[int]], edges: list[tuple[int, int]]) -> Floats:
     points = np.array(corners, float)
     middles = np.array([(points[a] + points[b]) / 2 for a, b in edges])
     return np.vstack([points, middles])
@@ -98,11 +96,11 @@ class ReferenceElement:
         Quadrature weights; they sum to the reference cell's volume.
     """
 
-    nodes: Array
-    values: Array
-    gradients: Array
-    points: Array
-    weights: Array
+    nodes: Floats
+    values: Floats
+    gradients: Floats
+    points: Floats
+    weights: Floats
 
 
 def reference_element(cell_type: str) -> ReferenceElement:
@@ -117,7 +115,7 @@ def reference_element(cell_type: str) -> ReferenceElement:
     return ReferenceElement(nodes, values, gradients, points, weights)
 
 
-def shape_functions(cell_type: str, points: Array) -> tuple[Array, Array]:
+def shape_functions(cell_type: str, points: Floats) -> tuple[Floats, Floats]:
     """Basis functions (q, k) of a cell type and their derivatives (q, k, 3) at points (q, 3).
 
     Points and derivatives are those of the reference cell, nodes in meshio's order.
@@ -134,7 +132,7 @@ def shape_functions(cell_type: str, points: Array) -> tuple[Array, Array]:
     return values, np.ascontiguousarray(np.array(slopes).transpose(2, 0, 1))
 
 
-def sampling(cell_type: str) -> tuple[Array, Array]:
+def sampling(cell_type: str) -> tuple[Floats, Floats]:
     """Where the strains of an element are best, and how they reach its nodes."""
     make, nodes, _ = _known(cell_type)
     found, _ = quadrature.get_quadrature(
@@ -154,7 +152,7 @@ def linear_type(cell_type: str) -> str:
     return "tetra" if cell_type.startswith("tetra") else "hexahedron"
 
 
-def _known(cell_type: str) -> tuple[Any, Array, int]:
+def _known(cell_type: str) -> tuple[Any, Floats, int]:
     if cell_type not in _CELLS:
         raise InputError(f"cell_type = {cell_type!r}: the solid elements are {', '.join(_CELLS)}")
     return _CELLS[cell_type]

@@ -11,22 +11,20 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import ReferenceElement, reference_element
 from vanelock.fem.model import Model
 from vanelock.fem.stresses.strains import slopes, thermal_strain
 from vanelock.mesh import Part
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-
 BLOCK = 4096
 """Elements at a time: some 20 MB of derivatives."""
 
 
-def thermal(model: Model, growth: ArrayLike) -> Array:
+def thermal(model: Model, growth: ArrayLike) -> Floats:
     """Nodal loads of a thermal strain.
 
     Parameters
@@ -73,7 +71,7 @@ def thermal(model: Model, growth: ArrayLike) -> Array:
     return model.free(nodal)
 
 
-def centrifugal(model: Model, speed: float) -> Array:
+def centrifugal(model: Model, speed: float) -> Floats:
     """Nodal loads of rotation about the engine axis z.
 
     Parameters
@@ -105,7 +103,7 @@ def centrifugal(model: Model, speed: float) -> Array:
     return model.free(model.material.rho * speed**2 * nodal)
 
 
-def _blocks(part: Part, reference: ReferenceElement) -> Iterator[tuple[Integers, Array, Array]]:
+def _blocks(part: Part, reference: ReferenceElement) -> Iterator[tuple[Integers, Floats, Floats]]:
     """Elements (e, a) in blocks, with slopes of their functions and determinants; see `slopes`."""
     for start in range(0, len(part.cells), BLOCK):
         cells = part.cells[start : start + BLOCK]

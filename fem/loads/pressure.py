@@ -6,24 +6,21 @@ whose integrand is a polynomial on curved faces, too: the rule integrates it exa
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from skfem import quadrature, refdom
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.model import Model
 from vanelock.fem.stresses.strains import nodal_values
 from vanelock.mesh import Part
-from vanelock.mesh.cells import solid, surface
-from vanelock.mesh.exterior import area_vectors, exterior
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from vanelock.mesh.cells import area_vectors, exterior, solid, surface
 
 DEGREE = {3: 2, 4: 5, 6: 6, 8: 9, 9: 9}
 """Of p N n dA on a face with so many nodes, p a field of the face's own functions."""
 
 
-def pressure(model: Model, node_set: str, value: ArrayLike) -> Array:
+def pressure(model: Model, node_set: str, value: ArrayLike) -> Floats:
     """Nodal loads of a pressure, which acts against the outward normal.
 
     Parameters
@@ -67,7 +64,7 @@ def faces_of(part: Part, node_set: str) -> Integers:
     return faces
 
 
-def face_rule(count: int) -> tuple[Array, Array, Array]:
+def face_rule(count: int) -> tuple[Floats, Floats, Floats]:
     """Points (q, 2) on the reference face of m = `count` nodes, weights (q,), functions (q, m)."""
     kind = refdom.RefTri if count in (3, 6) else refdom.RefQuad
     places, weights = quadrature.get_quadrature(kind, DEGREE[count])

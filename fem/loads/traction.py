@@ -9,23 +9,21 @@ the one whose square has the least integral.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.loads.pressure import face_rule
 from vanelock.fem.model import Model
 from vanelock.mesh import Part
-from vanelock.mesh.exterior import area_vectors
-
-Array = NDArray[np.float64]
+from vanelock.mesh.cells import area_vectors
 
 
 def traction(
     model: Model,
-    faces: NDArray[np.int64],
+    faces: Integers,
     force: Sequence[float],
     moment: Sequence[float] = (0.0, 0.0, 0.0),
-) -> Array:
+) -> Floats:
     """Nodal loads of a traction over faces with a force and a moment about their centroid.
 
     Parameters
@@ -70,13 +68,13 @@ def traction(
     return model.free(nodal)
 
 
-def centroid(model: Model, faces: NDArray[np.int64]) -> Array:
+def centroid(model: Model, faces: Integers) -> Floats:
     """(3,) centroid of faces, m."""
     _, area, place = _points(model.part, faces)
     return np.asarray(np.einsum("fq,fqi->i", area, place) / area.sum())
 
 
-def _points(part: Part, faces: NDArray[np.int64]) -> tuple[Array, Array, Array]:
+def _points(part: Part, faces: Integers) -> tuple[Floats, Floats, Floats]:
     """Shape functions (q, m), areas (f, q) in m², places (f, q, 3) in m at a rule's points."""
     places, weights, values = face_rule(faces.shape[1])
     area = np.linalg.norm(area_vectors(part.points, faces, places), axis=2) * weights

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
-
-Integers = NDArray[np.int64]
 
 ASYMMETRY = 1e-8
 """Largest |A - Aᴴ| over the largest |A| that is taken for round-off of a printed number."""
@@ -49,7 +47,7 @@ class Entries:
     size: int
     rows: Integers
     columns: Integers
-    values: NDArray[Any]
+    values: Array
     form: str = FULL
     node: Integers | None = None
     direction: Integers | None = None
@@ -57,7 +55,7 @@ class Entries:
     fixed: frozenset[tuple[int, int]] = frozenset()
 
 
-def number_table(source: str, text: str, **options: Any) -> NDArray[np.float64]:
+def number_table(source: str, text: str, **options: Any) -> Floats:
     """Numbers by lines, as `numpy.loadtxt` reads them; their exponents may be called D."""
     try:
         return np.loadtxt(io.StringIO(text.replace("D", "E").replace("d", "e")), ndmin=2, **options)
@@ -66,7 +64,7 @@ def number_table(source: str, text: str, **options: Any) -> NDArray[np.float64]:
         raise InputError(f"{source}: {reason}") from None
 
 
-def whole(source: str, values: NDArray[np.float64], what: str, least: float = -np.inf) -> Integers:
+def whole(source: str, values: Floats, what: str, least: float = -np.inf) -> Integers:
     """Whole numbers that a table has as any others, `what` is what they count."""
     with np.errstate(invalid="ignore"):
         wrong = ~((np.abs(values) < 1e15) & (values == np.round(values)))
@@ -77,7 +75,7 @@ def whole(source: str, values: NDArray[np.float64], what: str, least: float = -n
     return values.astype(np.int64)
 
 
-def dense_entries(source: str, array: NDArray[Any]) -> Entries:
+def dense_entries(source: str, array: Array) -> Entries:
     """Entries of a full square array."""
     square(source, array.shape)
     numbers(source, array.dtype)
@@ -130,8 +128,8 @@ def _refuse_repeated(source: str, rows: Integers, columns: Integers, n: int) -> 
 
 
 def _one_triangle(
-    entries: Entries, rows: Integers, columns: Integers, values: NDArray[Any]
-) -> tuple[Integers, Integers, NDArray[Any]]:
+    entries: Entries, rows: Integers, columns: Integers, values: Array
+) -> tuple[Integers, Integers, Array]:
     """Both triangles; where the file gives both, they must agree."""
     n, conjugate = entries.size, entries.form == HERMITIAN
     upper = rows < columns

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import text
-from vanelock.fem.matrix_files.entries import Integers
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.fem.matrix_files.tables import load_pairs
 

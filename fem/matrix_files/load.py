@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import PathLike
 from vanelock.fem.matrix_files.contents import NoMatrixError, WantedMatrix
@@ -77,9 +77,7 @@ BALANCED = 1e-3
 """Sum of a row's entries along one direction, over that of their moduli, below which it is none."""
 
 
-def _check_mass(
-    source: str, M: sp.csc_array, node: NDArray[np.int64], direction: NDArray[np.int64]
-) -> None:
+def _check_mass(source: str, M: sp.csc_array, node: Integers, direction: Integers) -> None:
     """Refuse a matrix that is no mass.
 
     A row's entries along a direction add up to the inertia that it has as all moves that way. Those
@@ -207,7 +205,7 @@ def _part(
     entries: Entries,
     what: str,
     dofs: PathLike | None,
-    position_node: NDArray[np.int64],
+    position_node: Integers,
     first: _Part,
 ) -> _Part:
     unlabelled = entries.node is None
@@ -230,7 +228,7 @@ def _refuse_vast(entries: Entries) -> None:
         )
 
 
-def _labels(entries: Entries, dofs: PathLike | None, position_node: NDArray[np.int64]) -> Labels:
+def _labels(entries: Entries, dofs: PathLike | None, position_node: Integers) -> Labels:
     """Of each row, from the file itself, the table `dofs`, or the order of the nodes."""
     if entries.node is not None and entries.direction is not None:
         return entries.node, entries.direction
@@ -246,7 +244,7 @@ def _labels(entries: Entries, dofs: PathLike | None, position_node: NDArray[np.i
 
 def _aligned(
     parts: Mapping[str, _Part],
-) -> tuple[NDArray[np.int64], NDArray[np.int64], dict[str, sp.csc_array]]:
+) -> tuple[Integers, Integers, dict[str, sp.csc_array]]:
     """Matrices in the order of one list of labels, the longest.
 
     A format that lists entries by label leaves out rows of zeros: the mass of massless freedoms,
@@ -307,7 +305,7 @@ def _named(key: tuple[int, int]) -> str:
     return f"node {node}, direction {named(direction)}"
 
 
-def _positions(nodes: PathLike | None) -> tuple[NDArray[np.int64], NDArray[np.float64] | None]:
+def _positions(nodes: PathLike | None) -> tuple[Integers, Floats | None]:
     """Numbers and coordinates of the nodes, in the file's unit."""
     if nodes is None:
         return np.empty(0, np.int64), None

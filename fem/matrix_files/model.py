@@ -1,12 +1,10 @@
 """A component as matrices: what every row is, and where its nodes are."""
 
 from dataclasses import dataclass
-from typing import Any
 
-import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.product import Product
 
 GENERALISED = 6
@@ -38,10 +36,10 @@ class Matrices(Product):
     K: sp.csc_array
     M: sp.csc_array | None
     C: sp.csc_array | None
-    node: NDArray[np.int64]
-    direction: NDArray[np.int64]
-    position: NDArray[np.float64] | None
-    position_node: NDArray[np.int64]
+    node: Integers
+    direction: Integers
+    position: Floats | None
+    position_node: Integers
 
     @property
     def size(self) -> int:
@@ -49,5 +47,5 @@ class Matrices(Product):
         return len(self.node)
 
 
-Values = NDArray[Any]
+Values = Array
 """Real, or complex where a cyclic sector's matrices are."""

@@ -9,16 +9,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import PathLike
 from vanelock.fem.matrix_files.contents import text
 
-Column = NDArray[np.int64] | NDArray[np.float64] | NDArray[np.str_]
+Column = Integers | Floats | NDArray[np.str_]
 _WHOLE = re.compile(r"[+-]?\d{1,18}")
 _NUMBER = re.compile(r"[+-]?(\d+(?:\.\d*)?|\.\d+)([eEdD][+-]?\d+)?")
 
 
-def load_nodes(path: PathLike) -> NDArray[np.int64]:
+def load_nodes(path: PathLike) -> Integers:
     """Read a list of nodes' numbers, in the file's order.
 
     Spaces, commas, semicolons or new lines between numbers; a first line of words and what follows
@@ -139,7 +140,7 @@ def _float(cell: str) -> float:
     return float(re.sub("[dD]", "e", cell))
 
 
-def _repeated(values: NDArray[np.int64]) -> int | None:
+def _repeated(values: Integers) -> int | None:
     """The first value that is there more than once."""
     distinct, count = np.unique(values, return_counts=True)
     return int(distinct[count > 1][0]) if (count > 1).any() else None

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import si
-from vanelock.fem.matrix_files.entries import Integers
 from vanelock.fem.matrix_files.model import GENERALISED
 
 
@@ -32,7 +31,7 @@ class Units:
     mass: float = 1.0
     force: float = 1.0
 
-    def scales(self, direction: Integers) -> NDArray[np.float64]:
+    def scales(self, direction: Integers) -> Floats:
         """(n,) s of each row."""
         of_rotation = np.where(direction < 3, self.length, 1.0)
         return np.where(direction == GENERALISED, self.length * self.mass**0.5, of_rotation)

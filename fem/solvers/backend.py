@@ -6,13 +6,12 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array
 from vanelock.common.errors import InputError
 
-Matrix = NDArray[Any]
 Sparse = sp.sparray | sp.spmatrix
-Solve = Callable[[Matrix], Matrix]
+Solve = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ BYTES = 2**28  # and no more of them than fit in this
 
 def in_blocks(
     apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool, by_rows: bool = False
-) -> Matrix:
+) -> Array:
     """A linear operator times the columns of b, a block at a time."""
     if not sp.issparse(b):
         b = np.asarray(b)
@@ -94,11 +93,11 @@ def in_blocks(
     return x
 
 
-def _as_it_is(apply: Solve, b: Matrix, is_complex: bool) -> Matrix:
+def _as_it_is(apply: Solve, b: Array, is_complex: bool) -> Array:
     return apply(np.asarray(b, np.complex128 if np.iscomplexobj(b) else np.float64))
 
 
-def _block(apply: Solve, b: Matrix, is_complex: bool) -> Matrix:
+def _block(apply: Solve, b: Array, is_complex: bool) -> Array:
     if is_complex:
         return apply(np.asfortranarray(b, np.complex128))
     if not np.iscomplexobj(b):

@@ -14,7 +14,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from vanelock.fem.solvers.backend import BreakdownError, Matrix, Numeric
+from vanelock.common.arrays import Array
+from vanelock.fem.solvers.backend import BreakdownError, Numeric
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
         factor = analysis.symbolic.cholesky(A if order is None else _permuted(A, order))
         negative = 0 if definite else int(np.sum(factor.D().real < 0))
 
-    def solve(b: Matrix) -> Matrix:
+    def solve(b: Array) -> Array:
         with cholmod_errors():
             if order is None:
                 return np.asarray(factor(b))
@@ -89,7 +90,7 @@ def _analysed(A: sp.csc_array, mode: str, like: Any) -> SymbolicFactor:
     return SymbolicFactor(pattern, kind, symbolic, order)
 
 
-def _permuted(A: sp.csc_array, order: NDArray[Any]) -> sp.csc_array:
+def _permuted(A: sp.csc_array, order: Array) -> sp.csc_array:
     permuted = sp.csc_array(A[order][:, order])
     permuted.sort_indices()
     return permuted

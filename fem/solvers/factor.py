@@ -18,13 +18,12 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 from vanelock.fem.solvers import storage
 from vanelock.fem.solvers.backend import (
     BreakdownError,
-    Matrix,
     Numeric,
     Solve,
     Sparse,
@@ -67,10 +66,10 @@ def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     solver.remove_stored_factorization()
     solver.set_phase(SOLVE)
 
-    def substitute(b: Matrix) -> Matrix:
+    def substitute(b: Array) -> Array:
         return np.asarray(solver._call_pardiso(upper, b)).reshape(b.shape)
 
-    def solve(b: Matrix) -> Matrix:
+    def solve(b: Array) -> Array:
         if not is_complex:
             return substitute(b)
         x = substitute(np.asfortranarray(np.vstack([b.real, b.imag])))
@@ -167,7 +166,7 @@ class Factor:
     _analysis: Any = field(default=None, repr=False)
     _by_rows: bool = field(default=False, repr=False)
 
-    def solve(self, b: Any) -> Matrix:
+    def solve(self, b: Any) -> Array:
         """Solution x of A x = b.
 
         Parameters
@@ -196,7 +195,7 @@ def backends() -> tuple[str, ...]:
 
 
 def factorise(
-    A: Sparse | Matrix,
+    A: Sparse | Array,
     backend: str | None = None,
     like: Factor | None = None,
     definite: bool = True,
@@ -300,7 +299,7 @@ def _accurate(A: sp.csc_array, numeric: Numeric) -> Numeric:
     if error < ACCURATE:
         return numeric
 
-    def refined(b: Matrix) -> Matrix:
+    def refined(b: Array) -> Array:
         x = numeric.solve(b)
         return x + numeric.solve(np.asfortranarray(b - A @ x))
 
@@ -320,9 +319,7 @@ def _backward_error(A: sp.csc_array, solve: Solve) -> float:
     return float(abs(b - A @ x).max() / (size * abs(x).max() + abs(b).max()))
 
 
-def _diagnosis(
-    A: sp.csc_array, backend: str, definite: bool, scale: NDArray[np.float64]
-) -> InputError:
+def _diagnosis(A: sp.csc_array, backend: str, definite: bool, scale: Floats) -> InputError:
     """The error for a matrix that has no factors."""
     error = empty_rows(A, definite)
     if error is not None:

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.solvers import storage
-from vanelock.fem.solvers.backend import BreakdownError, Matrix, Solve, Sparse, hermitian, in_blocks
+from vanelock.fem.solvers.backend import BreakdownError, Solve, Sparse, hermitian, in_blocks
 from vanelock.fem.solvers.factor import Factor, backends, factorise
 from vanelock.fem.solvers.singular import is_singular, scale_of
 from vanelock.fem.solvers.supernodal import trailing_factor
@@ -36,13 +36,13 @@ class Interior(Factor):
         Whether `energy` needs only what `down` leaves.
     """
 
-    kept: NDArray[np.int64] = field(kw_only=True)
-    rest: NDArray[np.int64] = field(kw_only=True)
+    kept: Integers = field(kw_only=True)
+    rest: Integers = field(kw_only=True)
     _down: Solve = field(kw_only=True, repr=False)
     _up: Solve = field(kw_only=True, repr=False)
     half_is_root: bool = field(kw_only=True, repr=False)
 
-    def extend(self, v: Any) -> Matrix:
+    def extend(self, v: Any) -> Array:
         """Ψ v = -A_ss⁻¹ A_sm v, (s,) or (s, k): how the rest follows the kept rows statically."""
         v = np.asarray(v)
         shape = len(self.rest), len(self.rest) + len(self.kept)
@@ -50,35 +50,35 @@ class Interior(Factor):
         both[shape[0] :] = v
         return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
 
-    def restrict(self, z: Any) -> Matrix:
+    def restrict(self, z: Any) -> Array:
         """Ψᴴ z, (m,) or (m, k): what acts on the rest, carried to the kept rows."""
         return self.down(z)[1]
 
-    def down(self, z: Any) -> tuple[Matrix, Matrix]:
+    def down(self, z: Any) -> tuple[Array, Array]:
         """First sweep of a solution: what `up` goes on from, (s,) or (s, k), and Ψᴴ z."""
         shape = len(self.rest) + len(self.kept), len(self.rest)
         both = in_blocks(self._down, z, shape, self.is_complex, self._by_rows)
         return both[: len(self.rest)], both[len(self.rest) :]
 
-    def up(self, half: Matrix, v: Matrix) -> Matrix:
+    def up(self, half: Array, v: Array) -> Array:
         """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
         shape = len(self.rest), len(self.rest) + len(self.kept)
         both = np.empty((shape[1], *half.shape[1:]), np.result_type(half, v))
         both[: shape[0]], both[shape[0] :] = half, v
         return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
 
-    def energy(self, z: Matrix, half: Matrix, other: Matrix | None = None) -> Matrix:
+    def energy(self, z: Array, half: Array, other: Array | None = None) -> Array:
         """zᴴ A_ss⁻¹ y, (k, l), from z, (s, k), what `down` left of it, and of another y than z."""
         root = half if self.half_is_root else z
         return np.asarray(root.conj().T @ (half if other is None else other))
 
 
 def schur_complement(
-    A: Sparse | Matrix,
-    rows: Sequence[int] | NDArray[np.int64],
+    A: Sparse | Array,
+    rows: Sequence[int] | Integers,
     backend: str | None = None,
     like: Interior | None = None,
-) -> tuple[Matrix, Interior]:
+) -> tuple[Array, Interior]:
     """Dense Schur complement of some rows of a sparse matrix, and the factors of the rest.
 
     Parameters
@@ -143,11 +143,11 @@ def schur_complement(
 
 def _by_solves(
     A: sp.csc_array,
-    kept: NDArray[np.int64],
-    rest: NDArray[np.int64],
+    kept: Integers,
+    rest: Integers,
     backend: str | None,
     like: Interior | None,
-) -> tuple[Matrix, Interior]:
+) -> tuple[Array, Interior]:
     """The same by one solve for each row that is kept."""
     A_sm = A[rest][:, kept].tocsc()
     A_ms = A_sm.conj().T.tocsr()
@@ -155,7 +155,7 @@ def _by_solves(
     S = A[kept][:, kept].toarray() - A_ms @ factor.solve(A_sm)
     size = len(rest)
 
-    def down(z: Matrix) -> Matrix:
+    def down(z: Array) -> Array:
         solved = factor.solve(z)
         return np.concatenate([solved, -(A_ms @ solved)])
 

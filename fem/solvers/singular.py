@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.solvers.backend import Matrix, Solve
+from vanelock.fem.solvers.backend import Solve
 
 # All thresholds are on eigenvalues of the matrix scaled to a unit diagonal.
 SINGULAR = 1e-16
@@ -36,12 +36,12 @@ class SingularError(InputError):
         Orthonormal basis of them.
     """
 
-    def __init__(self, motions: Matrix, definite: bool = True) -> None:
+    def __init__(self, motions: Array, definite: bool = True) -> None:
         self.motions = motions
         self.count = motions.shape[1]
         share = np.linalg.norm(motions, axis=1)
         order = np.argsort(-share, kind="stable")
-        self.rows: NDArray[np.int64] = order[share[order] > MOVING * share.max()]
+        self.rows: Integers = order[share[order] > MOVING * share.max()]
         free = "a motion is free" if self.count == 1 else f"{self.count} motions are free"
         where = f"{free}, in {_listed(self.rows)}"
         if definite:
@@ -56,21 +56,21 @@ class SingularError(InputError):
             )
 
 
-def _listed(rows: NDArray[np.int64]) -> str:
+def _listed(rows: Integers) -> str:
     if len(rows) == 1:
         return f"row {rows[0]}"
     few = ", ".join(str(row) for row in rows[:4])
     return f"rows {few}" + (f" and {len(rows) - 4} others" if len(rows) > 4 else "")
 
 
-def scale_of(A: sp.csc_array, definite: bool) -> NDArray[np.float64]:
+def scale_of(A: sp.csc_array, definite: bool) -> Floats:
     """Square roots of the diagonal; of the rows' largest entries where A may be indefinite."""
     size = A.diagonal().real if definite else abs(A).max(axis=1).toarray().ravel()
-    scale: NDArray[np.float64] = np.sqrt(np.where(size > 0, size, 1.0))
+    scale: Floats = np.sqrt(np.where(size > 0, size, 1.0))
     return scale
 
 
-def is_singular(solve: Solve, scale: NDArray[np.float64]) -> bool:
+def is_singular(solve: Solve, scale: Floats) -> bool:
     """Whether two steps of inverse iteration find an eigenvalue below the threshold."""
     x = np.random.default_rng(0).standard_normal((len(scale), 1))
     for _ in range(2):
@@ -81,21 +81,19 @@ def is_singular(solve: Solve, scale: NDArray[np.float64]) -> bool:
     return False
 
 
-def lifted(A: sp.csc_array, scale: NDArray[np.float64]) -> sp.csc_array:
+def lifted(A: sp.csc_array, scale: Floats) -> sp.csc_array:
     """A with a little added to its diagonal."""
     return sp.csc_array(A + sp.diags_array(LIFT * scale**2))
 
 
-def free_motions(
-    A: sp.csc_array, solve: Solve, scale: NDArray[np.float64]
-) -> tuple[Matrix, NDArray[np.float64]]:
+def free_motions(A: sp.csc_array, solve: Solve, scale: Floats) -> tuple[Array, Floats]:
     """Motions that a matrix leaves free, and eigenvalues of the scaled one, ascending.
 
     Block inverse iteration with the factors of A, or of the lifted A.
     """
     scaled = sp.diags_array(1 / scale) @ A @ sp.diags_array(1 / scale)
     n = len(scale)
-    x: Matrix = np.random.default_rng(0).standard_normal((n, min(SOUGHT, n)))
+    x: Array = np.random.default_rng(0).standard_normal((n, min(SOUGHT, n)))
     for _ in range(4):
         x = np.linalg.qr(x)[0]
         x = scale[:, None] * solve(scale[:, None] * x)

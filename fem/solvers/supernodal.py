@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.linalg import get_blas_funcs
 
-from vanelock.fem.solvers.backend import Matrix
+from vanelock.common.arrays import Array, Integers
 from vanelock.fem.solvers.cholmod import cholmod_errors, pattern_of
 
 FILLED = 1500
@@ -44,10 +43,10 @@ class Supernode(NamedTuple):
     """
 
     columns: slice
-    below: NDArray[np.int64]
+    below: Integers
     inner: int
-    triangle: Matrix
-    rectangle: Matrix
+    triangle: Array
+    rectangle: Array
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ class Panels:
     entries: int
     dtype: Any
 
-    def forward(self, X: Matrix, inner: bool = False) -> None:
+    def forward(self, X: Array, inner: bool = False) -> None:
         """L⁻¹ X in place, X (rows, k) in C order; what is left of the rows behind the columns.
 
         With `inner` those rows are left alone.
@@ -87,7 +86,7 @@ class Panels:
             if len(below):
                 X[below] -= rectangle @ x
 
-    def backward(self, X: Matrix, inner: bool = False) -> None:
+    def backward(self, X: Array, inner: bool = False) -> None:
         """L⁻ᴴ X in place, the rows behind the columns being known; with `inner` they are zero."""
         X = self._alike(X)
         solve, is_complex = get_blas_funcs("trsm", dtype=self.dtype), np.iscomplexobj(X)
@@ -103,7 +102,7 @@ class Panels:
             if is_complex:
                 np.conj(x, out=x)
 
-    def _alike(self, X: Matrix) -> Matrix:
+    def _alike(self, X: Array) -> Array:
         """X in the factor's kind of numbers: for a real one, real and imaginary parts in turn."""
         if np.iscomplexobj(X) and self.dtype == np.float64:
             return X.view(np.float64)
@@ -141,7 +140,7 @@ def _area(width: int, below: int) -> int:
 
 
 def _panel(
-    L: sp.csc_array, group: list[tuple[int, int]], below: NDArray[np.int64], columns: int
+    L: sp.csc_array, group: list[tuple[int, int]], below: Integers, columns: int
 ) -> Supernode:
     """One panel of neighbouring ones, each given by its first and last column."""
     first, last = group[0][0], group[-1][1]
@@ -171,8 +170,8 @@ class TrailingAnalysis:
     """Ordering of the rest, and supernodes of the whole, for one pattern and one set of rows."""
 
     pattern: bytes
-    kept: NDArray[np.int64]
-    order: NDArray[np.int64]
+    kept: Integers
+    order: Integers
     symbolic: Any
 
 
@@ -190,8 +189,8 @@ class TrailingFactor:
         Row of A_ss that each of the first rows of L stands for.
     """
 
-    schur: Matrix
-    order: NDArray[np.int64]
+    schur: Array
+    order: Integers
     analysis: TrailingAnalysis
     _panels: Panels
 
@@ -200,29 +199,29 @@ class TrailingFactor:
         """Entries of L that are stored."""
         return self._panels.entries
 
-    def solve(self, b: Matrix) -> Matrix:
+    def solve(self, b: Array) -> Array:
         """A_ss⁻¹ b."""
         y = self._ordered(b)
         self._panels.forward(y, inner=True)
         self._panels.backward(y, inner=True)
         return self._unordered(y)
 
-    def down(self, z: Matrix) -> Matrix:
+    def down(self, z: Array) -> Array:
         """L_ss⁻¹ z, and Ψᴴ z below it."""
         y = self._ordered(z)
         self._panels.forward(y)
         return y
 
-    def up(self, both: Matrix) -> Matrix:
+    def up(self, both: Array) -> Array:
         """L_ss⁻ᴴ y + Ψ v from y and v below it, which is spent."""
         both = np.ascontiguousarray(both, self._kind(both))
         self._panels.backward(both)
         return self._unordered(both)
 
-    def _kind(self, b: Matrix) -> np.dtype[Any]:
+    def _kind(self, b: Array) -> np.dtype[Any]:
         return np.result_type(b, self._panels.dtype)
 
-    def _ordered(self, b: Matrix) -> Matrix:
+    def _ordered(self, b: Array) -> Array:
         y, s = np.empty((self._panels.rows, b.shape[1]), self._kind(b)), len(self.order)
         if b.flags.c_contiguous and b.dtype == y.dtype:
             np.take(b, self.order, axis=0, out=y[:s], mode="clip")
@@ -231,14 +230,14 @@ class TrailingFactor:
         y[s:] = 0
         return y
 
-    def _unordered(self, y: Matrix) -> Matrix:
+    def _unordered(self, y: Array) -> Array:
         x = np.empty((len(self.order), y.shape[1]), y.dtype)
         x[self.order] = y[: len(self.order)]
         return x
 
 
 def trailing_factor(
-    A: sp.csc_array, kept: NDArray[np.int64], rest: NDArray[np.int64], like: Any = None
+    A: sp.csc_array, kept: Integers, rest: Integers, like: Any = None
 ) -> TrailingFactor:
     """Factorise A, in canonical form, with the kept rows last.
 
@@ -276,7 +275,7 @@ def trailing_factor(
     return TrailingFactor(S, order, analysis, panels_of(L, len(rest)))
 
 
-def _fill_reducing(A: sp.csc_array, rest: NDArray[np.int64]) -> NDArray[np.int64]:
+def _fill_reducing(A: sp.csc_array, rest: Integers) -> Integers:
     """An order of some rows for which few entries fill in.
 
     Where they come in threes, x, y and z of a node, nodes are ordered: a ninth of the entries.
@@ -291,7 +290,7 @@ def _fill_reducing(A: sp.csc_array, rest: NDArray[np.int64]) -> NDArray[np.int64
     return _dissected(A, rest)
 
 
-def _dissected(A: sp.csc_array, rest: NDArray[np.int64]) -> NDArray[np.int64]:
+def _dissected(A: sp.csc_array, rest: Integers) -> Integers:
     """Order of some rows by nested dissection, which beats minimum degree here."""
     from sksparse.cholmod import analyze
 
@@ -301,12 +300,12 @@ def _dissected(A: sp.csc_array, rest: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(factor.P(), np.int64)
 
 
-def _corner(L: sp.csc_array, start: int) -> Matrix:
+def _corner(L: sp.csc_array, start: int) -> Array:
     """L_mm, dense: the last columns of L, which have no rows above theirs."""
     m = L.shape[0] - start
     first = L.indptr[start]
     corner = sp.csc_array(
         (L.data[first:], L.indices[first:] - start, L.indptr[start:] - first), shape=(m, m)
     )
-    dense: Matrix = corner.toarray()
+    dense: Array = corner.toarray()
     return dense

@@ -5,16 +5,15 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 from vanelock.fem.model import Model
 from vanelock.fem.solvers.backend import Sparse
 from vanelock.fem.stresses.skin import Skin, SkinPoint, skin
 from vanelock.fem.stresses.strains import strain_rows
 from vanelock.mesh import Part
-
-Array = NDArray[np.float64]
 
 # Lobatto's rule of five points along a gauge's length, -1 to 1: it has the ends, which must lie on
 # the surface as well.
@@ -36,13 +35,13 @@ class Gauge:
         Strain = row @ displacements of the part's n nodes, x, y and z of each in turn; 1/m.
     """
 
-    position: Array
-    direction: Array
-    normal: Array
+    position: Floats
+    direction: Floats
+    normal: Floats
     distance: float
     row: sp.csr_array
 
-    def strain(self, u: NDArray[Any]) -> Any:
+    def strain(self, u: Array) -> Any:
         """Strain, () or (k,), of displacement fields (n, 3) or (n, 3, k), m."""
         return (self.row @ u.reshape(3 * len(u), -1))[0].reshape(u.shape[2:])[()]
 
@@ -117,7 +116,7 @@ def gauge(
     return Gauge(middle.position, flat, middle.normal, distance, row)
 
 
-def free_rows(model: Model, rows: Sparse | NDArray[Any]) -> sp.csr_array:
+def free_rows(model: Model, rows: Sparse | Array) -> sp.csr_array:
     """Rows (g, 3 n) on all nodes' displacements as rows on a model's free dofs, (g, free)."""
     dofs = model.dofs.ravel()
     free = np.flatnonzero(dofs >= 0)
@@ -127,29 +126,29 @@ def free_rows(model: Model, rows: Sparse | NDArray[Any]) -> sp.csr_array:
     return sp.csr_array(sp.csr_array(rows) @ spread)
 
 
-def _row(part: Part, point: SkinPoint, direction: Array) -> sp.csr_array:
+def _row(part: Part, point: SkinPoint, direction: Floats) -> sp.csr_array:
     used = point.weights != 0
     rows = strain_rows(part, point.nodes[used], direction)
     return sp.csr_array(sp.csr_array(point.weights[None, used]) @ rows)
 
 
-def _in_surface(part: Part, direction: Array, normal: Array) -> Array:
+def _in_surface(part: Part, direction: Floats, normal: Floats) -> Floats:
     flat = direction - (direction @ normal) * normal
     if not np.linalg.norm(flat) > 1e-6 * np.linalg.norm(direction):
         raise InputError(f"{part.name}: gauge direction ({_numbers(direction)}) leaves the surface")
     return _unit(flat)
 
 
-def _unit(vector: Array) -> Array:
+def _unit(vector: Floats) -> Floats:
     return np.asarray(vector / np.linalg.norm(vector))
 
 
-def _vector(part: Part, name: str, given: ArrayLike) -> Array:
+def _vector(part: Part, name: str, given: ArrayLike) -> Floats:
     vector = np.asarray(given, float)
     if vector.shape != (3,) or not np.all(np.isfinite(vector)):
         raise InputError(f"{part.name}: gauge {name} = {given!r}: needed are three numbers")
     return vector
 
 
-def _numbers(vector: Array) -> str:
+def _numbers(vector: Floats) -> str:
     return ", ".join(f"{value:.4g}" for value in vector)

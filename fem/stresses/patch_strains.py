@@ -11,18 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.fem.elements.reference import (
     linear_type,
     reference_element,
     sampling,
     shape_functions,
 )
-from vanelock.fem.stresses.strains import Field, strain_blocks
+from vanelock.fem.stresses.strains import strain_blocks
 from vanelock.mesh import Part
-
-Array = NDArray[np.float64]
 
 FEWEST = {"tetra": 5, "hexahedron": 2}
 """Elements about a corner, or else those about them join the patch."""
@@ -51,12 +49,12 @@ class PatchStrain:
     """
 
     part: Part
-    corners: NDArray[np.int64]
-    places: Array
-    axes: Array
-    coefficients: Field
+    corners: Integers
+    places: Floats
+    axes: Floats
+    coefficients: Array
 
-    def at(self, elements: slice, points: Array) -> Field:
+    def at(self, elements: slice, points: Floats) -> Array:
         """Strain (e, g, 6 k) in some elements at points (g, 3) of the reference cell."""
         values, _ = shape_functions(self.part.cell_type, points)
         share, _ = shape_functions(linear_type(self.part.cell_type), points)  # (g, c)
@@ -69,7 +67,7 @@ class PatchStrain:
         return weights @ self.coefficients[corners].reshape(len(corners), weights.shape[2], -1)
 
 
-def patch_strain(part: Part, u: Field) -> PatchStrain:
+def patch_strain(part: Part, u: Array) -> PatchStrain:
     """Fit the strains of displacement fields."""
     points, _ = sampling(part.cell_type)
     values, _ = shape_functions(part.cell_type, points)
@@ -82,7 +80,7 @@ def patch_strain(part: Part, u: Field) -> PatchStrain:
     corner = np.repeat(np.arange(len(used)), np.diff(patches.indptr))
     x = (values @ part.points[part.cells])[element]  # (p, g, 3), elements of one patch in a row
 
-    def mean(of: Array) -> Array:
+    def mean(of: Floats) -> Floats:
         """Mean over the points of each patch, of sums over an element's points."""
         count = np.diff(patches.indptr) * len(points)
         return np.asarray(np.add.reduceat(of, patches.indptr[:-1]) / count[:, None, None])
@@ -109,7 +107,7 @@ def patch_strain(part: Part, u: Field) -> PatchStrain:
     return PatchStrain(part, corners, places, axes, coefficients)
 
 
-def _patches(corners: NDArray[np.int64], count: int, fewest: int) -> sp.csr_array:
+def _patches(corners: Integers, count: int, fewest: int) -> sp.csr_array:
     """Elements of each corner's patch, as the pattern of a matrix (corners, elements)."""
     cells = len(corners)
     touch = sp.csr_array(
@@ -125,14 +123,14 @@ def _patches(corners: NDArray[np.int64], count: int, fewest: int) -> sp.csr_arra
     return touch
 
 
-def _axes(moments: Array) -> Array:
+def _axes(moments: Floats) -> Floats:
     """Principal axes (n, 3, 3), in columns, over the root mean squares along them, of moments."""
     squared, directions = np.linalg.eigh(moments)
     squared = np.maximum(squared, FLAT**2 * squared[:, -1:] + np.finfo(float).tiny)
     return np.asarray(directions / np.sqrt(squared)[:, None])
 
 
-def _terms(x: Array, count: int) -> Array:
+def _terms(x: Floats, count: int) -> Floats:
     """Terms (..., count) of a linear or quadratic polynomial at places (..., 3)."""
     found = np.empty((*x.shape[:-1], count))
     found[..., 0], found[..., 1:4] = 1, x

@@ -3,14 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import reference_element, shape_functions
 from vanelock.mesh import Part
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # A face of the reference cell: a corner, the two sides from it, and the outward normal.
 _UNIT = np.eye(3)
@@ -40,10 +37,10 @@ class SkinPoint:
         Longest side of the face, m.
     """
 
-    position: Array
-    normal: Array
+    position: Floats
+    normal: Floats
     nodes: Integers
-    weights: Array
+    weights: Floats
     size: float
 
 
@@ -66,9 +63,9 @@ class Skin:
     cells: Integers
     faces: Integers
     corners: Integers
-    normals: Array
+    normals: Floats
 
-    def nearest(self, position: Array, normal: Array | None = None) -> SkinPoint:
+    def nearest(self, position: Floats, normal: Floats | None = None) -> SkinPoint:
         """The point of the surface that is nearest to a position."""
         part = self.part
         allowed = np.arange(len(self.cells))
@@ -88,7 +85,7 @@ class Skin:
         best = int(np.lexsort((allowed[near], np.round(distance, 12)))[0])
         return self._point(allowed[near][best], inner[best])
 
-    def _closest(self, faces: Integers, bound: Array, position: Array) -> tuple[Array, Array]:
+    def _closest(self, faces: Integers, bound: Floats, position: Floats) -> tuple[Floats, Floats]:
         """Nearest point of each face, on the reference cell, and its distance.
 
         It is inside the face, or else on one of its sides; infinite where the bound from below of
@@ -119,7 +116,7 @@ class Skin:
                 inner[left[nearer]], away[left[nearer]] = place[nearer], gap[nearer]
         return inner, away
 
-    def _point(self, face: np.int64, place: Array) -> SkinPoint:
+    def _point(self, face: np.int64, place: Floats) -> SkinPoint:
         """The point of a face at a place of the reference cell."""
         nodes = self.part.cells[self.cells[face]]
         points = self.part.points[nodes]
@@ -162,17 +159,17 @@ def skin(part: Part) -> Skin:
     return Skin(part, cells, which, corners[single], normals)
 
 
-def _faces(cell_type: str) -> list[tuple[Array, Array, Array]]:
+def _faces(cell_type: str) -> list[tuple[Floats, Floats, Floats]]:
     return _HEXA if cell_type.startswith("hexa") else _TETRA
 
 
-def _middle(origin: Array, sides: Array, triangle: bool) -> Array:
+def _middle(origin: Floats, sides: Floats, triangle: bool) -> Floats:
     return np.asarray(origin + sides.sum(axis=0) / (3 if triangle else 2))
 
 
 def _approach(
-    cell_type: str, points: Array, position: Array, origin: Array, sides: Array, beyond: float
-) -> tuple[Array, Array, Array]:
+    cell_type: str, points: Floats, position: Floats, origin: Floats, sides: Floats, beyond: float
+) -> tuple[Floats, Floats, Floats]:
     """Gauss-Newton method for the nearest points of faces or edges, origin + t·sides.
 
     Returns those points of the reference cell (f, 3), t (f, s), which stays within `beyond` of 0 to

@@ -8,26 +8,23 @@ functions this is no worse on regular meshes and better on distorted ones, and n
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.elements.reference import reference_element, sampling, shape_functions
 from vanelock.fem.material import Material
 from vanelock.fem.model import Model
 from vanelock.mesh import Part
 
-Array = NDArray[np.float64]
-Field = NDArray[Any]
-
 ENTRIES = 2**20
 """Displacement gradients held at a time; some tens of MB with what is made of them."""
 
 
-def strain(part: Part, u: Field, growth: ArrayLike | None = None) -> Field:
+def strain(part: Part, u: Array, growth: ArrayLike | None = None) -> Array:
     """Strain at the nodes of a part.
 
     Parameters
@@ -54,7 +51,7 @@ def strain(part: Part, u: Field, growth: ArrayLike | None = None) -> Field:
     return total
 
 
-def strain_sums(part: Part, u: Field, growth: ArrayLike | None = None) -> tuple[Field, Array]:
+def strain_sums(part: Part, u: Array, growth: ArrayLike | None = None) -> tuple[Array, Floats]:
     """Sum over each node's elements of strain times volume, shaped as `strain`; the volumes' sum.
 
     For nodes that have elements in a neighbouring part too. Thermal strain (nodes,), or one number,
@@ -82,7 +79,7 @@ def strain_sums(part: Part, u: Field, growth: ArrayLike | None = None) -> tuple[
     return total.reshape(len(total), 6, *u.shape[2:]), weight
 
 
-def strain_energy(model: Model, u: Field) -> Field:
+def strain_energy(model: Model, u: Array) -> Array:
     """Half the integral of stress times conjugate strain over the part, J: () or (k,).
 
     Integrated at the points at which the stiffness is, so that it equals ½ uᴴ K u to round-off.
@@ -102,7 +99,7 @@ def strain_energy(model: Model, u: Field) -> Field:
     return energy.reshape(u.shape[2:])
 
 
-def hooke(material: Material, strains: Field, axis: int = 1) -> Field:
+def hooke(material: Material, strains: Array, axis: int = 1) -> Array:
     """Stress of strains whose six components lie along `axis`, Pa."""
     lame, shear = material.lame
     if strains.shape[axis : axis + 1 or None] != (6,):
@@ -113,7 +110,7 @@ def hooke(material: Material, strains: Field, axis: int = 1) -> Field:
     return np.moveaxis(s, 0, axis)
 
 
-def strain_rows(part: Part, nodes: NDArray[np.int64], direction: Array) -> sp.csr_array:
+def strain_rows(part: Part, nodes: Integers, direction: Floats) -> sp.csr_array:
     """Rows that give the nodal strain of `strain` along a unit vector, at a few nodes."""
     chosen = np.flatnonzero(np.isin(part.cells, nodes).any(axis=1))
     cells = part.cells[chosen]
@@ -137,12 +134,12 @@ def strain_rows(part: Part, nodes: NDArray[np.int64], direction: Array) -> sp.cs
     return sp.csr_array(sp.vstack(rows))
 
 
-def thermal_strain(part: Part, growth: ArrayLike) -> Array:
+def thermal_strain(part: Part, growth: ArrayLike) -> Floats:
     """(nodes,) thermal strain at the nodes, from that or from one number."""
     return nodal_values(part, growth, "thermal strain")
 
 
-def nodal_values(part: Part, given: ArrayLike, what: str) -> Array:
+def nodal_values(part: Part, given: ArrayLike, what: str) -> Floats:
     """(nodes,) values at the nodes of a part, from these or from one number for all of them."""
     values, n = np.asarray(given, float), len(part.points)
     if values.shape not in ((), (n,)):
@@ -152,7 +149,7 @@ def nodal_values(part: Part, given: ArrayLike, what: str) -> Array:
     return np.broadcast_to(values, (n,))
 
 
-def columns(part: Part, u: Field) -> Field:
+def columns(part: Part, u: Array) -> Array:
     """A field as (nodes, 3, k)."""
     if u.ndim not in (2, 3) or u.shape[:2] != (len(part.points), 3):
         raise InputError(
@@ -162,7 +159,7 @@ def columns(part: Part, u: Field) -> Field:
     return u.reshape(len(u), 3, -1)
 
 
-def slopes(part: Part, cells: NDArray[np.int64], points: Array) -> tuple[Array, Array]:
+def slopes(part: Part, cells: Integers, points: Floats) -> tuple[Floats, Floats]:
     """Derivatives (e, g, a, 3) of the basis functions by x, y, z, and the Jacobian's determinant.
 
     The latter, (e, g), is dV over the reference cell's volume element.
@@ -173,9 +170,7 @@ def slopes(part: Part, cells: NDArray[np.int64], points: Array) -> tuple[Array, 
     return gradients @ np.linalg.inv(jacobian), np.linalg.det(jacobian)
 
 
-def strain_blocks(
-    part: Part, u: Field, points: Array
-) -> Iterator[tuple[NDArray[np.int64], Field, Array]]:
+def strain_blocks(part: Part, u: Array, points: Floats) -> Iterator[tuple[Integers, Array, Floats]]:
     """Cells of a block, strains (e, g, 6, k) at points of the reference cell, determinants."""
     k = u.shape[2]
     size = max(1, ENTRIES // (9 * len(points) * k + 3 * part.cells.shape[1] * (k + len(points))))

@@ -5,12 +5,11 @@ complex coefficient σ_h in σ(t) = σ_0 + Re Σ σ_h e^{ihωt}.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Array, Complex, Floats
 from vanelock.fem.model import Model
-from vanelock.fem.stresses.strains import Field, hooke, strain
-
-Array = NDArray[np.float64]
+from vanelock.fem.stresses.strains import hooke, strain
 
 NODES = 4096
 """Nodes whose period is looked at together."""
@@ -26,7 +25,7 @@ _DEVIATOR = np.sqrt(np.array([[0.75], [0.25], [3.0], [3.0], [3.0]])) * [
 _PLACES = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # of the components in a 3 x 3 tensor
 
 
-def stress(model: Model, u: Field, growth: ArrayLike | None = None) -> Field:
+def stress(model: Model, u: Array, growth: ArrayLike | None = None) -> Array:
     """Stress at the nodes, (nodes, 6) or (nodes, 6, k), Pa, of displacement fields; see `strain`.
 
     Parameters
@@ -46,7 +45,7 @@ def stress(model: Model, u: Field, growth: ArrayLike | None = None) -> Field:
     return hooke(model.material, strain(model.part, u, growth))
 
 
-def von_mises(s: Array) -> Array:
+def von_mises(s: Floats) -> Floats:
     """Von Mises stress of real stresses whose second axis holds the components.
 
     Examples
@@ -58,7 +57,7 @@ def von_mises(s: Array) -> Array:
     return np.asarray(np.linalg.norm(np.tensordot(_DEVIATOR, s, (1, 1)), axis=0))
 
 
-def peak_von_mises(harmonics: NDArray[np.complex128]) -> Array:
+def peak_von_mises(harmonics: Complex) -> Floats:
     """Largest von Mises stress over a period at each node, Pa.
 
     Parameters
@@ -80,7 +79,7 @@ def peak_von_mises(harmonics: NDArray[np.complex128]) -> Array:
     return peaks
 
 
-def deviators(harmonics: NDArray[np.complex128], count: int) -> Array:
+def deviators(harmonics: Complex, count: int) -> Floats:
     """Five numbers of a periodic stress, whose Euclidean norm is its von Mises stress, Pa.
 
     Parameters
@@ -100,7 +99,7 @@ def deviators(harmonics: NDArray[np.complex128], count: int) -> Array:
     return np.asarray(np.fft.irfft(halves, count, axis=0, norm="forward"))
 
 
-def principal_amplitude(s: NDArray[np.complex128]) -> Array:
+def principal_amplitude(s: Complex) -> Floats:
     """Largest amplitude of the normal stress on any plane, of a harmonic stress, Pa.
 
     That is the largest principal stress of Re(σ e^{iωt}) at any time.
@@ -120,7 +119,7 @@ def principal_amplitude(s: NDArray[np.complex128]) -> Array:
     return peaks
 
 
-def turned(s: Field, rotation: Array, shear: float = 1.0) -> Field:
+def turned(s: Array, rotation: Floats, shear: float = 1.0) -> Array:
     """Components of tensors (..., 6, ...) along axis 1 after a rotation of the body.
 
     Parameters
@@ -139,7 +138,7 @@ def turned(s: Field, rotation: Array, shear: float = 1.0) -> Field:
     return np.asarray(new[:, first, second] * factor)
 
 
-def _peaks(harmonics: NDArray[np.complex128]) -> Array:
+def _peaks(harmonics: Complex) -> Floats:
     degree = len(harmonics) - 1
     count = 16 * degree + 1
     step = 2 * np.pi / count
@@ -163,7 +162,7 @@ def _peaks(harmonics: NDArray[np.complex128]) -> Array:
     return np.asarray(np.sqrt(best.clip(0)))
 
 
-def _principal(tensor: NDArray[np.complex128]) -> Array:
+def _principal(tensor: Complex) -> Floats:
     """Largest |n·σn| over unit vectors n of complex symmetric tensors (nodes, 3, 3).
 
     That is the largest eigenvalue λ of Re(σ e^{iθ}) over all phases θ. Every maximum over sampled

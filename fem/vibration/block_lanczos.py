@@ -17,12 +17,11 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
-from vanelock.fem.solvers.backend import Matrix
 
-Apply = Callable[[Matrix], Matrix]
+Apply = Callable[[Array], Array]
 
 BLOCK = 8
 TOLERANCE = 1e-8
@@ -53,8 +52,8 @@ class Lowest:
         No further mode has an ω² below this.
     """
 
-    omega_squared: NDArray[np.float64]
-    vectors: Matrix
+    omega_squared: Floats
+    vectors: Array
     beyond: float
 
 
@@ -64,7 +63,7 @@ class KrylovSpace:
     What it holds serves every search in it: one goes on where another ended.
     """
 
-    def __init__(self, solve: Apply, mass: Apply, start: Matrix) -> None:
+    def __init__(self, solve: Apply, mass: Apply, start: Array) -> None:
         self.solve, self.mass = solve, mass
         self._heavy = np.any(start != 0, axis=1)[:, None]
         self._space = self._image = np.empty((len(start), 0), start.dtype)
@@ -107,13 +106,13 @@ class KrylovSpace:
         self._block, self._of_block = _orthonormal(block, self.mass, self._Q, self._MQ)
         self.width += BLOCK
 
-    def ritz(self) -> tuple[NDArray[np.float64], Matrix, NDArray[np.float64]]:
+    def ritz(self) -> tuple[Floats, Array, Floats]:
         """Values of K⁻¹M, descending, their vectors in the space, and the residuals of these."""
         theta, S = sl.eigh(self._H)
         theta, S = theta[::-1], S[:, ::-1]
         return theta, S, np.linalg.norm(self._coupling @ S[-self._coupling.shape[1] :], axis=0)
 
-    def vectors(self, S: Matrix) -> Matrix:
+    def vectors(self, S: Array) -> Array:
         """(n, k) of combinations of the space."""
         return np.asarray(self._Q[:, : len(S)] @ S)
 
@@ -180,7 +179,7 @@ def _hertz(eigenvalue: float) -> float:
     return float(np.sqrt(eigenvalue) / (2 * np.pi))
 
 
-def _appended(space: Matrix, used: Matrix, block: Matrix) -> tuple[Matrix, Matrix]:
+def _appended(space: Array, used: Array, block: Array) -> tuple[Array, Array]:
     """The used columns of a space and a block after them, in a larger space where need be."""
     old = used.shape[1]
     new = old + block.shape[1]
@@ -191,13 +190,13 @@ def _appended(space: Matrix, used: Matrix, block: Matrix) -> tuple[Matrix, Matri
     return space, space[:, :new]
 
 
-def _copies(theta: NDArray[np.float64]) -> int:
+def _copies(theta: Floats) -> int:
     """Length of the longest run of nearly equal values, descending."""
     apart = np.flatnonzero(theta[:-1] - theta[1:] > _EQUAL * theta[:-1])
     return int(np.diff(np.r_[-1, apart, len(theta) - 1]).max(initial=0))
 
 
-def _orthonormal(block: Matrix, mass: Apply, Q: Matrix, MQ: Matrix) -> tuple[Matrix, Matrix]:
+def _orthonormal(block: Array, mass: Apply, Q: Array, MQ: Array) -> tuple[Array, Array]:
     """The block made M-orthonormal to Q and in itself, without dependent columns; M times it.
 
     M is applied once, as it may be dear: its product follows the block's combinations.
@@ -215,10 +214,10 @@ def _orthonormal(block: Matrix, mass: Apply, Q: Matrix, MQ: Matrix) -> tuple[Mat
     return block, of_block
 
 
-def _bordered(H: Matrix, columns: Matrix, width: int) -> Matrix:
+def _bordered(H: Array, columns: Array, width: int) -> Array:
     """H with the columns of a new block, and their adjoint as rows."""
     old = len(H)
-    grown: Matrix = np.zeros((old + width, old + width), np.result_type(H, columns))
+    grown: Array = np.zeros((old + width, old + width), np.result_type(H, columns))
     grown[:old, :old] = H
     grown[:, old:] = columns
     grown[old:, :old] = columns[:old].conj().T
@@ -226,9 +225,7 @@ def _bordered(H: Matrix, columns: Matrix, width: int) -> Matrix:
     return grown
 
 
-def _refined(
-    solve: Apply, mass: Apply, X: Matrix, theta: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], Matrix]:
+def _refined(solve: Apply, mass: Apply, X: Array, theta: Floats) -> tuple[Floats, Array]:
     """One step of subspace iteration, which squares the error that is left."""
     load = mass(X / theta)
     X = solve(load)
@@ -239,5 +236,5 @@ def _refined(
     return values, X @ V
 
 
-def _hermitian(A: Any) -> Matrix:
+def _hermitian(A: Any) -> Array:
     return np.asarray((A + A.conj().T) / 2)

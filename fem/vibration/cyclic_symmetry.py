@@ -3,15 +3,13 @@
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import phase_factor, turn
 from vanelock.common.errors import InputError
 from vanelock.fem.model import Model
 from vanelock.mesh import Part
 from vanelock.mesh.part import called
-
-Integers = NDArray[np.int64]
 
 TOLERANCE = 1e-6  # of the part's size: how far a face node may lie from its mate's image
 

@@ -2,17 +2,15 @@
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.model import Model
-from vanelock.fem.solvers.backend import Matrix
 from vanelock.fem.solvers.factor import Factor, factorise
 from vanelock.fem.vibration.block_lanczos import krylov_space, lowest_modes
 from vanelock.fem.vibration.cyclic_symmetry import cyclic_transform
@@ -26,7 +24,7 @@ def eigenpairs(
     count: int,
     shift: float = 0.0,
     factor: Factor | None = None,
-) -> tuple[NDArray[np.float64], Matrix]:
+) -> tuple[Floats, Array]:
     """Lowest eigenvalues and mass-normalised vectors of K x = λ M x.
 
     Parameters
@@ -71,10 +69,10 @@ def eigenpairs(
     return shift + values[:count], _oriented(vectors[:, :count])
 
 
-def _oriented(vectors: Matrix) -> Matrix:
+def _oriented(vectors: Array) -> Array:
     """Vectors turned so that their largest component is real and positive."""
     largest = vectors[np.argmax(abs(vectors), axis=0), np.arange(vectors.shape[1])]
-    oriented: Matrix = vectors * (abs(largest) / largest)
+    oriented: Array = vectors * (abs(largest) / largest)
     return oriented
 
 
@@ -94,8 +92,8 @@ class Modes(Product):
         where the part stands alone.
     """
 
-    frequency: NDArray[np.float64] = field(metadata={"unit": "Hz"})
-    shapes: NDArray[Any] = field(metadata={"unit": "kg^-0.5"})
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    shapes: Array = field(metadata={"unit": "kg^-0.5"})
     nodal_diameter: int | None = None
 
 

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.fem.model import Model
 from vanelock.fem.solvers.backend import Sparse
 from vanelock.fem.solvers.singular import MOVING, SOUGHT, SingularError
@@ -15,9 +15,7 @@ RIGID = 1e-6  # 1 - cosine of the angle to the rigid-body motions, below which a
 NAMED = 3  # nodes that are named one by one
 
 
-def free_motion(
-    model: Model, error: SingularError, rows: NDArray[np.int64] | Sparse | None = None
-) -> str:
+def free_motion(model: Model, error: SingularError, rows: Integers | Sparse | None = None) -> str:
     """One line that says what moves freely in a part whose stiffness has no inverse.
 
     Rigid-body motions of the whole part need a clamped set or a negative shift; motions of some of
@@ -65,7 +63,7 @@ def free_motion(
     return f"{model.part.name}: {'; '.join(words)}; {remedy}"
 
 
-def _of_all_dofs(model: Model, error: SingularError, rows: Any) -> NDArray[Any]:
+def _of_all_dofs(model: Model, error: SingularError, rows: Any) -> Array:
     """Orthonormal motions (n, count) of the model's dofs."""
     if rows is None:
         return error.motions
@@ -76,7 +74,7 @@ def _of_all_dofs(model: Model, error: SingularError, rows: Any) -> NDArray[Any]:
     return motions
 
 
-def _rigid_motions(model: Model) -> NDArray[np.float64]:
+def _rigid_motions(model: Model) -> Floats:
     """Orthonormal basis (n, r) of the rigid-body motions that the clamped nodes allow."""
     points = model.part.points - model.part.points.mean(axis=0)
     points = points / np.linalg.norm(points, axis=1).max()
@@ -90,7 +88,7 @@ def _rigid_motions(model: Model) -> NDArray[np.float64]:
     return np.linalg.qr(model.free(field))[0]
 
 
-def _nodes(model: Model, motions: NDArray[Any], named: int) -> str:
+def _nodes(model: Model, motions: Array, named: int) -> str:
     """The nodes that move most, with their places and directions, and how many others move."""
     components = np.linalg.norm(model.field(motions), axis=2)
     size = np.linalg.norm(components, axis=1)

@@ -11,15 +11,16 @@ from typing import Any
 
 import numpy as np
 
+from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.limited import by_library
 from vanelock.common.lazy import library
-from vanelock.mesh.files.raw import CellBlock, Integers, RawMesh, distinct
+from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
 
 ARCHIVE = ".cdb"
-MESH_ONLY = 200
+_MESH_ONLY = 200
 """Ansys's element type MESH200, which has no stiffness."""
-TYPE, HEAD = 1, 10
+_TYPE, _HEAD = 1, 10
 """Of an element as the library has it: the place of its type, and where its nodes begin."""
 _SOLIDS = {
     5, 45, 46, 62, 64, 65, 69, 70, 73, 87, 90, 92, 95, 96, 97, 98, 122, 123, 127, 128, 147, 148,
@@ -27,7 +28,7 @@ _SOLIDS = {
 }  # fmt: skip
 _SHELLS = {28, 41, 43, 57, 63, 91, 93, 99, 131, 132, 143, 150, 157, 163, 181, 281}
 """They serve sets, unless a section or a real constant gives them a thickness."""
-_WITHOUT = {MESH_ONLY, *range(151, 157), *range(169, 179), 201}
+_WITHOUT = {_MESH_ONLY, *range(151, 157), *range(169, 179), 201}
 """Surface, contact and target elements, and those that a load follows."""
 _NAMES = {
     "MASS": {21}, "COMBIN": {7, 14, 37, 39, 40, 214}, "MATRIX": {27, 50}, "MPC": {184},
@@ -64,7 +65,7 @@ def _contents(reader: Any, source: str, path: Path) -> RawMesh:
         raw.element_sets[str(name).strip()] = distinct(elements)
     thick = _THICKNESS.search(path.read_bytes()) is not None
     called = dict(np.asarray(archive.ekey)[:, :2].tolist())
-    for kind in (called[int(element[TYPE])] for element in archive.elem):
+    for kind in (called[int(element[_TYPE])] for element in archive.elem):
         if kind not in _SOLIDS | _WITHOUT and (thick or kind not in _SHELLS):
             name = next((name for name, kinds in _NAMES.items() if kind in kinds), "type ")
             raw.unread[f"{name}{kind}"] += 1
@@ -77,9 +78,9 @@ def _refuse_unknown(source: str, archive: Any, numbers: Integers) -> None:
     """Refuse nodes and types that are not in the file, which the library would look up blindly."""
     types = np.asarray(archive.ekey)[:, 0]
     for element in archive.elem:
-        if element[TYPE] not in types:
-            raise InputError(f"{source}: element type {element[TYPE]} is not in the file")
-    nodes = np.concatenate([element[HEAD:] for element in archive.elem])
+        if element[_TYPE] not in types:
+            raise InputError(f"{source}: element type {element[_TYPE]} is not in the file")
+    nodes = np.concatenate([element[_HEAD:] for element in archive.elem])
     absent = nodes[~np.isin(nodes, numbers) & (nodes != 0)]
     if len(absent):
         raise InputError(f"{source}: an element has node {absent[0]}, which is not in the file")
@@ -90,7 +91,7 @@ def _add_cells(raw: RawMesh, grid: Any) -> None:
     of_node = np.asarray(grid.point_data["ansys_node_num"], np.int64)
     of_element = np.asarray(grid.cell_data["ansys_elem_num"], np.int64)
     kinds = np.asarray(grid.celltypes)
-    stiff = np.asarray(grid.cell_data["ansys_elem_type_num"]) != MESH_ONLY
+    stiff = np.asarray(grid.cell_data["ansys_elem_type_num"]) != _MESH_ONLY
     for kind, cells in grid.cells_dict.items():
         of_kind = kinds == kind
         kept = stiff[of_kind]

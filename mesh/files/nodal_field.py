@@ -11,30 +11,28 @@ Proceedings of the 23rd ACM National Conference 1968, 517-524).
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import contents
 from vanelock.common.quantities import si
 
-Array = NDArray[np.float64]
-
-NEAREST = 4
+_NEAREST = 4
 """Points whose mean is taken."""
-FAR = 0.1
+_FAR = 0.1
 """Distance of a node from the nearest point, over the nodes' extent, that is refused."""
 
 
-def nodal_field(path: Path, name: str, unit: str, places: Array) -> Array:
+def nodal_field(path: Path, name: str, unit: str, places: Floats) -> Floats:
     """Values of a field at nodes."""
     columns = {"x": "m", "y": "m", "z": "m", name: unit}
     table = _numbers(path, columns)
     points, values = table[:, :3], table[:, 3]
-    distance, near = KDTree(points).query(places, min(NEAREST, len(points)))
+    distance, near = KDTree(points).query(places, min(_NEAREST, len(points)))
     distance, near = (np.reshape(each, (len(places), -1)) for each in (distance, near))
     extent = float(np.linalg.norm(np.ptp(places, axis=0)))
-    if (worst := int(np.argmax(distance[:, 0]))) >= 0 and distance[worst, 0] > FAR * extent:
+    if (worst := int(np.argmax(distance[:, 0]))) >= 0 and distance[worst, 0] > _FAR * extent:
         where = ", ".join(f"{1e3 * each:.4g}" for each in places[worst])
         raise InputError(
             f"{path}: the node at {where} mm lies {1e3 * distance[worst, 0]:.3g} mm from the "
@@ -44,7 +42,7 @@ def nodal_field(path: Path, name: str, unit: str, places: Array) -> Array:
     return np.asarray((weight * values[near]).sum(axis=1) / weight.sum(axis=1))
 
 
-def _numbers(path: Path, columns: dict[str, str]) -> Array:
+def _numbers(path: Path, columns: dict[str, str]) -> Floats:
     """(p, len(columns)) numbers of the columns, in their units."""
     try:
         text = contents(path, "a CSV file").decode("utf-8-sig")

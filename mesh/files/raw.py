@@ -5,13 +5,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.product import Product
 from vanelock.mesh.part import Part
-
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -61,7 +58,7 @@ class RawMesh:
 
     source: str
     numbers: Integers
-    points: Array
+    points: Floats
     blocks: list[CellBlock] = field(default_factory=list)
     node_sets: dict[str, Integers] = field(default_factory=dict)
     element_sets: dict[str, Integers] = field(default_factory=dict)
@@ -105,14 +102,14 @@ class FileMesh(Product):
     """
 
     source: str
-    points: NDArray[np.float64] = field(metadata={"unit": "m"})
-    numbers: NDArray[np.int64]
-    cells: NDArray[np.int64]
-    elements: NDArray[np.int64]
+    points: Floats = field(metadata={"unit": "m"})
+    numbers: Integers
+    cells: Integers
+    elements: Integers
     cell_type: str
-    node_sets: dict[str, NDArray[np.int64]]
-    face_sets: dict[str, NDArray[np.int64]]
-    absent: dict[str, NDArray[np.int64]]
+    node_sets: dict[str, Integers]
+    face_sets: dict[str, Integers]
+    absent: dict[str, Integers]
 
     def part(self) -> Part:
         """The same as a whole part, with the file's node sets and no contact frames."""

@@ -27,23 +27,23 @@ from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
+from vanelock.mesh.element_size import SLENDER, thin
 from vanelock.mesh.generate.occ_solids import TOLERANCE, Entity
 from vanelock.mesh.geometry import aerofoil, root_fillet
 from vanelock.mesh.geometry.dimensions import VaneDimensions
-from vanelock.mesh.geometry.element_size import SLENDER, thin
 
-TURN = np.radians(30.0)
+_TURN = np.radians(30.0)
 """Largest angle by which a fillet's elements turn from one row to the next, rad."""
 _OFF = 5 * TOLERANCE  # m; where faces meet at a small angle, the kernel finds less exactly
 _LEVELS = 7  # foot, top, three quarters, top, foot
 _PIECES = _LEVELS - 1
 
-Corner = tuple[int, int, int]
+_Corner = tuple[int, int, int]
 """Aerofoil, level outwards, and the strip that begins there."""
 
 
@@ -76,10 +76,10 @@ def divide_filleted(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) 
 @lru_cache(maxsize=64)
 def arc_rows(vane: VaneDimensions) -> int:
     """Rows of elements across a fillet."""
-    return int(np.ceil(root_fillet.sweep(vane) / TURN))
+    return int(np.ceil(root_fillet.sweep(vane) / _TURN))
 
 
-def _elements(rows: tuple[int, ...], columns: int, ends: list[Corner]) -> int:
+def _elements(rows: tuple[int, ...], columns: int, ends: list[_Corner]) -> int:
     """Elements along the curve between two corners, of rows from level to level and columns."""
     (_, low, one), (_, high, other) = sorted(ends)
     if low == high:
@@ -92,13 +92,13 @@ def _strip(one: int, other: int) -> int:
     return one if (one + 1) % root_fillet.STRIPS == other else other
 
 
-def _on_a_side(ends: list[Corner]) -> bool:
+def _on_a_side(ends: list[_Corner]) -> bool:
     inside = all(0 < level < _LEVELS - 1 for _, level, _ in ends)
     one, other = {strip for _, _, strip in ends}
     return inside and _strip(one, other) % 2 == 0
 
 
-def _corners(gmsh: Any, vane: VaneDimensions, sectors: int) -> dict[int, Corner]:
+def _corners(gmsh: Any, vane: VaneDimensions, sectors: int) -> dict[int, _Corner]:
     """The model's vertices in which faces of aerofoils meet."""
     low, high = (root_fillet.strips(vane, outer) for outer in (False, True))
     quarters = np.array([root_fillet.levels(vane, k)[1:-1, 0] for k in range(root_fillet.STRIPS)])
@@ -115,9 +115,9 @@ def _corners(gmsh: Any, vane: VaneDimensions, sectors: int) -> dict[int, Corner]
     turned = [grid @ rotation(angle).T for angle in aerofoil.angles(vane, sectors)]
     names = list(product(range(vane.aerofoils), range(_LEVELS), range(root_fillet.STRIPS)))
     tree = cKDTree(np.concatenate(turned).reshape(-1, 3))
-    found: dict[int, Corner] = {}
+    found: dict[int, _Corner] = {}
     for _, tag in gmsh.model.getEntities(0):
-        place: NDArray[np.float64] = gmsh.model.getValue(0, tag, [])
+        place: Floats = gmsh.model.getValue(0, tag, [])
         distance, nearest = tree.query(place)
         if distance < _OFF:
             found[tag] = names[nearest]
@@ -130,13 +130,13 @@ makes thin aerofoils stiffer in torsion than even straight sides do."""
 
 _MESH_ADAPT = 1  # gmsh's number of the algorithm that grades a face to edges of 1 % of its size
 
-WIDE = 0.5
+_WIDE = 0.5
 """Elements across an aerofoil's chord, in element sizes: its bending is found from few."""
-NEAR = 5 / 3
+_NEAR = 5 / 3
 """Rows in each outer quarter of the span, over those in each inner one, by the elements' size."""
 
 
-class Divisions(NamedTuple):
+class _Divisions(NamedTuple):
     """Rows along the span, those of them in each outer quarter, and columns along the chord."""
 
     rows: int
@@ -189,7 +189,7 @@ def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
     return sides
 
 
-def divisions(vane: VaneDimensions, size: float) -> Divisions:
+def divisions(vane: VaneDimensions, size: float) -> _Divisions:
     """How an aerofoil's sides are divided; columns are an even number.
 
     Elements are no longer than `SLENDER` edges are thick, a tenth more where rows differ in height,
@@ -202,10 +202,10 @@ def divisions(vane: VaneDimensions, size: float) -> Divisions:
         int(np.ceil(span / 4 / longest)) for longest in (size, SLENDER * vane.edge_thickness)
     )
     inner = max(by_size, by_edge)
-    outer = max(int(np.ceil(NEAR * by_size)), by_edge)
+    outer = max(int(np.ceil(_NEAR * by_size)), by_edge)
     bent = np.sqrt(4 * vane.camber * vane.chord / vane.thickness)
-    columns = max(vane.chord / (WIDE * size), bent, 1.0)
-    return Divisions(2 * (inner + outer), outer, 2 * int(np.ceil(columns / 2)))
+    columns = max(vane.chord / (_WIDE * size), bent, 1.0)
+    return _Divisions(2 * (inner + outer), outer, 2 * int(np.ceil(columns / 2)))
 
 
 def _ends(gmsh: Any, vane: VaneDimensions) -> dict[int, int]:
@@ -221,7 +221,7 @@ def _ends(gmsh: Any, vane: VaneDimensions) -> dict[int, int]:
     return found
 
 
-DECIMALS = 10
+_DECIMALS = 10
 """Of the places, m, and weights that the kernel gets of an aerofoil: processors differ in digits
 beyond, and where they do the mesher connects other nodes."""
 
@@ -269,7 +269,7 @@ def _section(gmsh: Any, vane: VaneDimensions, along: float) -> int:
     """Closed wire around an aerofoil's section, in the frame of its radial axis."""
     kernel = gmsh.model.occ
 
-    def point(place: NDArray[np.float64]) -> int:
+    def point(place: Floats) -> int:
         return _put(gmsh, along, place[0], vane.hook.mid_plane + place[1])
 
     sides = [[point(p) for p in s] for s in aerofoil.outline(vane, aerofoil.STATIONS, along)]
@@ -311,8 +311,8 @@ def _face(gmsh: Any, vane: VaneDimensions, face: root_fillet.RationalFace) -> in
         points.shape[1],
         degreeU=3,
         degreeV=degree,
-        weights=np.round(weights, DECIMALS).ravel().tolist(),
-        knotsU=np.round(values, DECIMALS).tolist(),
+        weights=np.round(weights, _DECIMALS).ravel().tolist(),
+        knotsU=np.round(values, _DECIMALS).tolist(),
         knotsV=[0.0, 1.0],
         multiplicitiesU=counts.tolist(),
         multiplicitiesV=[degree + 1, degree + 1],
@@ -327,16 +327,16 @@ def _curve(gmsh: Any, vane: VaneDimensions, face: root_fillet.RationalFace, row:
     values, counts = np.unique(knots, return_counts=True)
     tags = [_point(gmsh, vane, place) for place in points[row]]
     curve: int = gmsh.model.occ.addBSpline(
-        tags, degree=3, knots=np.round(values, DECIMALS).tolist(), multiplicities=counts.tolist()
+        tags, degree=3, knots=np.round(values, _DECIMALS).tolist(), multiplicities=counts.tolist()
     )
     gmsh.model.occ.remove([(0, tag) for tag in tags[1:-1]])
     return curve
 
 
-def _point(gmsh: Any, vane: VaneDimensions, place: NDArray[np.float64]) -> int:
+def _point(gmsh: Any, vane: VaneDimensions, place: Floats) -> int:
     return _put(gmsh, place[0], place[1], vane.hook.mid_plane + place[2])
 
 
 def _put(gmsh: Any, *place: float) -> int:
-    tag: int = gmsh.model.occ.addPoint(*np.round(place, DECIMALS))
+    tag: int = gmsh.model.occ.addPoint(*np.round(place, _DECIMALS))
     return tag

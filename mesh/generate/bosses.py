@@ -3,21 +3,21 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CLEARANCE, CasingDimensions
 
-SIDES = 8
+_SIDES = 8
 """Fewest elements around a boss."""
 
-FLAT, NARROW = 20.0, 5.0
+_FLAT, _NARROW = 20.0, 5.0
 """Elements may be so many times longer than a boss is high, and than it is wide."""
 
 
-def boss_angles(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
+def boss_angles(casing: CasingDimensions, sectors: int) -> Floats:
     """Where the bosses stand, evenly over the whole ring: (b,) rad."""
     count = casing.bosses
     return np.asarray(np.pi / sectors * ((2 * np.arange(count) + 1) / max(count, 1) - 1))
@@ -76,7 +76,7 @@ def check_meshable(casing: CasingDimensions, size: float) -> None:
     """Refuse bosses too flat or too narrow for an element size, m."""
     if not casing.bosses:
         return
-    for name, ratio in (("boss_height", FLAT), ("boss_diameter", NARROW)):
+    for name, ratio in (("boss_height", _FLAT), ("boss_diameter", _NARROW)):
         value = getattr(casing, name)
         if value < size / ratio:
             raise InputError(
@@ -107,14 +107,14 @@ def add_bosses(
 
 
 def divide_bosses(gmsh: Any, casing: CasingDimensions, size: float) -> None:
-    """Divide the bosses' round edges evenly, in no fewer than `SIDES` elements."""
+    """Divide the bosses' round edges evenly, in no fewer than `_SIDES` elements."""
     if not casing.bosses:
         return
     for _, edge in gmsh.model.getEntities(1):
         ends = gmsh.model.getBoundary([(1, edge)], combined=True)
         if not ends:  # closed: no other edge of the casing is
             length = gmsh.model.occ.getMass(1, edge)
-            intervals = max(SIDES, int(np.ceil(length / size)))
+            intervals = max(_SIDES, int(np.ceil(length / size)))
             gmsh.model.mesh.setTransfiniteCurve(edge, intervals + 1)
 
 

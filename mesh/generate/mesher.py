@@ -1,32 +1,34 @@
-"""Mesh with linear tetrahedra, again with slightly smaller ones where a sliver remains.
+"""Mesh with tetrahedra, again with slightly smaller ones where a sliver remains; as arrays.
 
 Whether the mesher leaves a sliver somewhere is chance, and some of them cannot be curved. A size a
 few per cent smaller leads to another mesh. Where all of these have a bad one, Netgen's optimiser,
 which splits elements, too, takes slivers away at a third more unknowns.
 
-Take away elements that lie flat on one curved face of the geometry.
-
-Four nodes of a curved face make a tetrahedron where the mesher's triangles on it leave a dent or a
-ridge. Two sides of it belong to the face; once they are curved, nothing is left between them. With
-the element away the face has the other diagonal of the four nodes.
+Elements that lie flat on one curved face of the geometry are taken away. Four nodes of a curved
+face make a tetrahedron where the mesher's triangles on it leave a dent or a ridge. Two sides of it
+belong to the face; once they are curved, nothing is left between them. With the element away the
+face has the other diagonal of the four nodes.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
-from vanelock.mesh.checks.tetrahedra import condition
-from vanelock.mesh.generate.stretch import drawn_out
-from vanelock.mesh.geometry.element_size import Local
+from vanelock.common.arrays import Floats, Integers
+from vanelock.common.errors import InputError
+from vanelock.mesh.element_size import Local, drawn_out
+from vanelock.mesh.generate.occ_solids import TOLERANCE
+from vanelock.mesh.tetrahedra import condition, jacobian_bounds
 
 _LINE, _TRIANGLE, _TETRAHEDRON = 1, 2, 4  # gmsh's numbers of the linear element types
 _SIDES = np.array([(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)])
-Side = frozenset[int]
+_Side = frozenset[int]
 
-FLAT = 1e-3
+_FLAT = 1e-3
 """Condition number (SICN) below which an element has no height."""
-TALL = 0.05
+_TALL = 0.05
 """And above which it stands by itself, as those do that span the columns of a rounded edge."""
 
 
@@ -46,7 +48,7 @@ def level(gmsh: Any) -> int:
     return left
 
 
-def _level_face(gmsh: Any, face: int, held: set[Side], boundary: set[Side]) -> int:
+def _level_face(gmsh: Any, face: int, held: set[_Side], boundary: set[_Side]) -> int:
     numbers, corners = _elements(gmsh, _TRIANGLE, 3, face)
     triangles = {frozenset(t): int(n) for t, n in zip(corners.tolist(), numbers, strict=True)}
     tags, cells = _elements(gmsh, _TETRAHEDRON, 4)
@@ -62,8 +64,8 @@ def _level_face(gmsh: Any, face: int, held: set[Side], boundary: set[Side]) -> i
         height = float(mesh.getElementQualities([tags[index]], "minSICN")[0])
         joined = any(across <= triangle for triangle in triangles)
         inner = not any(side in boundary for side in sides if side not in outer)
-        if len(outer) > 2 or edge in held or joined or not inner or height > FLAT:
-            left += height < TALL
+        if len(outer) > 2 or edge in held or joined or not inner or height > _FLAT:
+            left += height < _TALL
             continue
         mesh.removeElements(3, body, [int(tags[index])])
         mesh.removeElements(2, face, [triangles.pop(side) for side in outer])
@@ -77,17 +79,15 @@ def _level_face(gmsh: Any, face: int, held: set[Side], boundary: set[Side]) -> i
     return left
 
 
-def _elements(
-    gmsh: Any, kind: int, count: int, entity: int = -1
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _elements(gmsh: Any, kind: int, count: int, entity: int = -1) -> tuple[Integers, Integers]:
     """Numbers (e,) and nodes (e, count) of the elements of a type."""
     numbers, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
     return np.asarray(numbers, np.int64), np.asarray(nodes, np.int64).reshape(-1, count)
 
 
-FINER = (1.0, 0.98, 0.96, 0.93, 0.9, 0.86)
+_FINER = (1.0, 0.98, 0.96, 0.93, 0.9, 0.86)
 """Sizes to try, relative to the one asked for."""
-ENOUGH = 0.05
+_ENOUGH = 0.05
 """Smallest condition number (SICN) at which no other size is tried."""
 BAD = 0.03
 """Smallest condition number that is not worth a third more unknowns."""
@@ -108,13 +108,13 @@ def tetrahedra(
     for split in (False, True):
         if max(reached.values(), default=-1.0) > BAD:
             break
-        for finer in FINER:
+        for finer in _FINER:
             last = finer, split
             try:
                 reached[last] = _attempt(gmsh, size, local, stretch, same_faces, *last)
             except Exception:  # all that gmsh raises
                 reached[last] = -1.0
-            if reached[last] > ENOUGH:
+            if reached[last] > _ENOUGH:
                 return
     best = max(reached, key=reached.__getitem__)
     if best != last or reached[best] < 0:
@@ -157,3 +157,143 @@ def _attempt(
     points = drawn_out(np.asarray(coordinates).reshape(-1, 3)[order], stretch)
     cells = np.searchsorted(tags[order], corners).reshape(-1, 4)
     return float(condition(points, cells).min())
+
+
+_TETRA10 = 11  # gmsh's number of the element type
+# gmsh and meshio (VTK) number the last two edges of the tetrahedron in opposite order.
+_MESHIO_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
+LEAST_JACOBIAN = 0.1
+"""Of a curved element, against the straight one; below, its sides are straightened."""
+_RELAXED = (0.8,) * 10 + (0.0,) * 10
+"""Shares of the bow that sides keep, round by round."""
+EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # corners of nodes 4 to 9, meshio's order
+
+
+@dataclass(frozen=True)
+class MeshArrays:
+    """Nodes (n, 3) and tetra10 elements (e, 10), with gmsh's tags of the nodes (n,), ascending.
+
+    And the volume of the geometry, m³.
+    """
+
+    points: Floats
+    cells: Integers
+    tags: Integers
+    volume: float
+
+    def number(self, tags: Any) -> Integers:
+        """Node numbers of gmsh's node tags."""
+        return np.searchsorted(self.tags, np.asarray(tags, dtype=np.int64))
+
+
+def generate(
+    gmsh: Any,
+    size: float,
+    local: Local | None = None,
+    stretch: float = 1.0,
+    same_faces: bool = False,
+) -> MeshArrays:
+    """Mesh the current model with curved quadratic tetrahedra; arguments as of `tetrahedra`."""
+    tetrahedra(gmsh, size, local, stretch, same_faces)
+    gmsh.model.mesh.setOrder(2)
+    _, nodes = gmsh.model.mesh.getElementsByType(_TETRA10)
+    used, cells = np.unique(np.asarray(nodes, dtype=np.int64), return_inverse=True)
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags)
+    tags = np.asarray(tags, dtype=np.int64)[order]
+    points = np.asarray(coordinates).reshape(-1, 3)[order]
+    if not np.array_equal(tags, used):
+        raise InputError(
+            f"{gmsh.model.getCurrent()}: {len(tags) - len(used)} nodes belong to no tetrahedron"
+        )
+    volume = sum(gmsh.model.occ.getMass(*solid) for solid in gmsh.model.getEntities(3))
+    return MeshArrays(points, cells.reshape(-1, 10)[:, _MESHIO_ORDER], tags, volume)
+
+
+def nodes_on(gmsh: Any, mesh: MeshArrays, dim: int, tag: int) -> Integers:
+    """Nodes of a point, curve or face and of its boundary, ascending."""
+    tags, _, _ = gmsh.model.mesh.getNodes(dim, tag, includeBoundary=dim > 0)
+    return np.unique(mesh.number(tags))
+
+
+def matching(
+    points: Floats,
+    candidates: Integers,
+    places: Floats,
+    what: str,
+    tolerance: float = TOLERANCE,
+) -> Integers:
+    """The candidates in the order of the places (k, 3) where they must lie, one each.
+
+    Nodes whose place is known in closed form come out of the kernel within its tolerance; one
+    further off is the wrong node.
+    """
+    if len(candidates) != len(places):
+        raise InputError(f"{what}: {len(candidates)} nodes, expected {len(places)}")
+    distance, nearest = cKDTree(points[candidates]).query(places)
+    if distance.max() > tolerance:
+        raise InputError(f"{what}: a node lies {distance.max():.2g} m off its place")
+    if len(np.unique(nearest)) != len(places):
+        raise InputError(f"{what}: two places share a node")
+    return np.asarray(candidates[nearest])
+
+
+def along(
+    points: Floats,
+    candidates: Integers,
+    places: Floats,
+    what: str,
+) -> Integers:
+    """Like `matching`, for nodes that the kernel spread over a curve in its own measure."""
+    spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).min()
+    return matching(points, candidates, places, what, 0.2 * float(spacing))
+
+
+def nearest(
+    points: Floats,
+    candidates: Integers,
+    places: Floats,
+    what: str,
+) -> Integers:
+    """Like `along`, for candidates that are many more than the places (k, 3)."""
+    spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).min()
+    _, found = cKDTree(points[candidates]).query(places)
+    return matching(points, candidates[np.unique(found)], places, what, 0.05 * float(spacing))
+
+
+def place(
+    mesh: MeshArrays,
+    nodes: Integers,
+    places: Floats,
+    images: tuple[Integers, Integers, Floats] | None = None,
+) -> Floats:
+    """Points (n, 3) with nodes moved to their exact places and no element folded.
+
+    Mid-side nodes lie on the geometry's surfaces. Where that would distort an element, they go
+    back towards their chord, as far as needed, those with an exact place apart.
+    """
+    points = mesh.points.copy()
+    points[nodes] = places
+    middle = np.full((len(points), 2), -1)
+    for k, ends in enumerate(EDGES, start=4):
+        middle[mesh.cells[:, k]] = mesh.cells[:, ends]
+    free = middle[:, 0] >= 0
+    free[nodes] = False
+    if images is not None:
+        left, right, turn = images
+        free[right] = False
+    for share in _RELAXED:
+        if images is not None:
+            points[right] = points[left] @ turn.T
+        folded = jacobian_bounds(points, mesh.cells) < LEAST_JACOBIAN
+        if not folded.any():
+            break
+        eased = np.unique(mesh.cells[folded][:, 4:])
+        if images is not None:
+            eased = np.union1d(eased, left[np.isin(right, eased)])
+        eased = eased[free[eased]]
+        chords = points[middle[eased]].mean(axis=1)
+        points[eased] = chords + share * (points[eased] - chords)
+    if images is not None:
+        points[right] = points[left] @ turn.T
+    return points

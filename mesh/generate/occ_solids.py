@@ -7,16 +7,19 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.mesh.checks.fillets import ASPECT, DRAWN_OUT
-from vanelock.mesh.geometry.outline import PIECE, Corner, edges
+from vanelock.mesh.geometry.revolved import PIECE, Corner, edges
 
 Entity = tuple[int, int]  # dimension, tag
 
 # The kernel's intersections are good to 1e-7 m.
 TOLERANCE = 1e-6
+
+_ASPECT, _DRAWN_OUT = 10.0, 24.0
+"""Elements along a fillet are at most so many times longer than its pieces are wide: as they are
+meshed, and once they are drawn out around the ring."""
 
 
 def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
@@ -24,7 +27,7 @@ def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
     occ = gmsh.model.occ
     c, s = np.cos(half_angle), np.sin(half_angle)
 
-    def put(place: NDArray[np.float64]) -> int:
+    def put(place: Floats) -> int:
         tag: int = occ.addPoint(place[0] * c, -place[0] * s, place[1])
         return tag
 
@@ -44,7 +47,7 @@ def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
     return solid
 
 
-def arc(gmsh: Any, start: NDArray[np.float64], end: NDArray[np.float64]) -> Entity:
+def arc(gmsh: Any, start: Floats, end: Floats) -> Entity:
     """Circular arc about z between two points of one radius and axial position."""
     occ = gmsh.model.occ
     centre = occ.addPoint(0.0, 0.0, start[2])
@@ -53,7 +56,7 @@ def arc(gmsh: Any, start: NDArray[np.float64], end: NDArray[np.float64]) -> Enti
     return 1, tag
 
 
-def point(gmsh: Any, position: NDArray[np.float64]) -> Entity:
+def point(gmsh: Any, position: Floats) -> Entity:
     """A point to imprint on a face."""
     return 0, gmsh.model.occ.addPoint(*position)
 
@@ -96,7 +99,7 @@ def end_faces(gmsh: Any, half_angle: float) -> tuple[int, int]:
 
 def grade_fillets(gmsh: Any, fillet: float, size: float, stretch: float = 1.0) -> None:
     """Limit the elements along fillets to a multiple of their width, evenly around the ring."""
-    longest = min(size, min(ASPECT, DRAWN_OUT / stretch) * PIECE * fillet)
+    longest = min(size, min(_ASPECT, _DRAWN_OUT / stretch) * PIECE * fillet)
     for _, face in gmsh.model.getEntities(2):
         if gmsh.model.getType(2, face) != "Torus":
             continue

@@ -9,17 +9,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import rotation, turn
 from vanelock.common.errors import InputError
-from vanelock.mesh.checks.dimensions import check_vane
-from vanelock.mesh.checks.fillets import check_resolved
-from vanelock.mesh.checks.root_fillets import filleted
-from vanelock.mesh.checks.tetrahedra import valid
-from vanelock.mesh.contact.patch_means import hook_averages, interlock_averages
-from vanelock.mesh.contact.patches import hook_overlap
+from vanelock.mesh.checks import check_resolved, check_vane
+from vanelock.mesh.contact_patches import hook_averages, hook_overlap, interlock_averages
+from vanelock.mesh.element_size import HOOKS, element_size, of_vane
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.generate.aerofoils import (
     aerofoil_solids,
@@ -27,15 +24,16 @@ from vanelock.mesh.generate.aerofoils import (
     divide_filleted,
     remove_strays,
 )
-from vanelock.mesh.generate.extract import MeshArrays, along, generate, nearest, nodes_on, place
+from vanelock.mesh.generate.mesher import MeshArrays, along, generate, nearest, nodes_on, place
 from vanelock.mesh.geometry import aerofoil, contact_places, root_fillet
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import HOOKS, element_size, of_vane
 from vanelock.mesh.geometry.revolved import hooks_outline, inner_shroud_outline
+from vanelock.mesh.geometry.root_fillet import filleted
 from vanelock.mesh.gmsh_session import session
 from vanelock.mesh.part import Part
+from vanelock.mesh.tetrahedra import valid
 
-TRIANGLE6 = 9  # gmsh's number of the element type
+_TRIANGLE6 = 9  # gmsh's number of the element type
 _SIDES = [(0, 1), (1, 2), (2, 0)]
 
 
@@ -43,7 +41,7 @@ def _half_way(gmsh: Any, mesh: MeshArrays, vane: VaneDimensions, sectors: int) -
     """The mesh with those nodes half-way around."""
     points = mesh.points.copy()
     for _, tag in gmsh.model.getEntities(2):
-        _, tags = gmsh.model.mesh.getElementsByType(TRIANGLE6, tag)
+        _, tags = gmsh.model.mesh.getElementsByType(_TRIANGLE6, tag)
         triangles = mesh.number(tags).reshape(-1, 6)
         for angle in aerofoil.angles(vane, sectors):
             found = _on_edge(mesh, vane, triangles, rotation(angle))
@@ -53,8 +51,8 @@ def _half_way(gmsh: Any, mesh: MeshArrays, vane: VaneDimensions, sectors: int) -
 
 
 def _on_edge(
-    mesh: MeshArrays, vane: VaneDimensions, triangles: NDArray[np.int64], turn: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
+    mesh: MeshArrays, vane: VaneDimensions, triangles: Integers, turn: Floats
+) -> Floats | None:
     """Middles (3t, 3) of the triangles' sides, if they cover a rounded edge of this aerofoil."""
     axis = np.array([0.0, 0.0, vane.hook.mid_plane])
     corners = (mesh.points[triangles[:, :3]].reshape(-1, 3) - axis) @ turn
@@ -150,9 +148,9 @@ def _part(
     dimensions: VaneDimensions,
     sectors: int,
     mesh: MeshArrays,
-    on: list[NDArray[np.int64]],
-    skin: NDArray[np.int64],
-    places: tuple[NDArray[np.float64], ...],
+    on: list[Integers],
+    skin: Integers,
+    places: tuple[Floats, ...],
     steps: tuple[int, int],
 ) -> Part:
     bands, left, right, output = places
@@ -255,7 +253,7 @@ def _inner_shroud(gmsh: Any, vane: VaneDimensions, sectors: int) -> occ_solids.E
     return entity
 
 
-def _edge(gmsh: Any, row: NDArray[np.float64]) -> int:
+def _edge(gmsh: Any, row: Floats) -> int:
     """The edge of the solid that ends in the first and last point of an interlock row."""
     ends = row[[0, -1]]
     found = []

@@ -14,41 +14,32 @@ smaller.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
-from vanelock.mesh.cells import solid
-from vanelock.mesh.exterior import exterior
+from vanelock.mesh.cells import exterior, solid
 from vanelock.mesh.geometry.dimensions import VaneDimensions
 from vanelock.mesh.part import Part
 
-Array = NDArray[np.float64]
-
-TOLERANCE = 1e-6  # m
+_TOLERANCE = 1e-6  # m
 STATIONS = np.linspace(-1.0, 1.0, 9)  # from the leading to the trailing edge; splines join them
 
 
 @dataclass(frozen=True)
-class Edges:
-    """The parabolas that round the edges, from one side over the nose to the other.
+class _Edges:
+    """The parabolas that round the edges, from one side over the nose to the other."""
 
-    Attributes
-    ----------
-    nose, control : (2, 2) float
-        Of the leading and of the trailing edge, as in `outline`: the outermost point, and where the
-        tangents at the sides' ends meet.
-    """
-
-    nose: Array
-    control: Array
+    nose: Floats  # (2, 2)
+    control: Floats  # (2, 2)
 
 
-def outline(vane: VaneDimensions, station: Array, along: float | None = None) -> Array:
+def outline(vane: VaneDimensions, station: Floats, along: float | None = None) -> Floats:
     """Convex and concave side at stations s between the rounded edges."""
     x = _length(vane) * np.asarray(station)
     camber, slope = _camber(vane, x)
@@ -58,17 +49,17 @@ def outline(vane: VaneDimensions, station: Array, along: float | None = None) ->
     return _placed(vane, np.moveaxis(sides, 1, -1), along)
 
 
-def edges(vane: VaneDimensions, along: float | None = None) -> Edges:
+def edges(vane: VaneDimensions, along: float | None = None) -> _Edges:
     """Rounding of the leading and of the trailing edge; see `outline`."""
     noses, controls = [], []
     for number in (0, 1):
         origin, outwards, half = _rounded_frame(vane, number)
         noses.append(origin + half * outwards)
         controls.append(origin + 2 * half * outwards)
-    return Edges(_placed(vane, np.array(noses), along), _placed(vane, np.array(controls), along))
+    return _Edges(_placed(vane, np.array(noses), along), _placed(vane, np.array(controls), along))
 
 
-def around(vane: VaneDimensions, along: float | None = None, pieces: int = 8) -> Array:
+def around(vane: VaneDimensions, along: float | None = None, pieces: int = 8) -> Floats:
     """Points (4·pieces, 2) around the section: each side and, in eighths, the rounded edges."""
     sides = outline(vane, np.linspace(-1.0, 1.0, 2 * pieces - 3), along)
     leading, trailing = edges(vane, along).control
@@ -82,7 +73,7 @@ def around(vane: VaneDimensions, along: float | None = None, pieces: int = 8) ->
     )
 
 
-def _rounded(start: Array, control: Array, end: Array) -> Array:
+def _rounded(start: Floats, control: Floats, end: Floats) -> Floats:
     """Points (3, 2) on a parabola between its ends."""
     t = np.array([[0.25], [0.5], [0.75]])
     return np.asarray((1 - t) ** 2 * start + 2 * t * (1 - t) * control + t**2 * end)
@@ -98,23 +89,23 @@ def _length(vane: VaneDimensions) -> float:
     return end
 
 
-def _camber(vane: VaneDimensions, x: Array) -> tuple[Array, Array]:
+def _camber(vane: VaneDimensions, x: Floats) -> tuple[Floats, Floats]:
     """Height of the camber line above the chord, and its slope."""
     s = 2 * x / vane.chord
     return vane.camber * vane.chord * (0.5 - s**2), -4 * vane.camber * s
 
 
-def _half_thickness(vane: VaneDimensions, station: Array) -> Array:
+def _half_thickness(vane: VaneDimensions, station: Floats) -> Floats:
     return 0.5 * (vane.edge_thickness + (vane.thickness - vane.edge_thickness) * (1 - station**2))
 
 
-def _placed(vane: VaneDimensions, points: Array, along: float | None) -> Array:
+def _placed(vane: VaneDimensions, points: Floats, along: float | None) -> Floats:
     """From the chord's frame (..., 2) to circumferential and axial position."""
     turn, shift = _section(vane, None if along is None else np.asarray(along))
     return np.asarray(points @ turn + shift)
 
 
-def _section(vane: VaneDimensions, along: Array | None) -> tuple[Array, Array]:
+def _section(vane: VaneDimensions, along: Floats | None) -> tuple[Floats, Floats]:
     """Matrices (..., 2, 2) and shifts (..., 2) of the sections at places along the radial axis."""
     root, tip = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     share = np.asarray(0.5 if along is None else (along - root) / (tip - root))[..., None]
@@ -124,7 +115,7 @@ def _section(vane: VaneDimensions, along: Array | None) -> tuple[Array, Array]:
     return turn, (share - 0.5) * lean
 
 
-def on_rounding(vane: VaneDimensions, points: Array, number: int) -> Array | None:
+def on_rounding(vane: VaneDimensions, points: Floats, number: int) -> Floats | None:
     """How far round a rounded edge points lie, from -1 on the concave to 1 on the convex side."""
     turn, shift = _section(vane, points[:, 0])
     local = np.linalg.solve(turn.swapaxes(1, 2), (points[:, 1:] - shift)[..., None])[..., 0]
@@ -132,10 +123,12 @@ def on_rounding(vane: VaneDimensions, points: Array, number: int) -> Array | Non
     ahead, aside = ((local - origin) @ np.array([outwards, [-outwards[1], outwards[0]]]).T).T / half
     aside = aside if number else -aside
     off = np.abs(ahead - (1 - aside**2)).max()
-    return aside if off < TOLERANCE / half and np.abs(aside).max() < 1 + TOLERANCE / half else None
+    return (
+        aside if off < _TOLERANCE / half and np.abs(aside).max() < 1 + _TOLERANCE / half else None
+    )
 
 
-def rounding(vane: VaneDimensions, along: Array, aside: Array, number: int) -> Array:
+def rounding(vane: VaneDimensions, along: Floats, aside: Floats, number: int) -> Floats:
     """Points (k, 3) on a rounded edge: the inverse of `on_rounding`."""
     turn, shift = _section(vane, along)
     origin, outwards, half = _rounded_frame(vane, number)
@@ -144,7 +137,7 @@ def rounding(vane: VaneDimensions, along: Array, aside: Array, number: int) -> A
     return np.column_stack([along, np.einsum("ki,kij->kj", local, turn) + shift])
 
 
-def _rounded_frame(vane: VaneDimensions, number: int) -> tuple[Array, Array, float]:
+def _rounded_frame(vane: VaneDimensions, number: int) -> tuple[Floats, Floats, float]:
     """Middle between the sides' ends, direction outwards, and half the edge's thickness."""
     sign = 2 * number - 1
     x = sign * _length(vane)
@@ -153,13 +146,13 @@ def _rounded_frame(vane: VaneDimensions, number: int) -> tuple[Array, Array, flo
     return np.array([x, camber]), outwards, 0.5 * vane.edge_thickness
 
 
-def _frame(stagger: float) -> Array:
+def _frame(stagger: float) -> Floats:
     """Rows: direction of the chord and its normal, circumferential and axial components."""
     c, s = np.cos(stagger), np.sin(stagger)
     return np.array([[s, c], [c, -s]])
 
 
-def angles(vane: VaneDimensions, sectors: int) -> Array:
+def angles(vane: VaneDimensions, sectors: int) -> Floats:
     """Angular positions of the aerofoils' radial axes, rad, evenly spaced about zero."""
     pitch = 2 * np.pi / sectors
     return pitch * ((np.arange(vane.aerofoils) + 0.5) / vane.aerofoils - 0.5)
@@ -171,24 +164,24 @@ def ends(vane: VaneDimensions) -> tuple[float, float]:
     return start, 0.5 * (vane.outer_shroud_inner_radius + vane.outer_shroud_outer_radius)
 
 
-def on_side(vane: VaneDimensions, side: int, station: float, along: float) -> Array:
+def _on_side(vane: VaneDimensions, side: int, station: float, along: float) -> Floats:
     """Point (3,) on the convex side, 0, or the concave one, 1, in the frame of `on_rounding`."""
     across, axial = outline(vane, np.array([station]), along)[side, 0]
     return np.array([along, across, axial])
 
 
-def spanwise(vane: VaneDimensions, side: int, station: float) -> Array:
-    """Both ends (2, 3) of a line that rules a side, on the shrouds; see `on_side`."""
+def _spanwise(vane: VaneDimensions, side: int, station: float) -> Floats:
+    """Both ends (2, 3) of a line that rules a side, on the shrouds; see `_on_side`."""
     found = []
     for radius in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius):
         along = radius
         for _ in range(30):
-            along = float(np.sqrt(radius**2 - on_side(vane, side, station, along)[1] ** 2))
-        found.append(on_side(vane, side, station, along))
+            along = float(np.sqrt(radius**2 - _on_side(vane, side, station, along)[1] ** 2))
+        found.append(_on_side(vane, side, station, along))
     return np.array(found)
 
 
-def noses(vane: VaneDimensions, sectors: int) -> Array:
+def noses(vane: VaneDimensions, sectors: int) -> Floats:
     """Where the rounded edges of all aerofoils meet the shrouds: (4a, 3) m."""
     found = []
     for radius in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius):
@@ -198,29 +191,29 @@ def noses(vane: VaneDimensions, sectors: int) -> Array:
     return np.concatenate(found)
 
 
-def output_points(vane: VaneDimensions, sectors: int) -> Array:
+def output_points(vane: VaneDimensions, sectors: int) -> Floats:
     """Output nodes on the convex side at mid-chord of the middle aerofoil: (3, 3) m.
 
     They lie at 25, 50 and 75 % of the span, counted from the inner shroud.
     """
-    inner, outer = spanwise(vane, 0, 0.0)
+    inner, outer = _spanwise(vane, 0, 0.0)
     points = inner + np.array([[0.25], [0.5], [0.75]]) * (outer - inner)
     axis = angles(vane, sectors)[(vane.aerofoils - 1) // 2]
     points += np.array([0.0, 0.0, vane.hook.mid_plane])
     return np.asarray(points @ rotation(axis).T)
 
 
-ON = 1e-5
+_ON = 1e-5
 """Nodes lie on a shroud's surface within this, m."""
 
 
-def aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[NDArray[np.int64], ...]:
+def aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[Integers, ...]:
     """(f, 6) nodes of the faces of each aerofoil, by ascending angle, root fillets included."""
     inner, outer = dimensions.inner_shroud_outer_radius, dimensions.outer_shroud_inner_radius
     faces = exterior(part.cells, solid(part.cell_type))
     radius = np.hypot(*part.points.T[:2])[faces]
-    between = ((radius > inner - ON) & (radius < outer + ON)).all(axis=1)
-    shroud = (radius < inner + ON).all(axis=1) | (radius > outer - ON).all(axis=1)
+    between = ((radius > inner - _ON) & (radius < outer + _ON)).all(axis=1)
+    shroud = (radius < inner + _ON).all(axis=1) | (radius > outer - _ON).all(axis=1)
     faces = faces[between & ~shroud]
     rows = np.repeat(np.arange(len(faces)), faces.shape[1])
     shape = len(faces), len(part.points)
@@ -231,3 +224,89 @@ def aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[NDArray[np.i
     middle = [part.points[faces[piece == i, :3]].mean(axis=(0, 1)) for i in range(count)]
     order = np.argsort([np.arctan2(y, x) for x, y, _ in middle])
     return tuple(faces[piece == i] for i in order)
+
+
+_STEP = 1e-5
+"""Of the station, for the direction along the profile."""
+_Side = Literal["suction", "pressure"]
+
+
+@dataclass(frozen=True)
+class AerofoilPoint:
+    """A place on an aerofoil and a direction in its surface.
+
+    Attributes
+    ----------
+    position, direction, normal : (3,) float
+        Where, m; the unit direction; the unit outward normal.
+    """
+
+    position: Floats
+    direction: Floats
+    normal: Floats
+
+
+def on_aerofoil(
+    vane: VaneDimensions,
+    sectors: int,
+    aerofoil: int,
+    span: float,
+    chord: float,
+    side: _Side = "suction",
+    direction: float | Literal["span", "chord"] = "span",
+) -> AerofoilPoint:
+    """A place on the surface of an aerofoil of the vane segment.
+
+    Parameters
+    ----------
+    vane : VaneDimensions
+    sectors : int
+        Segments in the ring.
+    aerofoil : int
+        1, 2, ... by ascending angle about the engine axis.
+    span : float
+        From 0 at the inner shroud to 1 at the outer shroud.
+    chord : float
+        From 0 where the rounded leading edge ends to 1 where the trailing one begins.
+    side : "suction" or "pressure"
+        The convex or the concave side.
+    direction : "span", "chord" or float
+        Along the straight line that rules the surface there, which is radial without lean and
+        twist; along the profile towards the trailing edge; or the angle from the former towards
+        the latter, degrees.
+
+    Raises
+    ------
+    InputError
+        Naming what is out of range.
+    """
+    if not 1 <= aerofoil <= vane.aerofoils:
+        raise InputError(f"aerofoil = {aerofoil}: allowed are 1 to {vane.aerofoils}")
+    for name, value in (("span", span), ("chord", chord)):
+        if not 0 <= value <= 1:
+            raise InputError(f"{name} = {value:g}: allowed are 0 to 1")
+    degrees = {"span": 0.0, "chord": 90.0}[direction] if isinstance(direction, str) else direction
+
+    turn = rotation(angles(vane, sectors)[aerofoil - 1])
+    side_number, station = get_args(_Side).index(side), 2 * chord - 1
+
+    # Straight lines rule the surface; the shrouds that end them are cylinders.
+    inner, outer = _spanwise(vane, side_number, station)
+    along_span = outer - inner
+    position = inner + span * along_span
+    along_span /= np.linalg.norm(along_span)
+    ahead, behind = (
+        _on_side(vane, side_number, station + step, position[0]) for step in (_STEP, -_STEP)
+    )
+    tangent = ahead - behind
+    tangent /= np.linalg.norm(tangent)
+    normal = np.cross(along_span, tangent) * (-1 if side == "suction" else 1)
+    normal /= np.linalg.norm(normal)
+    position[2] += vane.hook.mid_plane
+    angle = np.radians(degrees)
+    if direction == "chord":
+        chosen = tangent
+    else:
+        aside = tangent - (tangent @ along_span) * along_span
+        chosen = np.cos(angle) * along_span + np.sin(angle) * aside / np.linalg.norm(aside)
+    return AerofoilPoint(turn @ position, turn @ chosen, turn @ normal)

@@ -5,12 +5,12 @@ them or every second, third, ... node of the mesh there.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import rotation, turn
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 
-STRETCH = 1.2
+_STRETCH = 1.2
 """How much longer than other elements those along a row of contact nodes may be."""
 
 
@@ -20,12 +20,10 @@ def pieces(length: float, nodes: int, size: float) -> int:
     An element has a node in its middle, so that two contact nodes' distances make one element, or
     two, three, ...
     """
-    return max(1, int(np.ceil(2 * length / (nodes - 1) / (STRETCH * size) - 1e-9)))
+    return max(1, int(np.ceil(2 * length / (nodes - 1) / (_STRETCH * size) - 1e-9)))
 
 
-def cylindrical(
-    radius: float, angle: NDArray[np.float64], z: float | NDArray[np.float64]
-) -> NDArray[np.float64]:
+def cylindrical(radius: float, angle: Floats, z: float | Floats) -> Floats:
     """Cartesian points (k, 3) of a radius, angles (k,) and axial positions."""
     return np.stack(
         [radius * np.cos(angle), radius * np.sin(angle), np.broadcast_to(z, np.shape(angle))],
@@ -39,7 +37,7 @@ def band_pieces(hook: HookDimensions, sectors: int, size: float) -> int:
     return pieces(length, hook.band_nodes, size)
 
 
-def hook_bands(hook: HookDimensions, sectors: int, pieces: int = 1) -> NDArray[np.float64]:
+def hook_bands(hook: HookDimensions, sectors: int, pieces: int = 1) -> Floats:
     """Nodes of the four contact bands, each by ascending angle."""
     half = hook.band_extent * np.pi / sectors
     angle = np.linspace(-half, half, (hook.band_nodes - 1) * pieces + 1)
@@ -53,7 +51,7 @@ def hook_bands(hook: HookDimensions, sectors: int, pieces: int = 1) -> NDArray[n
     )
 
 
-def hook_frames(bands: NDArray[np.float64], outward: float) -> NDArray[np.float64]:
+def hook_frames(bands: Floats, outward: float) -> Floats:
     """Contact frames at the nodes of `hook_bands`.
 
     Rows are the outward normal ±e_r, e_θ, and ±e_z with the normal's sign: right-handed, and a
@@ -68,7 +66,7 @@ def hook_frames(bands: NDArray[np.float64], outward: float) -> NDArray[np.float6
     return np.stack([normal, around, axial], axis=-2)
 
 
-def interlock_frame(vane: VaneDimensions, sectors: int) -> NDArray[np.float64]:
+def interlock_frame(vane: VaneDimensions, sectors: int) -> Floats:
     """Frame of the left interlock face, a plane, the same at each of its nodes.
 
     Rows are the outward normal sin γ·e_z - cos γ·e_θ, the radial direction e_r, and the direction
@@ -80,7 +78,7 @@ def interlock_frame(vane: VaneDimensions, sectors: int) -> NDArray[np.float64]:
     return local @ rotation(-np.pi / sectors).T
 
 
-def opposite(frames: NDArray[np.float64], sectors: int) -> NDArray[np.float64]:
+def opposite(frames: Floats, sectors: int) -> Floats:
     """Frames (..., 3, 3) of the face that meets this one in the next sector, in this sector.
 
     The normal and the second tangent are reversed and all is turned by 2π/N.
@@ -96,7 +94,7 @@ def interlock_pieces(vane: VaneDimensions, size: float) -> int:
     return pieces(length, vane.interlock_nodes, size)
 
 
-def interlock_rows(vane: VaneDimensions, sectors: int, pieces: int = 1) -> NDArray[np.float64]:
+def interlock_rows(vane: VaneDimensions, sectors: int, pieces: int = 1) -> Floats:
     """Nodes of the left interlock face, on its two long edges, each by ascending z."""
     mid = vane.hook.mid_plane
     half = mid - vane.inner_shroud_front
@@ -109,9 +107,7 @@ def interlock_rows(vane: VaneDimensions, sectors: int, pieces: int = 1) -> NDArr
     )
 
 
-def _interlock_edge(
-    vane: VaneDimensions, sectors: int, radius: float, axial: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _interlock_edge(vane: VaneDimensions, sectors: int, radius: float, axial: Floats) -> Floats:
     """Points (k, 3) where the left interlock plane cuts a cylinder, at heights from mid-plane."""
     # The plane holds the radial direction of its angle, and leans across by the slant.
     across = axial * np.tan(np.radians(vane.interlock_slant))
@@ -119,14 +115,14 @@ def _interlock_edge(
     return np.asarray(np.stack(local, axis=-1) @ rotation(-np.pi / sectors).T)
 
 
-def force_points(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
+def force_points(casing: CasingDimensions, sectors: int) -> Floats:
     """Loaded nodes, evenly around the ring on the shell's outside at mid-length: (k, 3) m."""
     count = casing.force_nodes
     angle = np.pi / sectors * ((2 * np.arange(count) + 1) / count - 1)
     return cylindrical(casing.outer_radius, angle, 0.5 * casing.length)
 
 
-def casing_output_points(casing: CasingDimensions, sectors: int) -> NDArray[np.float64]:
+def casing_output_points(casing: CasingDimensions, sectors: int) -> Floats:
     """Output nodes on the shell's outside above the front rail: (3, 3) m.
 
     The first lies in the middle of the sector, the others a quarter of the pitch to either side.

@@ -63,7 +63,7 @@ def _value(model: Any, name: str) -> float:
     return float(model)
 
 
-class Dimensions(Checked):
+class _Dimensions(Checked):
     """Frozen dimensions; unknown names are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -81,7 +81,7 @@ class Dimensions(Checked):
         __init__.__pydantic_base_init__ = True  # else it were called for tables within others
 
 
-class HookDimensions(Dimensions):
+class HookDimensions(_Dimensions):
     """What a vane's foot and the casing's groove share: the radii and the bands they touch at."""
 
     roof_radius: Length = _length(0.592, "radius at which the foot touches the groove's roof")
@@ -108,7 +108,7 @@ class HookDimensions(Dimensions):
     checks: ClassVar[tuple[Check, ...]] = (_ordered,)
 
 
-class VaneDimensions(Dimensions):
+class VaneDimensions(_Dimensions):
     """A vane segment: outer shroud with two hooks, aerofoils, inner shroud with interlocks."""
 
     aerofoils: int = Field(default=4, ge=1, le=12, description="aerofoils per segment")
@@ -220,7 +220,7 @@ class VaneDimensions(Dimensions):
     )
 
 
-class CasingDimensions(Dimensions):
+class CasingDimensions(_Dimensions):
     """A casing sector from z = 0: shell, two end flanges, two rails with C-shaped grooves."""
 
     length: Length = _length(0.200, "axial length of the casing")

@@ -10,19 +10,26 @@ edge, the arc lies on the mitre of the two offsets.
 A surface that is tangent to another one cannot be united with it reliably. The shroud at which the
 arcs end is therefore thought lower than the real one, by r (1 - cos `SLANT`): the fillet meets the
 shroud at the angle `SLANT` and covers the arc but for that angle.
+
+Fillets that reach an edge of their shrouds or a quarter of the span are refused. The outermost of
+evenly spaced aerofoils stand half a spacing from the segment's ends: fillets that keep off these do
+not meet one another. How far a fillet reaches depends on the angle at which the aerofoil stands on
+the shroud, so that the largest that fits is searched for.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.mesh.geometry import aerofoil
-from vanelock.mesh.geometry.dimensions import VaneDimensions
-
-Array = NDArray[np.float64]
+from vanelock.common.arrays import Floats
+from vanelock.common.cyclic import rotation
+from vanelock.common.errors import InputError
+from vanelock.mesh.geometry import aerofoil, contact_places
+from vanelock.mesh.geometry.dimensions import CLEARANCE, VaneDimensions
 
 SLANT = np.radians(12.0)
 """Angle at which fillets meet the shroud, rad."""
@@ -34,23 +41,15 @@ _STEP = 1e-5  # of a strip, for directions along it
 
 
 @dataclass(frozen=True)
-class Strip:
-    """A fillet along a side or a rounded edge, in the aerofoil's axes: radial, across, axial.
+class _Strip:
+    """A fillet along a side or a rounded edge, in the aerofoil's axes: radial, across, axial."""
 
-    Attributes
-    ----------
-    foot, corner, top : (n, 3) float
-        Of the arcs at `PLACES`, m; the axial position counts from mid-plane.
-    weight : (n,) float
-        Of their corners.
-    """
+    foot: Floats  # (n, 3), Of the arcs at `PLACES`, m; the axial position counts from mid-plane
+    corner: Floats  # (n, 3), Of the arcs at `PLACES`, m; the axial position counts from mid-plane
+    top: Floats  # (n, 3), Of the arcs at `PLACES`, m; the axial position counts from mid-plane
+    weight: Floats  # (n,), Of their corners
 
-    foot: Array
-    corner: Array
-    top: Array
-    weight: Array
-
-    def arc(self, place: int, across: Array) -> Array:
+    def arc(self, place: int, across: Floats) -> Floats:
         """Points (m, 3) on the arc of a place, at `across` from 0 at the foot to 1 at the top."""
         t = across[:, None]
         shares = ((1 - t) ** 2, 2 * t * (1 - t) * self.weight[place], t**2)
@@ -70,10 +69,10 @@ class RationalFace:
     weights : (d + 1, n) float
     """
 
-    rows: Array
-    weights: Array
+    rows: Floats
+    weights: Floats
 
-    def control(self) -> tuple[Array, Array, Array]:
+    def control(self) -> tuple[Floats, Floats, Floats]:
         """Control points (d + 1, n, 3), their weights (d + 1, n) and the cubic spline's knots."""
         spline = self._spline()
         points = np.moveaxis(np.asarray(spline.c), 0, 1)
@@ -84,11 +83,11 @@ class RationalFace:
 
         return make_interp_spline(PLACES, self._homogeneous(), k=3)
 
-    def _homogeneous(self) -> Array:
+    def _homogeneous(self) -> Floats:
         weights = self.weights[..., None]
         return np.moveaxis(np.concatenate([self.rows * weights, weights], axis=-1), 0, 1)
 
-    def at(self, along: Array, across: Array) -> tuple[Array, Array, Array]:
+    def at(self, along: Floats, across: Floats) -> tuple[Floats, Floats, Floats]:
         """Points (k, m, 3) of the face and their derivatives along and across it."""
         spline, t = self._spline(), across[:, None]
         if len(self.rows) == 2:
@@ -106,7 +105,7 @@ class RationalFace:
         return place, changes[0], changes[1]
 
 
-def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> list[Strip]:
+def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> list[_Strip]:
     """The four strips of a fillet at the inner or the outer shroud."""
     radius = (vane.root_fillet or 0.0) if radius is None else radius
     sunk = radius * (1 - np.cos(SLANT))
@@ -130,14 +129,14 @@ def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> li
 
 
 def _strip(
-    places: Array,
-    lines: Array,
-    up: Array,
-    normal: Array,
-    mitre: Array,
+    places: Floats,
+    lines: Floats,
+    up: Floats,
+    normal: Floats,
+    mitre: Floats,
     radius: float,
     level: float,
-) -> Strip:
+) -> _Strip:
     """Arcs between lines (n, 3) and a shroud, which the normals (n, 3) follow from their corner."""
     along = np.cross(normal, up)
     across = lines - np.sum(lines * along, axis=1)[:, None] * along
@@ -146,10 +145,10 @@ def _strip(
     reach = radius / np.tan(angle / 2)
     foot = places + normal * (reach * mitre)[:, None]
     foot[:, :2] *= (level / np.hypot(foot[:, 0], foot[:, 1]))[:, None]
-    return Strip(foot, places, places + lines * (reach / length)[:, None], np.sin(angle / 2))
+    return _Strip(foot, places, places + lines * (reach / length)[:, None], np.sin(angle / 2))
 
 
-def corner(vane: VaneDimensions, strip: int, places: Array, level: float) -> tuple[Array, Array]:
+def corner(vane: VaneDimensions, strip: int, places: Floats, level: float) -> tuple[Floats, Floats]:
     """Where the aerofoil's lines meet a cylinder: points (n, 3) and unit directions outwards."""
     ends = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     inner, outer = (_section(vane, strip, places, end) for end in ends)
@@ -162,7 +161,7 @@ def corner(vane: VaneDimensions, strip: int, places: Array, level: float) -> tup
     return np.column_stack([radial, aside]), _unit(lines)
 
 
-def levels(vane: VaneDimensions, strip: int) -> Array:
+def levels(vane: VaneDimensions, strip: int) -> Floats:
     """Points (5, n, 3) on the aerofoil's lines: at the shrouds and at the quarters between them."""
     inner, outer = (
         corner(vane, strip, PLACES, level)[0]
@@ -197,7 +196,7 @@ def faces(vane: VaneDimensions) -> list[list[RationalFace]]:
     return found
 
 
-def feet(vane: VaneDimensions, outer: bool) -> Array:
+def feet(vane: VaneDimensions, outer: bool) -> Floats:
     """Where the fillet's arcs meet the shroud at the strips' beginnings: (4, 3) m."""
     level = vane.outer_shroud_inner_radius if outer else vane.inner_shroud_outer_radius
     points = []
@@ -246,7 +245,7 @@ def volume(vane: VaneDimensions) -> float:
     return abs(total)
 
 
-def _section(vane: VaneDimensions, strip: int, places: Array, along: float) -> Array:
+def _section(vane: VaneDimensions, strip: int, places: Floats, along: float) -> Floats:
     """Points (n, 2) of a strip's section; see `aerofoil.outline`."""
     if strip % 2 == 0:
         station = 2 * places - 1 if strip == 0 else 1 - 2 * places
@@ -260,10 +259,100 @@ def _section(vane: VaneDimensions, strip: int, places: Array, along: float) -> A
     return np.asarray((1 - t) ** 2 * start + 2 * t * (1 - t) * control + t**2 * end)
 
 
-def _outwards(points: Array) -> Array:
+def _outwards(points: Floats) -> Floats:
     """Unit radial directions (n, 3)."""
     return _unit(points * [1.0, 1.0, 0.0])
 
 
-def _unit(vectors: Array) -> Array:
+def _unit(vectors: Floats) -> Floats:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
+
+
+_SHORTEST = 0.25
+"""Of its length, what is left of a piece of the hollow side's curve where the fillet ends."""
+
+_Room = tuple[str, float]
+"""Where a fillet lies, and the distance that it leaves there, m."""
+
+
+_USUAL, _LEAST = 3e-3, 1.5e-3
+"""Radius unless one is given, and the smallest that is then chosen, which coarse meshes follow, m.
+"""
+
+
+@lru_cache(maxsize=256)
+def filleted(vane: VaneDimensions, sectors: int) -> VaneDimensions:
+    """The vane with the radius of its aerofoils' fillets, chosen where none is given."""
+    if vane.root_fillet is not None:
+        return vane
+    usual = not _too_narrow(vane, sectors, _USUAL)
+    radius = _USUAL if usual else _largest(vane, sectors, _USUAL)[0]
+    return vane.model_copy(update={"root_fillet": radius if radius >= _LEAST else 0.0})
+
+
+def check_root_fillet(vane: VaneDimensions, sectors: int) -> None:
+    """Refuse a fillet of the aerofoils that does not fit."""
+    if not vane.root_fillet or not _too_narrow(vane, sectors, vane.root_fillet):
+        return
+    largest, where = _largest(vane, sectors, vane.root_fillet)
+    least = f"at most {largest:g} m" if largest >= CLEARANCE else "none"
+    raise InputError(f"vane.root_fillet = {vane.root_fillet:g} m: {where} {least} fits")
+
+
+def _largest(vane: VaneDimensions, sectors: int, high: float) -> tuple[float, str]:
+    """The largest radius below one that does not fit, and where that meets something."""
+    low, where = 0.0, ""
+    while high - low > 0.1 * _STEP:
+        middle = 0.5 * (low + high)
+        if found := _too_narrow(vane, sectors, middle):
+            high, where = middle, found
+        else:
+            low = middle
+    return float(_STEP * np.floor(low / _STEP)), where
+
+
+def _too_narrow(vane: VaneDimensions, sectors: int, radius: float) -> str:
+    """Where a fillet does not fit; "" if it does."""
+    rooms = _rooms(vane, sectors, radius)
+    return next((where for where, room in rooms if room < CLEARANCE), "")
+
+
+def _rooms(vane: VaneDimensions, sectors: int, radius: float) -> Iterator[_Room]:
+    left = contact_places.interlock_frame(vane, sectors)
+    planes = (left[0], contact_places.opposite(left, sectors)[0])
+    angles = aerofoil.angles(vane, sectors)
+    for outer, name in ((False, "inner_shroud"), (True, "outer_shroud")):
+        walls = strips(vane, outer, radius)
+        level = vane.outer_shroud_inner_radius if outer else vane.inner_shroud_outer_radius
+        foot = np.concatenate([strip.foot[:-1] for strip in walls])
+        front = vane.hook.mid_plane - float(np.abs(foot[:, 2]).max())
+        yield f"behind vane.{name}_front", front - float(getattr(vane, f"{name}_front"))
+        if outer:
+            half = vane.outer_shroud_extent * np.pi / sectors
+            ends = [_unrolled(foot @ rotation(a).T, level)[:, 0] for a in angles[[0, -1]]]
+            room = half * level - max(float(np.abs(end).max()) for end in ends)
+            yield "beside the ends of the outer shroud (vane.outer_shroud_extent)", room
+        else:
+            start = foot * [0.0, 1.0, 1.0] + [aerofoil.ends(vane)[0], 0.0, 0.0]
+            room = min(
+                float(-(points @ rotation(a).T @ plane).max())
+                for points in (foot, start)
+                for a, plane in zip(angles[[0, -1]], planes, strict=True)
+            )
+            yield "beside the interlock faces (vane.interlock_slant)", room
+        for k, strip in enumerate(walls):
+            quarters = levels(vane, k)
+            span = np.linalg.norm(quarters[1] - quarters[0], axis=1)
+            root = quarters[-1] if outer else quarters[0]
+            height = np.linalg.norm(strip.top - root, axis=1)
+            yield "within a quarter of the span between the shrouds", float((span - height).min())
+        hollow = walls[2]
+        at_the_foot, before = np.diff(hollow.foot, axis=0), np.diff(hollow.corner, axis=0)
+        left_over = np.sum(at_the_foot * before, axis=1) / np.sum(before**2, axis=1)
+        room = np.inf if left_over.min() > _SHORTEST else 0.0
+        yield "on the hollow side (vane.camber)", room
+
+
+def _unrolled(points: Floats, level: float) -> Floats:
+    """Points (k, 2) of a cylinder: along its circumference, and axially."""
+    return np.column_stack([level * np.arctan2(points[:, 1], points[:, 0]), points[:, 2]])

@@ -9,33 +9,29 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.mesh.contact import frames as contact
 from vanelock.mesh.geometry.contact_places import opposite
-from vanelock.mesh.matching.cut_faces import check_cut_faces
-from vanelock.mesh.matching.own_part import HOOKS, INTERLOCKS, OwnPart
-from vanelock.mesh.matching.side import Side
+from vanelock.mesh.matching import side as contact
+from vanelock.mesh.matching.side import HOOKS, INTERLOCKS, OwnPart, Side, check_cut_faces
 from vanelock.mesh.part import Part
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Teller = Callable[[int], str]
+_Teller = Callable[[int], str]
 """What errors call the i-th node of a set."""
 
-SHOWN = 5  # nodes in a report
+_SHOWN = 5  # nodes in a report
 
 
 def mates(
-    own: Array,
-    other: Array,
+    own: Floats,
+    other: Floats,
     tolerance: float,
     sets: tuple[str, str],
-    tellers: tuple[Teller, Teller],
+    tellers: tuple[_Teller, _Teller],
     size: float = np.inf,
 ) -> tuple[Integers, list[str]]:
     """For each place of one set the node of the other set that lies there."""
@@ -50,8 +46,8 @@ def mates(
         total = len(own), len(other)
         line = (
             f"{sets[first]}: {count} of {total[first]} nodes {'is' if count == 1 else 'are'} "
-            f"further than {millimetres(tolerance)} from the nearest node of {sets[1 - first]}: "
-            f"{', '.join([*listed, '...'] if count > SHOWN else listed)}"
+            f"further than {_millimetres(tolerance)} from the nearest node of {sets[1 - first]}: "
+            f"{', '.join([*listed, '...'] if count > _SHOWN else listed)}"
         )
         if back:
             line += f"; the other way round {back} of {total[1 - first]}, such as {furthest[0]}"
@@ -74,14 +70,14 @@ def mates(
     return np.asarray(nearest, np.int64), problems
 
 
-def _far(distance: Array, tolerance: float, teller: Teller) -> tuple[int, list[str]]:
+def _far(distance: Floats, tolerance: float, teller: _Teller) -> tuple[int, list[str]]:
     """How many nodes have no mate, and a report on each one that may be shown, furthest first."""
     far = np.flatnonzero(~(distance <= tolerance))
     far = far[np.argsort(-distance[far], kind="stable")]
-    return len(far), [f"{teller(int(i))} {millimetres(distance[i])}" for i in far[:SHOWN]]
+    return len(far), [f"{teller(int(i))} {_millimetres(distance[i])}" for i in far[:_SHOWN]]
 
 
-def millimetres(length: float) -> str:
+def _millimetres(length: float) -> str:
     """A length for a report."""
     return f"{1e3 * length:.4g} mm"
 
@@ -273,7 +269,7 @@ def _hook_frames(vane: Side, casing: Side, name: str) -> list[str]:
     return []
 
 
-def _by_band(places: Array, normal: Array, radial: Array) -> Integers:
+def _by_band(places: Floats, normal: Floats, radial: Floats) -> Integers:
     """Outer faces before inner ones, then by axial position, then by ascending angle."""
     inner = np.sum(normal * radial, axis=1) < 0
     angle = np.arctan2(places[:, 1], places[:, 0])
@@ -297,7 +293,7 @@ def _interlock_frames(side: Side) -> list[str]:
     return []
 
 
-def _by_row(places: Array) -> Integers:
+def _by_row(places: Floats) -> Integers:
     """By radius in ten steps, then by axial position."""
     radius = np.hypot(places[:, 0], places[:, 1])
     step = max(float(np.ptp(radius)) / 10, TOLERANCE)
@@ -305,8 +301,8 @@ def _by_row(places: Array) -> Integers:
 
 
 def _normals(
-    own: list[Array], other: list[Array], moves: Side, name: str, stays: Side
-) -> tuple[Array, list[str]]:
+    own: list[Floats], other: list[Floats], moves: Side, name: str, stays: Side
+) -> tuple[Floats, list[str]]:
     """Normals (k, 3) that the nodes share with their mates, and what is wrong with them."""
     normal = np.zeros((len(own), 3))
     off = np.zeros(len(own))

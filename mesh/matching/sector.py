@@ -7,10 +7,8 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.mesh.files.read import read_mesh
-from vanelock.mesh.matching.cut_faces import check_cut_faces
-from vanelock.mesh.matching.own_part import OwnPart
 from vanelock.mesh.matching.pairing import TOLERANCE, follow
-from vanelock.mesh.matching.side import Side
+from vanelock.mesh.matching.side import OwnPart, Side, check_cut_faces
 from vanelock.mesh.part import Part, called
 
 _KNOWN = ("fixed", "left", "right", "force", "output")

@@ -10,8 +10,9 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.adaptive.error_estimates import SOURCES, Estimator
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
@@ -36,7 +37,7 @@ from vanelock.nonlinear.forced_response.solved_points import PointStore, SolvedP
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.forced_response.undamped import check_bound, check_top
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, resized
+from vanelock.nonlinear.fourier.trigonometric import TURN, resized
 from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.system.system import System
 
@@ -143,7 +144,7 @@ def adaptive_response(
 
 def _swept(
     pointwise: Pointwise, omegas: Floats, reporter: PointsDone, direction: str | None
-) -> tuple[list[Point], NDArray[np.int64], str]:
+) -> tuple[list[Point], Integers, str]:
     """Exactly these frequencies, in the order given; their jumps; and how they were swept.
 
     Without a direction they are swept upwards and, where that jumps or loses a point, back

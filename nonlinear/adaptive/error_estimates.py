@@ -24,6 +24,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vanelock.common.arrays import Complex, Floats
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.contact.law import Deviation
@@ -36,14 +37,7 @@ from vanelock.nonlinear.forced_response.response import (
     half_peak_to_peak,
 )
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import (
-    TURN,
-    Complex,
-    Floats,
-    resized,
-    to_complex,
-    to_real,
-)
+from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_complex, to_real
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.linearised import Linearised, linearise
 from vanelock.nonlinear.newton.newton import Solution, active_rows, scales, solve

@@ -8,9 +8,7 @@ neighbours: parts change little from one to the next, if at all.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
 from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Deferred
@@ -113,7 +111,7 @@ class HarmonicLevels:
             self._rest = at_rest(self.structure(1), still.law, self.options.tolerance)
         return self._rest
 
-    def mean(self) -> NDArray[np.float64] | None:
+    def mean(self) -> Floats | None:
         """Mean displacement that is held, (c, 3) m."""
         return None if self.rest is None else self.rest.u[:, :, 0]
 

@@ -11,11 +11,10 @@ first order, and moves the peak by -δA'/A''.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import Floats
 
 CLOSER = 4.0
 NEAR = 0.2
@@ -40,7 +39,7 @@ class Interpolant:
         """The curve at places; beyond its ends, its first and last pieces go on."""
         return self._across(np.arange(len(self.x)), x)
 
-    def _across(self, kept: NDArray[np.int64], x: Floats) -> Floats:
+    def _across(self, kept: Integers, x: Floats) -> Floats:
         """The curve through some of the points, at places."""
         slope = self.slope
         if not np.all(np.isfinite(slope)):
@@ -82,7 +81,7 @@ class Interpolant:
         i = np.argmax(y, axis=1)[:, None]
         return np.take_along_axis(fine, i, 1)[:, 0], np.take_along_axis(y, i, 1)[:, 0]
 
-    def maxima(self, share: float) -> tuple[Floats, NDArray[np.bool_]]:
+    def maxima(self, share: float) -> tuple[Floats, Booleans]:
         """(p - 1,) the highest place of each piece; whether it is a maximum that no point has."""
         places, values = self.tops()
         higher = values - np.maximum(self.y[:-1], self.y[1:]) > NEAR * share * values
@@ -195,7 +194,7 @@ def peak_errors(response: Response) -> PeakErrors:
     )
 
 
-def _branches(response: Response, order: NDArray[np.int64]) -> NDArray[np.int64]:
+def _branches(response: Response, order: Integers) -> Integers:
     """(p,) on which branch, counted from the first, each of some points lies, in their order."""
     begins = np.zeros(len(order), np.int64)
     if response.jump is not None and len(response.jump):

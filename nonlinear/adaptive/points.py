@@ -8,12 +8,13 @@ from typing import TypeVar
 import numpy as np
 
 from vanelock.common.arguments import OfKind
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND, SOURCES, Estimate, Estimator, half
 from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.frequency_response import joined
-from vanelock.nonlinear.fourier.trigonometric import Floats, resized
+from vanelock.nonlinear.fourier.trigonometric import resized
 from vanelock.nonlinear.newton.newton import Solution, solve
 
 T = TypeVar("T")

@@ -18,14 +18,13 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.adaptive.error_estimates import BEYOND
 from vanelock.nonlinear.adaptive.interpolant import HIGH, SIMILAR, Interpolant
 from vanelock.nonlinear.adaptive.points import TINY, Point, Pointwise
 from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, StepControl
 from vanelock.nonlinear.forced_response.undamped import check_bound
-from vanelock.nonlinear.fourier.trigonometric import Floats
 
 OTHER = 0.04
 """Relative distance of an amplitude from the line through a neighbour that suggests a jump."""
@@ -70,7 +69,7 @@ def _may_jump(a: Point, b: Point) -> bool:
     return abs(b.amplitude - a.amplitude - mean) > OTHER * max(a.amplitude, b.amplitude)
 
 
-def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> NDArray[np.int64]:
+def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> Integers:
     """(j, 2) places of neighbours that no curve joins, among points of ascending frequency."""
     solved = [i for i, p in enumerate(points) if p.solution.converged]
     found = [
@@ -249,7 +248,7 @@ class Exploring:
                     points = self._merged(points, branch)
         return points
 
-    def _above(self, ones: Sequence[Point], points: Sequence[Point]) -> NDArray[np.bool_]:
+    def _above(self, ones: Sequence[Point], points: Sequence[Point]) -> Booleans:
         """Which of some points lie surely above the curve through others."""
         heights = self._drawn(points).at(np.array([p.omega for p in ones]))
         return np.array([p.amplitude for p in ones]) > (1 + OTHER) * heights

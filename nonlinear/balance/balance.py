@@ -25,16 +25,16 @@ from functools import cached_property, partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.receptance_columns import Columns, no_columns
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
 from vanelock.rom.system.consistency import check
 from vanelock.rom.system.system import System
 
-Compute: TypeAlias = Callable[[NDArray[np.int64]], Array]
+Compute: TypeAlias = Callable[[Integers], Array]
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,7 @@ class Structure:
         push = self.modal_force(harmonic, omega)
         return np.asarray(modes.rows @ modes.solve(harmonic * omega, push))
 
-    def columns(self, harmonic: int, omega: float, wanted: NDArray[np.int64]) -> Array:
+    def columns(self, harmonic: int, omega: float, wanted: Integers) -> Array:
         """Columns of R̂_h, (k, 3c), of the wanted (k,) components, by summing all modes."""
         if harmonic == 0:
             return self._static_columns[wanted]
@@ -285,7 +285,7 @@ class Structure:
             result.append(modes.solve(h * omega, self.modal_force(h, omega) + push))
         return result
 
-    def output(self, amplitudes: list[Array]) -> NDArray[np.complex128]:
+    def output(self, amplitudes: list[Array]) -> Complex:
         """(H + 1, o, 3) displacement of the output nodes from modal amplitudes, m."""
         pairs = zip(self.output_rows, amplitudes, strict=True)
         return np.array([rows @ amplitude for rows, amplitude in pairs], complex)
@@ -329,7 +329,7 @@ FINEST = 1e-4
 
 
 def whole_residual(
-    structure: Structure, omegas: Floats, modal: Sequence[Array], force: NDArray[np.complex128]
+    structure: Structure, omegas: Floats, modal: Sequence[Array], force: Complex
 ) -> Floats:
     """Largest zᴴ r_h of each point over the largest of its terms, (p,); at rest and vibrating."""
     left, size = np.zeros((2, structure.harmonics + 1, len(omegas)))

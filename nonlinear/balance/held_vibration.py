@@ -27,11 +27,11 @@ from functools import cached_property, partial
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.stuck_modes import NEAR, StuckModes
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
 
 
 class ExcitedModes:
@@ -90,7 +90,7 @@ class ExcitedModes:
         row[self._far] = -found[len(self._near) :] @ self._answer
         return row
 
-    def columns(self, stiffness: Floats, wanted: NDArray[np.int64]) -> Array:
+    def columns(self, stiffness: Floats, wanted: Integers) -> Array:
         """Columns of R̂, (k, 3c), of the wanted (k,) components."""
         moved = self.solve(self.modes.pull[:, wanted])[0]
         return (self.modes.rows @ moved).T * stiffness[wanted, None]

@@ -23,7 +23,7 @@ import numpy as np
 import scipy.linalg as la
 from numpy.typing import NDArray
 
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats
+from vanelock.common.arrays import Array, Booleans, Floats
 from vanelock.rom.fixed_interface.inertia import real_times
 from vanelock.rom.joining.linear_modes import apart_from_springs
 
@@ -130,7 +130,7 @@ def times(A: Array, y: Array) -> Array:
     return np.asarray(A @ y) if np.iscomplexobj(A) else real_times(A, y)
 
 
-def limit_modes(modes: "StuckModes", stiffness: Floats, closed: NDArray[np.bool_]) -> LimitModes:
+def limit_modes(modes: "StuckModes", stiffness: Floats, closed: Booleans) -> LimitModes:
     """Modes of a limit."""
     opened = np.zeros(len(stiffness), bool)
     opened[modes.opened] = True

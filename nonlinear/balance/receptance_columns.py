@@ -4,8 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats, Rows
 
 
 class HeldColumns:
@@ -17,10 +17,10 @@ class HeldColumns:
 
     def __init__(self, size: int) -> None:
         self.size = size
-        self.components: Rows = np.empty(0, np.int64)
-        self.place: Rows = np.full(size, -1)
+        self.components: Integers = np.empty(0, np.int64)
+        self.place: Integers = np.full(size, -1)
 
-    def _admitted(self, wanted: Rows) -> Rows:
+    def _admitted(self, wanted: Integers) -> Integers:
         """Those wanted that were not held, as if they were now."""
         missing = wanted[self.place[wanted] < 0]
         self.place[missing] = len(self.components) + np.arange(len(missing))
@@ -34,13 +34,13 @@ class Columns(HeldColumns):
     A contact that sticks where it was assembled never needs its own.
     """
 
-    def __init__(self, size: int, compute: tuple[Callable[[Rows], Array], ...]) -> None:
+    def __init__(self, size: int, compute: tuple[Callable[[Integers], Array], ...]) -> None:
         super().__init__(size)
         self.compute = compute
         self.held: list[Array] = [np.empty((0, size), complex) for _ in compute]
-        self._chosen: tuple[Rows, Rows, list[Array]] | None = None
+        self._chosen: tuple[Integers, Integers, list[Array]] | None = None
 
-    def hold(self, wanted: Rows) -> None:
+    def hold(self, wanted: Integers) -> None:
         """Make sure that the columns of these components are held."""
         if not len(missing := self._admitted(wanted)):
             return
@@ -49,7 +49,7 @@ class Columns(HeldColumns):
             old = self.held[h]
             self.held[h] = np.concatenate([old, fresh]) if len(old) else np.ascontiguousarray(fresh)
 
-    def part(self, wanted: Rows, rows: Rows) -> list[Array]:
+    def part(self, wanted: Integers, rows: Integers) -> list[Array]:
         """Some rows of some columns, (k, r) for each harmonic; the last choice is kept."""
         last = self._chosen
         if last is None or not (np.array_equal(last[0], wanted) and np.array_equal(last[1], rows)):
@@ -67,13 +67,13 @@ class Columns(HeldColumns):
         return self.held[harmonic][self.place].T
 
 
-def no_columns(size: int) -> Callable[[Rows], Array]:
+def no_columns(size: int) -> Callable[[Integers], Array]:
     """Columns that are zero."""
     return lambda wanted: np.zeros((len(wanted), size))
 
 
 @kernel
-def combine(table: Array, shares: Floats, places: Rows, out: Array) -> None:
+def combine(table: Array, shares: Floats, places: Integers, out: Array) -> None:
     """out[j] += Σ_k shares[k] · table[places[j], k], of the columns (3c,) held at some nodes k."""
     for j in range(places.size):
         column = table[places[j]]

@@ -17,12 +17,11 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_columns import combine
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 
 COLUMNS = 128  # of receptances that are worked out at a time
 MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
@@ -36,7 +35,7 @@ class FarColumns:
     m, 3c): components on which springs act, and what columns are moved by where they move there.
     """
 
-    opened: NDArray[np.int64] | None = None
+    opened: Integers | None = None
     through: Array
 
     def __init__(self, rows: Array, pull: Array, dynamic: Array) -> None:
@@ -46,7 +45,7 @@ class FarColumns:
         self._held = np.empty((0, len(dynamic), size), complex)
         self._count = 0
 
-    def at(self, wanted: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    def at(self, wanted: Integers) -> tuple[Array, Integers]:
         """Columns held so far, (m, k, 3c), and where among them the wanted ones are."""
         missing = wanted[self._place[wanted] < 0]
         if len(missing):
@@ -71,7 +70,7 @@ class FarColumns:
         seen = columns[:, :, None, self.opened]  # each by itself: its bits are its own
         return np.asarray(columns - (seen @ self.through)[:, :, 0])
 
-    def spring(self, opened: NDArray[np.int64], stiffness: Floats, near: Array) -> Array:
+    def spring(self, opened: Integers, stiffness: Floats, near: Array) -> Array:
         """Let springs act from now on at (m,) components; bᴴAb of near modes, (k, low, low)."""
         held, places = self.at(opened)
         count, own = self._count, near[opened]
@@ -166,9 +165,7 @@ class Tabulated:
         near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
         return np.asarray((table.linear @ shares) * growth + near)
 
-    def _columns(
-        self, harmonic: int, omega: float, shares: Floats, wanted: NDArray[np.int64]
-    ) -> Array:
+    def _columns(self, harmonic: int, omega: float, shares: Floats, wanted: Integers) -> Array:
         """Columns of R̂_h."""
         table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
         near = modes.rows[:, : table.low]

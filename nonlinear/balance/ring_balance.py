@@ -17,9 +17,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.balance.receptance_columns import Columns, HeldColumns
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats, Rows, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
 
 
 class RingColumns(HeldColumns):
@@ -29,7 +30,7 @@ class RingColumns(HeldColumns):
         super().__init__(waves[0].size)
         self.waves = waves
         self.held: Array = np.empty((len(waves[0].compute), len(waves), 0, self.size), complex)
-        self._chosen: tuple[Rows, Array] | None = None
+        self._chosen: tuple[Integers, Array] | None = None
 
     def with_harmonics(self, harmonics: int) -> "RingColumns":
         """Those of the first harmonics alone."""
@@ -37,7 +38,7 @@ class RingColumns(HeldColumns):
             tuple(Columns(each.size, each.compute[: harmonics + 1]) for each in self.waves)
         )
 
-    def hold(self, wanted: Rows) -> None:
+    def hold(self, wanted: Integers) -> None:
         """Make sure that the columns of these components are held, (H + 1, N, k, 3c)."""
         if not len(missing := self._admitted(wanted)):
             return
@@ -47,7 +48,7 @@ class RingColumns(HeldColumns):
                 fresh[h, n] = compute(missing)
         self.held = np.concatenate([self.held, fresh], axis=2)
 
-    def among(self, chosen: Rows) -> Array:
+    def among(self, chosen: Integers) -> Array:
         """(H + 1, N, k, k) of some components on themselves; the last choice is kept."""
         if self._chosen is None or not np.array_equal(self._chosen[0], chosen):
             self.hold(chosen)

@@ -29,13 +29,12 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 from vanelock.rom.joining.linear_modes import apart_from_springs, unheld_motions
 from vanelock.rom.system.system import System
 
@@ -115,7 +114,7 @@ class StuckModes(Product):
         )
 
     @cached_property
-    def opened(self) -> NDArray[np.int64]:
+    def opened(self) -> Integers:
         """(m,) components of contacts that are open in the modes."""
         return np.flatnonzero(np.zeros(0) if self.springs is None else self.springs)
 

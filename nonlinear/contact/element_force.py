@@ -21,11 +21,11 @@ import numba
 import numpy as np
 from numba import float64, types
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import (
     TURN,
-    Floats,
     basis,
     derivative,
     grid,

@@ -26,15 +26,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.element_force import periodic_force
 from vanelock.nonlinear.contact.isotropic.located_law import isotropic_located_law
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED
 from vanelock.nonlinear.contact.orthogonal_law import located_law, sampled_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid, to_complex
+from vanelock.nonlinear.fourier.trigonometric import TURN, basis, grid, to_complex
 from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts
 
@@ -78,7 +78,7 @@ class Law:
     constant_load: bool = False
     elements: Mapping[int, Element] = field(default_factory=dict)
     stiffer: Floats | None = None
-    bonded: NDArray[np.bool_] | None = None
+    bonded: Booleans | None = None
 
     def __call__(self, u: Floats, omega: float = 0.0) -> "Deviation":
         """Evaluate at the relative displacements (c, 3, 2H + 1), m, of (v, u1, u2).
@@ -125,7 +125,7 @@ class Law:
         return located_law if self.located else sampled_law
 
     @property
-    def _is_element(self) -> NDArray[np.bool_]:
+    def _is_element(self) -> Booleans:
         """(c,) which are elements."""
         found = np.zeros(len(self.alpha), bool)
         found[list(self.elements)] = True
@@ -151,7 +151,7 @@ class Law:
         return replace(deviation, state=state, by_omega=by_omega)
 
 
-def _work(q: NDArray[np.complex128], f: NDArray[np.complex128]) -> float:
+def _work(q: Complex, f: Complex) -> float:
     """Work of forces (H + 1, d) on displacements in a period, J; none where rounding leaves it."""
     each = np.arange(len(q))[:, None] * f * q.conj()
     work = float(each.imag.sum())
@@ -179,7 +179,7 @@ class Deviation:
 
     w: Floats
     jacobian: Floats
-    state: NDArray[np.int64]
+    state: Integers
     dissipation: Floats
     by_omega: Floats | None = None
 

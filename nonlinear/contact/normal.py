@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, add_integrals, gram, value
+from vanelock.nonlinear.fourier.trigonometric import TURN, add_integrals, gram, value
 
 CLOSED, PARTLY, ALWAYS = 0, 1, 2  # how much of a period a contact is open
 

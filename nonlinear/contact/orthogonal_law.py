@@ -19,13 +19,12 @@ followed through the states.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, PARTLY, add_normal, place, scale
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import (
     TURN,
-    Floats,
     add_integrals,
     basis_at,
     crossing,
@@ -215,8 +214,8 @@ def sampled_law(
     table: Floats,
     w: Floats,
     jacobian: Floats,
-    opening: NDArray[np.int64],
-    slips: NDArray[np.bool_],
+    opening: Integers,
+    slips: Booleans,
     energy: Floats,
 ) -> None:
     """The law on plain samples, contact by contact."""
@@ -364,8 +363,8 @@ def located_law(
     table: Floats,
     w: Floats,
     jacobian: Floats,
-    opening: NDArray[np.int64],
-    slips: NDArray[np.bool_],
+    opening: Integers,
+    slips: Booleans,
     energy: Floats,
 ) -> None:
     """The law with located events, contact by contact."""

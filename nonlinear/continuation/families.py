@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.contact.law import Deviation, Law
-from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import response_to
 
 
@@ -49,7 +48,7 @@ class Frequencies:
         """The law, the same at every frequency."""
         return self.friction
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dω at fixed w, on the given components of w."""
         rate = response_to(deviation, rows, self.structure.slope(parameter, w))
         return rate if deviation.by_omega is None else rate + deviation.by_omega.reshape(-1)[rows]
@@ -71,7 +70,7 @@ class Loads:
         """The law, the same under every load."""
         return self.friction
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dp at fixed w, on the given components of w."""
         return response_to(deviation, rows, self.direction)
 
@@ -90,7 +89,7 @@ class Frictions:
 
     balance: Balance
     friction: Law
-    scaled: NDArray[np.bool_] | None = None
+    scaled: Booleans | None = None
 
     def at(self, parameter: float) -> Balance:
         """The balance, the same whatever the friction."""
@@ -103,7 +102,7 @@ class Frictions:
             alpha = np.where(self.scaled[:, None], alpha, self.friction.alpha)
         return replace(self.friction, alpha=alpha)
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dp at fixed w, on the given components of w.
 
         A slider's place depends on friction through μ v alone, so that μ dw/dμ = (dw/dv) v.

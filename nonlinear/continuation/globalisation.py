@@ -22,11 +22,12 @@ from math import log
 
 import numpy as np
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Loads, fixed
-from vanelock.nonlinear.fourier.trigonometric import Floats, Rows, resized
+from vanelock.nonlinear.fourier.trigonometric import resized
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
 
@@ -76,7 +77,7 @@ class Hardening:
         """The law at a value of the parameter."""
         return SoftLaw(**vars(self.friction), share=self._share(parameter))
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dp at fixed w, on the given components of w: (W_s - u)/s · ds/dp."""
         beyond = (deviation.w - self.balance.displacement(w)).reshape(-1)[rows]
         return np.asarray(-log(self.softest) * beyond)
@@ -123,7 +124,7 @@ class Release:
         pressed, held = parameter * self.pressed, parameter * self.held
         return HeldLaw(**vars(self.friction), pressed=pressed, held=held)
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dp at fixed w, on the given components of w."""
         moved = np.zeros_like(w)
         moved[:, 0, 0] = self.pressed

@@ -12,8 +12,8 @@ from typing import Self
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.balance.balance import Balance
-from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import (
     Bordered,

@@ -27,14 +27,13 @@ its Taylor series converges fast, by the coefficients of Cauchy's formula on a f
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Complex, Floats
 from vanelock.nonlinear.floquet.law_transfer import Transfer, Transferred
 from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure, Rectangle
-from vanelock.nonlinear.fourier.trigonometric import TURN, Array, Complex
+from vanelock.nonlinear.fourier.trigonometric import TURN
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Characteristic:
         return partners, own.conj() * stiffness[law.components]
 
     @cached_property
-    def _parts(self) -> tuple[NDArray[Any], list[Array], list[Array]]:
+    def _parts(self) -> tuple[Array, list[Array], list[Array]]:
         """Where the partners are among those moved, and R's factors, by harmonic."""
         law, each = self.law, self.structure.each
         onto, places = np.unique(law.partners, return_inverse=True)
@@ -68,7 +67,7 @@ class Characteristic:
         return places.reshape(law.partners.shape), moved, pull
 
     @cached_property
-    def _unit(self) -> NDArray[np.float64]:
+    def _unit(self) -> Floats:
         """(q,) of z, so that it counts as amplitudes do, by the energy of its spring."""
         law = self.law
         return 1 / np.sqrt(self.structure.stiffness[law.components[law.remembering]])

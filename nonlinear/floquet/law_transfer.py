@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.nonlinear.contact.orthogonal_law import (
     BEGIN,
     END,
@@ -37,16 +37,7 @@ from vanelock.nonlinear.contact.orthogonal_law import (
     slider_path,
 )
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import (
-    TURN,
-    Complex,
-    Floats,
-    Rows,
-    add_integrals,
-    grid,
-    roots,
-    value,
-)
+from vanelock.nonlinear.fourier.trigonometric import TURN, add_integrals, grid, roots, value
 
 
 class Transferred(NamedTuple):
@@ -71,15 +62,15 @@ class Transfer(Protocol):
     """
 
     @property
-    def components(self) -> Rows:
+    def components(self) -> Integers:
         """(o,) which, counted through (c, 3)."""
 
     @property
-    def partners(self) -> Rows:
+    def partners(self) -> Integers:
         """(n, o) components of u that each answers to: its own, v, and what else."""
 
     @property
-    def remembering(self) -> Rows:
+    def remembering(self) -> Integers:
         """(q,) places among `components` of the first of the two that z belongs to."""
 
     @property
@@ -89,7 +80,7 @@ class Transfer(Protocol):
     def at(self, s: complex) -> Transferred:
         """Γ, Y and C at one s."""
 
-    def onto_open(self, opened: Rows) -> "Transfer":
+    def onto_open(self, opened: Integers) -> "Transfer":
         """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
 
 
@@ -102,7 +93,7 @@ class LawTransfer:
     slider is held: from, to, since when, and the factor c; zeros for none.
     """
 
-    components: Rows
+    components: Integers
     along: Complex
     across: Complex
     held: Floats
@@ -113,12 +104,12 @@ class LawTransfer:
         return int(self.along.shape[1]) // 2
 
     @property
-    def partners(self) -> Rows:
+    def partners(self) -> Integers:
         """(2, o) each component itself, and the normal one of its contact."""
         return np.array([self.components, self.components // 3 * 3])
 
     @property
-    def remembering(self) -> Rows:
+    def remembering(self) -> Integers:
         """(0,) since all that is remembered is set anew in every period."""
         return np.zeros(0, np.int64)
 
@@ -142,7 +133,7 @@ class LawTransfer:
         none = np.zeros((0, 3, 2 * self.harmonics + 1), complex)
         return Transferred((along, across), none[:, :2], none)
 
-    def onto_open(self, opened: Rows) -> "LawTransfer":
+    def onto_open(self, opened: Integers) -> "LawTransfer":
         """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
         components = np.union1d(self.components, opened)
         own = np.searchsorted(components, self.components)
@@ -177,7 +168,7 @@ def _pieces(
     table: Floats,
     moments: Complex,
     held: Floats,
-    answers: NDArray[np.bool_],
+    answers: Booleans,
 ) -> None:
     """Moments ∫ e^{ikθ} of what follows u and v, pieces held, and whether a component answers."""
     m = u.shape[2]

@@ -15,10 +15,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
-from vanelock.nonlinear.fourier.trigonometric import Array, Complex, Rows
 from vanelock.rom.system.system import System
 
 
@@ -30,7 +29,7 @@ class Rectangle:
     right: float
     half: float
 
-    def distance(self, s: Complex | complex) -> NDArray[np.float64]:
+    def distance(self, s: Complex | complex) -> Floats:
         """How far values lie outside."""
         s = np.asarray(s)
         beside = np.maximum(np.maximum(self.left - s.real, s.real - self.right), 0.0)
@@ -77,22 +76,22 @@ class PerturbedStructure:
         return [(place, int(r)) for place, one in enumerate(near) for r in np.flatnonzero(one)]
 
     @cached_property
-    def place(self) -> Rows:
+    def place(self) -> Integers:
         """(m,) place of the harmonic of each near mode."""
         return np.array([place for place, _ in self.chosen], np.int64)
 
     @cached_property
-    def number(self) -> Rows:
+    def number(self) -> Integers:
         """(m,) number of each near mode among its diameter's."""
         return np.array([r for _, r in self.chosen], np.int64)
 
     @cached_property
-    def stiffness(self) -> NDArray[np.float64]:
+    def stiffness(self) -> Floats:
         """K_c, (3c,) N/m."""
         return self.system.contacts.stiffness.reshape(-1)
 
     @cached_property
-    def _quadratic(self) -> NDArray[np.float64]:
+    def _quadratic(self) -> Floats:
         """(3, m) A, d and Λ of the near modes."""
         found = np.empty((3, len(self.chosen)))
         for i, (k, r) in enumerate(self.chosen):
@@ -107,7 +106,7 @@ class PerturbedStructure:
         found: Complex = static + z * (z * compliance + damping)
         return found
 
-    def rows(self, components: Rows) -> Complex:
+    def rows(self, components: Integers) -> Complex:
         """(m, k) relative displacements of k components in the near modes."""
         found = [self.each[k].rows[components, r] for k, r in self.chosen]
         return np.array(found, complex).reshape(len(found), len(components))

@@ -26,6 +26,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.nonlinear.contact.isotropic.disc_integrals import BEGIN, END, KIND, STEP, X, Y
 from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD, SLIPPING
 from vanelock.nonlinear.contact.isotropic.disc_slip import (
@@ -43,7 +44,7 @@ from vanelock.nonlinear.contact.isotropic.disc_slip import (
 from vanelock.nonlinear.contact.isotropic.located_law import slider_pieces
 from vanelock.nonlinear.floquet.law_transfer import Transferred, law_transfer
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats, Rows, grid
+from vanelock.nonlinear.fourier.trigonometric import TURN, grid
 
 
 class SliderSteps(NamedTuple):
@@ -240,15 +241,15 @@ class PlaneTransfer:
     and path of each contact that slips; `kept` (q,): κ of those that never open; `harmonics`: P.
     """
 
-    components: Rows
-    partners: Rows
+    components: Integers
+    partners: Integers
     still: Complex
     paths: tuple[tuple[int, float, SliderSteps], ...]
     kept: Floats
     harmonics: int
 
     @property
-    def remembering(self) -> Rows:
+    def remembering(self) -> Integers:
         """(q,) places among `components` of the first of the two that z belongs to."""
         return np.array([place for place, _, path in self.paths if path.remembers], np.int64)
 
@@ -273,7 +274,7 @@ class PlaneTransfer:
             np.array(read, complex).reshape(q, 3, M),
         )
 
-    def onto_open(self, opened: Rows) -> "PlaneTransfer":
+    def onto_open(self, opened: Integers) -> "PlaneTransfer":
         """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
         components = np.union1d(self.components, opened)
         own = np.searchsorted(components, self.components)
@@ -335,7 +336,7 @@ def _still(path: SliderSteps, alpha: float, harmonics: int) -> Complex:
     return found
 
 
-def _partners(components: Rows) -> Rows:
+def _partners(components: Integers) -> Integers:
     """(3, o) the component itself, v of its contact, and the other tangential component."""
     contact, row = components // 3 * 3, components % 3
     return np.array([components, contact, contact + np.where(row > 0, 3 - row, 0)])

@@ -15,9 +15,8 @@ from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import as_whole
+from vanelock.common.arrays import Complex, Floats, Integers, as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import structure
@@ -30,7 +29,7 @@ from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure, R
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, chosen_points
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats, resized, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import scales, solve
 from vanelock.rom.system.consistency import check, check_ring
 from vanelock.rom.system.system import System
@@ -203,16 +202,16 @@ class Stability(Product):
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
-    exponent: NDArray[np.complex128] = field(metadata={"unit": "1/s"})
-    diameter: NDArray[np.int64]
-    growing: NDArray[np.int64]
-    verdict: NDArray[np.int64] = field(metadata={"codes": VERDICTS})
+    exponent: Complex = field(metadata={"unit": "1/s"})
+    diameter: Integers
+    growing: Integers
+    verdict: Integers = field(metadata={"codes": VERDICTS})
     growth: Floats = field(metadata={"unit": "1/s"})
     seen: Floats = field(metadata={"unit": "Hz"})
-    harmonics: NDArray[np.int64]
+    harmonics: Integers
 
     @property
-    def multiplier(self) -> NDArray[np.complex128]:
+    def multiplier(self) -> Complex:
         """(p, m) e^{λT}: what a period makes of each motion."""
         return np.asarray(np.exp(self.exponent / self.frequency[:, None]))
 

@@ -1,7 +1,7 @@
 """How the amplitude of an output at one frequency changes with all that the system is made of.
 
-With w = W(u), u = ũ + R̂ w, J = dW/du and P = I - J R̂, an amplitude A that depends on w by g = dA/dw
-changes with ũ by
+With w = W(u), u = ũ + R̂ w, J = dW/du and P = I - J R̂, an amplitude A that depends on w by g =
+dA/dw changes with ũ by
 
     dA/dũ = Jᵀ y,      Pᵀ y = g,
 
@@ -25,8 +25,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Complex, Floats
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import STUCK
@@ -34,7 +34,7 @@ from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, extremes
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.trigonometric import TURN, Array, Floats, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex, to_real
 from vanelock.nonlinear.newton.linearised import newton_matrix
 from vanelock.nonlinear.newton.newton import Solution, active_rows, solve
 from vanelock.rom.system.system import System
@@ -67,7 +67,7 @@ class AmplitudeGradient:
     omega: float
     amplitude: float
     motion: tuple[Array, ...]
-    stretch: NDArray[np.complex128]
+    stretch: Complex
     by_push: tuple[Array, ...]
     by_linear: Floats
     by_bound: Floats

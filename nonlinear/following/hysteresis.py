@@ -14,8 +14,9 @@ from dataclasses import dataclass, field, replace
 from math import sqrt
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.continuation.arc_length import APART, land, locate, polished
@@ -30,7 +31,7 @@ from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, Prog
 from vanelock.nonlinear.forced_response.options import Options, checked_frequencies
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Family, Solution, scales
 from vanelock.rom.system.system import System
 
@@ -79,13 +80,13 @@ class Hysteresis(Product):
 
     up: Response
     down: Response
-    differ: NDArray[np.bool_]
+    differ: Booleans
     branch: Response
-    passed: NDArray[np.int64]
-    unstable: NDArray[np.bool_]
-    fold: NDArray[np.int64]
-    upper: NDArray[np.bool_]
-    sharp: NDArray[np.bool_]
+    passed: Integers
+    unstable: Booleans
+    fold: Integers
+    upper: Booleans
+    sharp: Booleans
     several: Floats = field(metadata={"unit": "Hz"})
     complete: bool
     ended: str

@@ -10,9 +10,9 @@ from functools import lru_cache, partial
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import Booleans, Floats, Integers, as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Balance, Structure
@@ -33,12 +33,12 @@ from vanelock.nonlinear.forced_response.options import (
 from vanelock.nonlinear.forced_response.response import CONSTANT, Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, Rows
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.newton import Family, Solution, solve
 from vanelock.rom.system.system import System
 
-Joint: TypeAlias = str | Sequence[str] | NDArray[np.bool_] | None
+Joint: TypeAlias = str | Sequence[str] | Booleans | None
 
 NAMES = {"force": "1", "mu": "1", "interference": "m"}
 """Parameters and their units."""
@@ -57,7 +57,7 @@ class Parameter:
     """
 
     name: str
-    contacts: NDArray[np.bool_]
+    contacts: Booleans
     logarithmic: bool
     sliders: Floats | None = None
     interferences: Floats | None = None
@@ -195,7 +195,7 @@ class AboutRest:
         """The law of contact at a value."""
         return self.moving.law(parameter)
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """Derivative of W at fixed w, on the given components of w."""
         rates = self._held(parameter).rate(parameter, w, deviation, rows)
         rest = replace(self.rest(parameter), parameter=parameter)
@@ -222,7 +222,7 @@ class Logarithmic:
         """The law of contact at a logarithm."""
         return self.family.law(float(np.exp(parameter)))
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """Derivative of W to the logarithm at fixed w, on the given components of w."""
         value = float(np.exp(parameter))
         rates: Floats = value * self.family.rate(value, w, deviation, rows)

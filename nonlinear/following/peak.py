@@ -15,12 +15,13 @@ from operator import attrgetter
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.continuation.arc_length import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.path import SolutionPath, Tangent, tangent_at
 from vanelock.nonlinear.forced_response.response import amplitude_and_slope
-from vanelock.nonlinear.fourier.trigonometric import Floats, to_complex
+from vanelock.nonlinear.fourier.trigonometric import to_complex
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.nonlinear.newton.preconditioner import Kept
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.amplitude_gradient import (
@@ -32,7 +32,7 @@ from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
-Change = TypeVar("Change", float, NDArray[np.float64])
+Change = TypeVar("Change", float, Floats)
 
 ASIDE = 2e-4
 """How far from the peak, in its half-widths, slopes are taken for the frequency's gradient."""

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.following.parameter_response import (
@@ -27,7 +28,7 @@ from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.undamped import check_bound
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
 Track: TypeAlias = dict[float, CurvePoint]
@@ -80,10 +81,10 @@ class PeakResponse(Product):
     amplitude: Floats = field(metadata={"unit": "m"})
     width: Floats = field(metadata={"unit": "Hz"})
     distance: Floats
-    converged: NDArray[np.bool_]
-    sharp: NDArray[np.bool_]
+    converged: Booleans
+    sharp: Booleans
     second_peak: Floats = field(metadata={"unit": "m"})
-    readings: NDArray[np.int64]
+    readings: Integers
     response: Response
     mu: Floats
 
@@ -93,7 +94,7 @@ class PeakResponse(Product):
         return np.asarray(self.response.dissipation.sum(axis=1))
 
     @property
-    def states(self) -> NDArray[np.int64]:
+    def states(self) -> Integers:
         """(p, 4) numbers of contacts that are STUCK, SLIP, OPEN and SLIP_OPEN."""
         return np.stack([(self.response.state == each).sum(axis=1) for each in range(4)], axis=1)
 

@@ -6,13 +6,14 @@ from functools import lru_cache, partial
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import StepControl
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.undamped import unbound
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution
 
 NEAR = 2.0

@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.continuation.arc_length import follow
@@ -35,7 +36,7 @@ POINTS, EFFORT = 60, 300
 """Points of the path between two neighbours, and Newton steps, at most."""
 
 
-def jumps(solver: PointSolver, swept: Sequence[Solution]) -> NDArray[np.int64]:
+def jumps(solver: PointSolver, swept: Sequence[Solution]) -> Integers:
     """(j, 2) places of the points before and after each jump."""
     solved = [i for i, each in enumerate(swept) if each.converged]
     found = []
@@ -81,7 +82,7 @@ def _straight(before: Solution | None, a: Solution, b: Solution, after: Solution
     return False
 
 
-def _size(weight: NDArray[np.float64], *states: Solution) -> float:
+def _size(weight: Floats, *states: Solution) -> float:
     """The largest vibration of a contact in some states."""
     return max(float(np.abs(each.u * weight)[..., 1:].max(initial=0.0)) for each in states)
 
@@ -176,7 +177,7 @@ def swept(
     frequencies: ArrayLike | tuple[float, float],
     direction: str | None,
     progress: Progress | None,
-) -> tuple[list[Solution], NDArray[np.int64]]:
+) -> tuple[list[Solution], Integers]:
     """Solutions at frequencies, Hz, or over a range of them, and in which order they were passed.
 
     Those at given frequencies come as these do, those of a range upwards.

@@ -7,13 +7,14 @@ from typing import TypeAlias, TypeVar, cast
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.globalisation import EFFORT, Effort, at_once, from_nothing
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.nonlinear.forced_response.solved_points import SolvedPoints
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, to_complex
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
 from vanelock.nonlinear.newton.newton import Solution, sensitivity, solve
 
 BEND = 0.06

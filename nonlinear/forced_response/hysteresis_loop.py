@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic.located_law import slider_places
 from vanelock.nonlinear.contact.law import ELEMENT, contact_law
@@ -17,7 +18,7 @@ from vanelock.nonlinear.contact.orthogonal_law import (
     slider_path,
 )
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, basis, grid, roots, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, basis, grid, roots, to_real
 from vanelock.rom.system.system import Contacts
 
 AGREEMENT = 1e-6  # of the law with the response's forces, as displacements, to the point's largest

@@ -7,9 +7,9 @@ from typing import TypeAlias
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_whole
+from vanelock.common.arrays import Array, Booleans, Floats, Integers, as_whole
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes, times
@@ -19,11 +19,11 @@ from vanelock.nonlinear.forced_response.options import Options, checked_frequenc
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Array, Floats, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import Contacts, System
 
-Closed: TypeAlias = str | Sequence[str] | NDArray[np.bool_]
+Closed: TypeAlias = str | Sequence[str] | Booleans
 
 
 @one_thread
@@ -71,7 +71,7 @@ def linear_response(
     return ready.response(found, amplitudes=limit.amplitudes)
 
 
-def closed_contacts(contacts: Contacts, closed: Closed) -> NDArray[np.bool_]:
+def closed_contacts(contacts: Contacts, closed: Closed) -> Booleans:
     """(c,) mask of the contacts that `closed` names, elements never among them."""
     if isinstance(closed, str) and closed in ("all", "none"):
         return contacts.springs & (closed == "all")
@@ -99,11 +99,11 @@ class _Limit:
     """
 
     structure: Structure
-    closed: NDArray[np.bool_]
+    closed: Booleans
     omegas: tuple[float, ...]
 
     @cached_property
-    def _open(self) -> NDArray[np.int64]:
+    def _open(self) -> Integers:
         """Components of open contacts."""
         return np.flatnonzero(np.repeat(~self.closed, 3))
 

@@ -7,10 +7,10 @@ from functools import cached_property, lru_cache, wraps
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock.common.arguments import OfKind
-from vanelock.common.arrays import as_array, as_whole
+from vanelock.common.arrays import Floats, as_array, as_whole
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
@@ -31,7 +31,7 @@ ROUND_OFF = 1e-9
 """By which a frequency may exceed a band."""
 
 
-def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
+def checked_frequencies(frequencies: ArrayLike) -> Floats:
     """(p,) Hz, positive and finite."""
     hertz = np.atleast_1d(as_array(frequencies, "frequencies"))
     if hertz.ndim != 1 or not len(hertz):
@@ -41,7 +41,7 @@ def checked_frequencies(frequencies: ArrayLike) -> NDArray[np.float64]:
     return hertz
 
 
-def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> NDArray[np.float64]:
+def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> Floats:
     """(2,) Hz, a range."""
     hertz = checked_frequencies(frequencies)
     if len(hertz) != 2 or hertz[0] >= hertz[1]:

@@ -5,20 +5,13 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure, whole_residual
 from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
-from vanelock.nonlinear.fourier.trigonometric import (
-    TURN,
-    Complex,
-    Floats,
-    basis,
-    to_complex,
-    to_real,
-)
+from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import Contacts
 
@@ -58,8 +51,8 @@ class ErrorEstimates(Product):
     change: Floats = field(metadata={"unit": "m"})
     amplitude: Floats = field(metadata={"unit": "m"})
     slope: Floats = field(metadata={"unit": "m/Hz"})
-    harmonics: NDArray[np.int64]
-    monitored: NDArray[np.int64]
+    harmonics: Integers
+    monitored: Integers
     tried: int
 
     @property
@@ -151,20 +144,20 @@ class Response(Product):
     """
 
     frequency: Floats = field(metadata={"unit": "Hz"})
-    x: dict[int, NDArray[Any]] = field(metadata={"unit": "m; modal coordinates kg^0.5 m"})
+    x: dict[int, Array] = field(metadata={"unit": "m; modal coordinates kg^0.5 m"})
     contact: Complex = field(metadata={"unit": "m"})
     force: Complex = field(metadata={"unit": "N"})
-    state: NDArray[np.int64] = field(metadata={"codes": STATES})
+    state: Integers = field(metadata={"codes": STATES})
     dissipation: Floats = field(metadata={"unit": "J"})
     output: Complex = field(metadata={"unit": "m"})
     amplitude: Floats = field(metadata={"unit": "m"})
-    converged: NDArray[np.bool_]
+    converged: Booleans
     residual: Floats
-    iterations: NDArray[np.int64]
-    active: NDArray[np.int64]
+    iterations: Integers
+    active: Integers
     stiffness: Floats = field(metadata={"unit": "N/m"})
     mu: Floats
-    harmonic_diameters: NDArray[np.int64]
+    harmonic_diameters: Integers
     seconds: Floats = field(metadata={"unit": "s"})
     truncation: Floats
     coupling: str = "coupled"
@@ -172,7 +165,7 @@ class Response(Product):
     samples: int = 0
     estimates: ErrorEstimates | None = None
     direction: str | None = None
-    jump: NDArray[np.int64] | None = None
+    jump: Integers | None = None
 
     @property
     def error(self) -> Floats:
@@ -182,7 +175,7 @@ class Response(Product):
         return np.where(self.converged, self.estimates.total, np.inf)
 
     @property
-    def undetermined(self) -> NDArray[np.bool_]:
+    def undetermined(self) -> Booleans:
         """(p, c, 2) whether the static friction of a tangential direction is left open.
 
         It is where a contact with friction never opens and never slides in that direction: what it
@@ -284,7 +277,7 @@ def amplitude_and_slope(q: Complex, rates: Complex) -> tuple[float, float]:
     return amplitude, slope
 
 
-Amplitudes: TypeAlias = Callable[[float, Floats], list[NDArray[Any]]]
+Amplitudes: TypeAlias = Callable[[float, Floats], list[Array]]
 
 
 def assemble_response(

@@ -11,7 +11,7 @@ from typing import Protocol, TypeVar, cast
 
 import numpy as np
 
-from vanelock.nonlinear.fourier.trigonometric import Floats
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.newton.newton import Solution
 
 S = TypeVar("S", bound=Solution | None)

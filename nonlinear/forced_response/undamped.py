@@ -9,11 +9,9 @@ if φ moves no contact in its normal direction, and every n that counts stays as
 there is no more to see than that a largest amplitude is not found.
 """
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure
 from vanelock.nonlinear.balance.limit_modes import limit_modes
@@ -99,7 +97,7 @@ def unbound(
     return None
 
 
-def _counted(moved: NDArray[Any]) -> NDArray[np.float64]:
+def _counted(moved: Array) -> Floats:
     """Their sizes, but for those that round-off leaves."""
     sizes = np.abs(moved)
     return np.where(sizes < SMALL * sizes.max(initial=0.0), 0.0, sizes)

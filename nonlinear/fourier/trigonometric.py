@@ -7,18 +7,11 @@ that with θ = ωt
 """
 
 import math
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats
 from vanelock.nonlinear.fourier.kernels import kernel
-
-Floats = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Array = NDArray[Any]
-Bools = NDArray[np.bool_]
-Rows = NDArray[np.int64]
 
 TURN = 2.0 * math.pi
 
@@ -38,7 +31,7 @@ def grid(harmonics: int) -> Floats:
     return basis(harmonics, TURN * np.arange(count) / count)
 
 
-def to_real(q: NDArray[np.complex128]) -> Floats:
+def to_real(q: Complex) -> Floats:
     """One-sided complex coefficients (H + 1, ...) as real ones, (..., 2H + 1)."""
     real = np.empty((*q.shape[1:], 2 * len(q) - 1))
     real[..., 0] = q[0].real
@@ -47,7 +40,7 @@ def to_real(q: NDArray[np.complex128]) -> Floats:
     return real
 
 
-def to_complex(a: Floats) -> NDArray[np.complex128]:
+def to_complex(a: Floats) -> Complex:
     """Real coefficients (..., 2H + 1) as one-sided complex ones, (H + 1, ...)."""
     q = np.empty(((a.shape[-1] + 1) // 2, *a.shape[:-1]), complex)
     q[0] = a[..., 0]
@@ -193,7 +186,7 @@ def roots(a: Floats, table: Floats, found: Floats) -> int:
 
 
 @kernel
-def add_integrals(begin: float, end: float, moments: NDArray[np.complex128]) -> None:
+def add_integrals(begin: float, end: float, moments: Complex) -> None:
     """Add ∫ e^{ikθ} dθ from begin to end to moments[k], k = 0, 1, ..."""
     moments[0] += end - begin
     if end - begin == TURN:
@@ -219,7 +212,7 @@ def basis_at(angle: float, phi: Floats) -> None:
 
 
 @kernel
-def gram(moments: NDArray[np.complex128], out: Floats) -> None:
+def gram(moments: Complex, out: Floats) -> None:
     """∫ φ_j φ_k dθ from the moments ∫ e^{ikθ} dθ, k = 0 ... 2H, of the same angles."""
     harmonics = (out.shape[0] - 1) // 2
     for i in range(harmonics + 1):

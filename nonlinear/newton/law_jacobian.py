@@ -2,20 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 
 
 @dataclass(frozen=True)
 class Slope:
     """J = dW/du by contact: `contacts` (a,) and their `blocks` (a, 3m, 3, m), m = 2H + 1."""
 
-    contacts: Rows
+    contacts: Integers
     blocks: Floats
 
     @property
@@ -24,7 +22,7 @@ class Slope:
         return int(self.blocks.shape[3])
 
     @property
-    def components(self) -> Rows:
+    def components(self) -> Integers:
         """(3a,) components of these contacts."""
         return np.asarray(3 * self.contacts[:, None] + np.arange(3)).reshape(-1)
 
@@ -34,7 +32,7 @@ class Slope:
         product = self.blocks.reshape(a, width, 3 * m) @ u.reshape(a, 3 * m, 1)
         return product.reshape(3 * a, m)
 
-    def columns(self, shapes: Sequence[NDArray[Any]]) -> Floats:
+    def columns(self, shapes: Sequence[Array]) -> Floats:
         """J times shapes of each harmonic (3a, r_h), complex but for h = 0: (a, 3m, Σ).
 
         The columns of a harmonic h >= 1 are those of its shapes, then of i times its shapes.
@@ -58,7 +56,7 @@ class Slope:
         return product.reshape(3 * a, m)
 
 
-def slope_of(deviation: Deviation, contacts: Rows) -> Slope:
+def slope_of(deviation: Deviation, contacts: Integers) -> Slope:
     """The linearised law of some contacts."""
     m = deviation.w.shape[2]
     blocks = deviation.jacobian if len(contacts) == len(deviation.w) else None
@@ -67,7 +65,7 @@ def slope_of(deviation: Deviation, contacts: Rows) -> Slope:
     return Slope(contacts, blocks.reshape(len(contacts), 3 * m, 3, m))
 
 
-def response_to(deviation: Deviation, rows: Rows, moved: Floats) -> Floats:
+def response_to(deviation: Deviation, rows: Integers, moved: Floats) -> Floats:
     """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
     m = deviation.w.shape[2]
     functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]

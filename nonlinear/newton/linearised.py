@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.balance.ring_balance import RingBalance
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import slope_of
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing
 from vanelock.nonlinear.newton.preconditioner import (
@@ -87,14 +87,14 @@ class Linearised(Protocol):
         """Sign of the determinant, border and all, after a solution."""
 
 
-def _distinct(ascending: Rows) -> tuple[Rows, Rows]:
+def _distinct(ascending: Integers) -> tuple[Integers, Integers]:
     """The different ones of ascending numbers, and which of them each is."""
     new = np.ones(len(ascending), bool)
     new[1:] = ascending[1:] != ascending[:-1]
     return ascending[new], np.cumsum(new) - 1
 
 
-def newton_matrix(balance: Balance, deviation: Deviation, rows: Rows) -> Floats:
+def newton_matrix(balance: Balance, deviation: Deviation, rows: Integers) -> Floats:
     """P = I - (dW/du) R̂ on the given components of w."""
     if not len(rows):
         return np.zeros((0, 0))
@@ -118,7 +118,7 @@ class Direct:
         self,
         balance: Balance,
         deviation: Deviation,
-        rows: Rows,
+        rows: Integers,
         weight: Floats,
         border: Border | None,
         kept: Kept | None,
@@ -173,7 +173,7 @@ class Iterative(Preconditioned):
         self,
         balance: Balance,
         deviation: Deviation,
-        rows: Rows,
+        rows: Integers,
         weight: Floats,
         border: Border | None,
         kept: Kept | None,
@@ -260,7 +260,7 @@ class Iterative(Preconditioned):
 def linearise(
     balance: Balance,
     deviation: Deviation,
-    rows: Rows,
+    rows: Integers,
     weight: Floats,
     border: Border | None,
     kept: Kept | None,

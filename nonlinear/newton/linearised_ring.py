@@ -16,11 +16,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.nonlinear.balance.ring_balance import RingBalance, passed
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.fourier.trigonometric import Complex, Floats, Rows
 from vanelock.nonlinear.newton.preconditioner import Kept, Preconditioned
 
 if TYPE_CHECKING:
@@ -39,11 +38,11 @@ class KeptRing(Kept):
     3am, 3am); `sign`: of the determinant of all waves.
     """
 
-    contacts: Rows
+    contacts: Integers
     inverse: Complex
     sign: float
 
-    def serves(self, contacts: Rows) -> bool:
+    def serves(self, contacts: Integers) -> bool:
         """Whether it serves where these contacts deviate."""
         return not self.stale and bool(np.isin(self.contacts, contacts).all())
 
@@ -57,7 +56,7 @@ class LinearisedRing(Preconditioned):
         self,
         balance: RingBalance,
         deviation: Deviation,
-        rows: Rows,
+        rows: Integers,
         weight: Floats,
         border: "Border | None",
         kept: Kept | None,
@@ -94,7 +93,7 @@ class LinearisedRing(Preconditioned):
             self._pivot = border.corner + self._normal @ self._led.T
             self.singular |= np.linalg.slogdet(self._pivot)[0] == 0.0
 
-    def _made(self, contacts: Rows) -> KeptRing | None:
+    def _made(self, contacts: Integers) -> KeptRing | None:
         """Inverses at this very state; None where one does not exist."""
         strong = np.abs(self.mean).max(axis=(1, 2)) > WEAK
         matrices = self._waves(strong)
@@ -108,11 +107,11 @@ class LinearisedRing(Preconditioned):
             return None
         return KeptRing(contacts[strong], inverse, sign)
 
-    def _components(self, chosen: NDArray[np.bool_]) -> Rows:
+    def _components(self, chosen: Booleans) -> Integers:
         """Places of some contacts' components among those of all that deviate."""
         return np.flatnonzero(np.repeat(chosen, 3))
 
-    def _waves(self, strong: NDArray[np.bool_]) -> Complex:
+    def _waves(self, strong: Booleans) -> Complex:
         """(N/2 + 1, 3sm, 3sm) P_n of s contacts for n = 0 ... N/2."""
         near = self._components(strong)
         N, m, k = self.sectors, self.m, len(near)

@@ -16,9 +16,9 @@ from typing import Protocol, Self
 
 import numpy as np
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
-from vanelock.nonlinear.fourier.trigonometric import Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.linearised import Border, linearise
 from vanelock.nonlinear.newton.preconditioner import Kept
@@ -40,7 +40,7 @@ class Family(Protocol):
     def law(self, parameter: float) -> Law:
         """The law of contact at a value of the parameter."""
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """Derivative of W to the parameter at fixed w, on the given components of w."""
 
 
@@ -67,7 +67,7 @@ class Bordered(Family):
 
     @abstractmethod
     def border(
-        self, parameter: float, w: Floats, deviation: Deviation, rows: Rows
+        self, parameter: float, w: Floats, deviation: Deviation, rows: Integers
     ) -> tuple[Border, Floats]:
         """Derivatives by the unknowns, on the given components of w; and dg/dp (k,)."""
 
@@ -170,7 +170,7 @@ def sensitivity(
     return None if step is None else pushed + balance.moved(step.reshape(pushed.shape))
 
 
-def active_rows(w: Floats, deviation: Deviation) -> Rows:
+def active_rows(w: Floats, deviation: Deviation) -> Integers:
     """Components of w that are unknown: not zero on either side of w = W."""
     return np.flatnonzero((w != 0) | (deviation.w != 0))
 
@@ -285,7 +285,7 @@ def refined(
     return replace(again, converged=True, iterations=found.iterations + again.iterations)
 
 
-def _border(state: _State, rows: Rows, plane: CuttingPlane | None) -> Border | None:
+def _border(state: _State, rows: Integers, plane: CuttingPlane | None) -> Border | None:
     """What is unknown beside w, and the equations of it."""
     n, family = state.w.size, state.family
     inner = by_parameter = None
@@ -308,7 +308,7 @@ def _border(state: _State, rows: Rows, plane: CuttingPlane | None) -> Border | N
 
 def _step(
     state: _State,
-    rows: Rows,
+    rows: Integers,
     weight: Floats,
     tolerance: float,
     held: Balance | None,

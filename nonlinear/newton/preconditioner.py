@@ -21,8 +21,8 @@ from typing import ClassVar
 import numpy as np
 import scipy.linalg as la
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats, Rows
 from vanelock.nonlinear.newton.law_jacobian import Slope
 
 WEAK = 0.35  # singular values below this are left to the iteration
@@ -47,7 +47,7 @@ class Basis:
     left: tuple[Array, ...]
     right: tuple[Array, ...]
 
-    def of(self, components: Rows) -> "Basis":
+    def of(self, components: Integers) -> "Basis":
         """The basis seen by some components alone."""
         left = tuple(each[components] for each in self.left)
         return Basis(left, tuple(each[:, components] for each in self.right))
@@ -206,7 +206,7 @@ class Preconditioned(ABC):
     STALE: ClassVar[int]
     """Iterations for each digit after which what is kept is made anew."""
     weight: Floats
-    places: Rows
+    places: Integers
     kept: Kept | None
     hessenberg: Floats
 

@@ -21,9 +21,9 @@ import math
 
 import numpy as np
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.contact.isotropic.disc_slider import HELD, RATES, TO, pursue
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import Bools, Floats, Rows
 
 ITERATIONS = 60
 CLOSE = 1e-14
@@ -101,7 +101,7 @@ def slider_place(
 
 @kernel
 def _spread(
-    u: Floats, coupling: Floats, sector: int, column: int, change: float, listed: Rows
+    u: Floats, coupling: Floats, sector: int, column: int, change: float, listed: Integers
 ) -> None:
     """Move the listed contacts of all sectors by the change of one deviation."""
     sectors = u.shape[0]
@@ -154,7 +154,7 @@ def sweep(
     coupling: Floats,
     alpha: Floats,
     isotropic: bool,
-    listed: Rows,
+    listed: Integers,
 ) -> float:
     """Solve the listed contacts once, one after the other; the largest change of a deviation."""
     largest, places = 0.0, np.empty(3)
@@ -207,7 +207,7 @@ def follow(u: Floats, alpha: Floats, isotropic: bool, w: Floats) -> None:
 
 
 @kernel
-def awaken(u: Floats, w: Floats, alpha: Floats, isotropic: bool, awake: Bools) -> bool:
+def awaken(u: Floats, w: Floats, alpha: Floats, isotropic: bool, awake: Booleans) -> bool:
     """Mark sleeping contacts that no longer stick in some sector; whether there are any."""
     found = False
     for c in range(awake.size):

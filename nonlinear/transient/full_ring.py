@@ -18,11 +18,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 from vanelock.rom.system.consistency import ROUND_OFF, check, check_ring
 from vanelock.rom.system.system import Diameter, System
 
@@ -39,7 +38,7 @@ class FullRing:
     sectors: int
     diameters: tuple[int, ...]
     modes: tuple[StuckModes, ...]
-    shift: NDArray[np.complex128]
+    shift: Complex
     weight: Floats
 
     @property
@@ -79,10 +78,10 @@ class FullRing:
             found[h] = steady.conj() if mirrored else steady
         return found
 
-    def lag(self, harmonics: NDArray[np.int64]) -> NDArray[np.complex128]:
+    def lag(self, harmonics: Integers) -> Complex:
         """(h, N) factors of harmonics of a wave from the first sector to each."""
         turn = -2j * np.pi * self.system.engine_order / self.system.sectors
-        found: NDArray[np.complex128] = np.exp(turn * np.outer(harmonics, np.arange(self.sectors)))
+        found: Complex = np.exp(turn * np.outer(harmonics, np.arange(self.sectors)))
         return found
 
     def travelling(self, harmonic: int, amplitude: Array, angles: Floats) -> Floats:

@@ -19,12 +19,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Complex, Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic.located_law import slider_places
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats, to_real
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
 from vanelock.nonlinear.transient.contact_step import follow
 from vanelock.nonlinear.transient.full_ring import FullRing
 from vanelock.nonlinear.transient.time_marching import march
@@ -127,7 +127,7 @@ class RingMotion:
     place: Complex
     u: Floats
     w: Floats
-    awake: NDArray[np.bool_]
+    awake: Booleans
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,11 @@ wave: a motion that has grown from d may seem settled while another is on its wa
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import as_whole
+from vanelock.common.arrays import Array, Floats, as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import check_friction
@@ -28,7 +27,7 @@ from vanelock.nonlinear.floquet.stability import stability
 from vanelock.nonlinear.forced_response.options import check_band
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import (
     Integrator,
@@ -127,7 +126,7 @@ class SettledResponse(Product):
 class _Chapter:
     """Some periods, and the motion at their end."""
 
-    motion: tuple[NDArray[Any], ...]
+    motion: tuple[Array, ...]
     amplitude: Floats
     defect: Floats
     departure: Floats

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import Bools, Complex, Floats, Rows
 from vanelock.nonlinear.transient.contact_step import awaken, sweep
 
 SWEEPS = 400  # a step that takes more is counted as not solved
@@ -50,7 +50,9 @@ def _contacts(predicted: Complex, rows: Complex, static: Complex, known: Complex
 
 
 @kernel
-def _changes(w: Floats, w_before: Floats, shift: Complex, change: Complex, changed: Rows) -> int:
+def _changes(
+    w: Floats, w_before: Floats, shift: Complex, change: Complex, changed: Integers
+) -> int:
     """Changes of the deviations in a step by diameter (k, d); how many columns are not zero."""
     sectors = w.shape[0]
     count = 0
@@ -71,7 +73,7 @@ def _changes(w: Floats, w_before: Floats, shift: Complex, change: Complex, chang
 
 
 @kernel
-def _add(columns: Complex, change: Complex, changed: Rows, count: int, out: Complex) -> None:
+def _add(columns: Complex, change: Complex, changed: Integers, count: int, out: Complex) -> None:
     """Add to displacements (k, d) what the changes cause, `columns` (k, d, d) row by row."""
     for k in range(out.shape[0]):
         for i in range(count):
@@ -88,7 +90,7 @@ def _commit(
     rise: Floats,
     stiffness: Floats,
     change: Complex,
-    changed: Rows,
+    changed: Integers,
     count: int,
     state: Complex,
     load: Complex,
@@ -111,7 +113,7 @@ def _commit(
 
 
 @kernel
-def _hold(opened: Rows, place: Complex, known: Complex, change: Complex) -> None:
+def _hold(opened: Integers, place: Complex, known: Complex, change: Complex) -> None:
     """Changes (k, d) of what pulls at contacts open in the modes, their deviations held."""
     for k in range(place.shape[0]):
         for a in opened:
@@ -120,11 +122,11 @@ def _hold(opened: Rows, place: Complex, known: Complex, change: Complex) -> None
 
 @kernel
 def _pull(
-    opened: Rows,
+    opened: Integers,
     place: Complex,
     moved: Complex,
     change: Complex,
-    changed: Rows,
+    changed: Integers,
     count: int,
 ) -> int:
     """Changes of what pulls (k, d), from those of the deviations; how many columns are not zero.
@@ -155,7 +157,7 @@ def _copy(source: Floats, target: Floats) -> None:
 
 
 @kernel
-def _list(awake: Bools, listed: Rows) -> int:
+def _list(awake: Booleans, listed: Integers) -> int:
     """Write the contacts that are awake; how many."""
     count = 0
     for c in range(awake.size):
@@ -180,7 +182,7 @@ def march(
     stiffness: Floats,
     alpha: Floats,
     isotropic: bool,
-    opened: Rows,
+    opened: Integers,
     small: float,
     state: Complex,
     load: Complex,
@@ -188,7 +190,7 @@ def march(
     place: Complex,
     u: Floats,
     w: Floats,
-    awake: Bools,
+    awake: Booleans,
     path: Floats,
     places: Floats,
     motion: Complex,

@@ -3,18 +3,18 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, check_friction
 from vanelock.nonlinear.forced_response.options import check_band
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import Integrator, Period, check_start, integrator
 from vanelock.rom.system.system import System
@@ -113,8 +113,8 @@ class TimeResponse(Product):
     contact: Complex = field(metadata={"unit": "m"})
     force: Complex = field(metadata={"unit": "N"})
     output: Complex = field(metadata={"unit": "m"})
-    x: dict[int, NDArray[Any]]
-    state: NDArray[np.int64]
+    x: dict[int, Array]
+    state: Integers
     dissipation: Floats = field(metadata={"unit": "J"})
     defect: Floats
     departure: Floats
@@ -235,14 +235,14 @@ def time_response(
     )
 
 
-def _coordinates(stepped: Integrator, found: Period, harmonics: int) -> dict[int, NDArray[Any]]:
+def _coordinates(stepped: Integrator, found: Period, harmonics: int) -> dict[int, Array]:
     """Travelling part of every harmonic in all coordinates of its diameter."""
     whole, n = stepped.ring, stepped.rows.shape[2]
     linear = whole.linear(stepped.omega)
     y = np.fft.fft(np.roll(found.y, 1, axis=0), axis=0) / stepped.steps
     pulling = stepped.pulling(found.u, found.w, stepped.linear)
     deviations = np.fft.fft(np.roll(pulling, 1, axis=1), axis=1) / stepped.steps
-    x: dict[int, NDArray[Any]] = {}
+    x: dict[int, Array] = {}
     for h in range(harmonics + 1):
         k, mirrored = whole.wave(h)
         modes = whole.modes[k]
@@ -258,16 +258,14 @@ def _coordinates(stepped: Integrator, found: Period, harmonics: int) -> dict[int
     return x
 
 
-def _states(found: Period) -> NDArray[np.int64]:
+def _states(found: Period) -> Integers:
     """(N, c) what each contact does within the period."""
     steps, sectors, _ = found.u.shape
     v = found.u.reshape(steps, sectors, -1, 3)[..., 0]
     w = found.w.reshape(steps, sectors, -1, 3)
     opens, closes = np.any(v < 0, axis=0), np.any(v > 0, axis=0)
     slides = np.any(np.diff(w[..., 1:], axis=0, prepend=w[-1:, ..., 1:]) != 0, axis=(0, 3))
-    state: NDArray[np.int64] = np.select(
-        [opens & closes, opens, slides], [SLIP_OPEN, OPEN, SLIP], STUCK
-    )
+    state: Integers = np.select([opens & closes, opens, slides], [SLIP_OPEN, OPEN, SLIP], STUCK)
     return state
 
 

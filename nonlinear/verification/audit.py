@@ -32,11 +32,11 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats
 from vanelock.rom.joining.linear_modes import unheld_motions
 from vanelock.rom.system.system import Contacts, Diameter, System
 

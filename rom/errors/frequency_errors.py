@@ -23,8 +23,8 @@ from typing import Protocol
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.rom.component import Reduced
 from vanelock.rom.errors.neglected import Neglected
@@ -59,11 +59,11 @@ class FrequencyErrors:
         it keeps all fixed-interface modes.
     """
 
-    frequency: NDArray[np.float64]
-    parts: dict[str, NDArray[np.float64]]
+    frequency: Floats
+    parts: dict[str, Floats]
 
     @property
-    def total(self) -> NDArray[np.float64]:
+    def total(self) -> Floats:
         """(count,) relative error."""
         return np.asarray(sum(self.parts.values(), np.zeros(len(self.frequency))))
 
@@ -73,7 +73,7 @@ def frequency_errors(
     parts: Mapping[str, ReducedPart],
     nodal_diameter: int,
     count: int,
-    closed: NDArray[np.bool_] | None = None,
+    closed: Booleans | None = None,
 ) -> FrequencyErrors:
     """Estimated errors of the lowest natural frequencies.
 
@@ -101,11 +101,11 @@ def frequency_errors(
 
 def _errors(
     system: System,
-    parts: Sequence[tuple[Reduced, NDArray[np.int64]]],
+    parts: Sequence[tuple[Reduced, Integers]],
     nodal_diameter: int,
     count: int,
-    closed: NDArray[np.bool_] | None,
-) -> list[NDArray[np.float64]]:
+    closed: Booleans | None,
+) -> list[Floats]:
     """Frequencies and, of each part, errors (count,)."""
     matrices = system.at(nodal_diameter)
     n = len(matrices.K)
@@ -139,7 +139,7 @@ def _errors(
     return [frequency[:count], *errors]
 
 
-def _lowered(squared: NDArray[np.float64], missing: Matrix, j: int) -> float:
+def _lowered(squared: Floats, missing: Matrix, j: int) -> float:
     """Eigenvalue j of the modes' stiffness without what gives way; close modes act together."""
     if not np.all(np.isfinite(missing)):
         return -np.inf
@@ -149,9 +149,9 @@ def _lowered(squared: NDArray[np.float64], missing: Matrix, j: int) -> float:
 def response_errors(
     system: System,
     parts: Mapping[str, ReducedPart],
-    frequencies: NDArray[np.float64],
-    closed: NDArray[np.bool_] | None = None,
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+    frequencies: Floats,
+    closed: Booleans | None = None,
+) -> tuple[Complex, Complex]:
     """Linear response of the first harmonic at the outputs, and its estimated error.
 
     Parameters

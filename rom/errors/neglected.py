@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Integers
 from vanelock.rom.system.system import Matrix
 
 NEAR = 0.1
@@ -22,7 +22,7 @@ class Neglected:
         frequency up to which it keeps all fixed-interface modes, rad/s.
     """
 
-    parts: tuple[tuple[NDArray[np.int64], Matrix, float], ...]
+    parts: tuple[tuple[Integers, Matrix, float], ...]
 
     def force(self, omega: float, x: Matrix) -> Matrix:
         """Forces (n,) that the missing compliance amounts to at the joined coordinates (n,), N.

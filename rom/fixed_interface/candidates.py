@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem.vibration.block_lanczos import TOLERANCE, KrylovSpace, krylov_space, lowest_modes
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
@@ -34,7 +34,7 @@ class Fixed:
     """
 
     vectors: Matrix
-    omega_squared: NDArray[np.float64]
+    omega_squared: Floats
     complete: float
 
 
@@ -174,7 +174,7 @@ class Candidates:
                 new, held = (np.hstack([A, a / left**0.5]) for A, a in ((new, x), (held, f)))
         return self.grown(part, new, held) if new.shape[1] else self
 
-    def ritz(self) -> tuple[Matrix, NDArray[np.float64]]:
+    def ritz(self) -> tuple[Matrix, Floats]:
         """Combinations of the vectors that Rayleigh and Ritz call modes, and their ω², rad²/s²."""
         try:
             values, V = sl.eigh(self.stiffness, self.mass)

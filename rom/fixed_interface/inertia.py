@@ -22,12 +22,11 @@ from typing import Any, Protocol
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.fem import Interior
 from vanelock.rom.system.system import Matrix
 
-Floats = NDArray[np.float64]
 COLUMNS = 128
 """Motions answered at a time."""
 SPANNED = 1e-12

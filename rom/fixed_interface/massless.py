@@ -8,22 +8,19 @@ Z without mass,
 Y, m and Z are of D M D with D = diag(M)^-1/2, times D, so that kg stand beside kg m².
 """
 
-from typing import Any
-
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 
-Matrix = NDArray[Any]
 NONE = 1e-11
 """A scaled mass below this is none."""
 NEGATIVE = 1e-7
 """Negative scaled mass that is no longer round-off of what wrote the matrix."""
 
 
-def lowest(K: Matrix, M: Matrix, count: int) -> tuple[NDArray[np.float64], Matrix]:
+def lowest(K: Array, M: Array, count: int) -> tuple[Floats, Array]:
     """Lowest modes of Hermitian matrices; fewer than `count` if fewer coordinates have a mass."""
     if _definite(M):
         omega2, shapes = sl.eigh(K, M, subset_by_index=[0, count - 1])
@@ -44,7 +41,7 @@ def lowest(K: Matrix, M: Matrix, count: int) -> tuple[NDArray[np.float64], Matri
     return omega2, X @ shapes
 
 
-def refuse_negative_mass(M: Matrix) -> None:
+def refuse_negative_mass(M: Array) -> None:
     """Raise InputError if some motion has a negative mass, which no structure has."""
     d = _scale(M)
     scaled = d[:, None] * M * d
@@ -58,13 +55,13 @@ def refuse_negative_mass(M: Matrix) -> None:
         ) from None
 
 
-def _scale(M: Matrix) -> NDArray[np.float64]:
+def _scale(M: Array) -> Floats:
     own = M.diagonal().real
     largest = max(float(own.max(initial=0.0)), np.finfo(float).tiny)
     return np.asarray(1 / np.sqrt(np.where(own > 0, own, largest)))
 
 
-def _definite(M: Matrix) -> bool:
+def _definite(M: Array) -> bool:
     """Whether every scaled pivot is a mass."""
     own = M.diagonal().real
     if not np.all(own > 0):

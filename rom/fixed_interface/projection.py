@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.rom.component import Reduced
 from vanelock.rom.fixed_interface.candidates import Candidates
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
@@ -53,7 +53,7 @@ class Projected:
     compliance: Matrix
     second: Matrix
     ritz: Matrix
-    omega_squared: NDArray[np.float64]
+    omega_squared: Floats
 
     def vectors(self) -> Matrix:
         """(s, a) fixed-interface vectors of the reduced model."""

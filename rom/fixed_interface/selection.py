@@ -29,9 +29,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
 from vanelock.common.arguments import OfKind
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem.vibration.block_lanczos import KrylovSpace, krylov_space
 from vanelock.rom.fixed_interface.candidates import Candidates, Fixed, fixed_modes, inertia_loads
@@ -104,7 +104,7 @@ def _missing(
     return left @ worst, worst
 
 
-def _pencil(A: Matrix, B: Matrix) -> tuple[NDArray[np.float64], Matrix]:
+def _pencil(A: Matrix, B: Matrix) -> tuple[Floats, Matrix]:
     """Eigenvalues of (A, B), descending, with XᴴBX = 1; B scaled to a unit diagonal first.
 
     What has neither stiffness nor mass in B, as a rotation that the part does not resist, is left

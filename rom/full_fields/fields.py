@@ -8,28 +8,25 @@ attached to the part, such as a strain gauge, turns with it and takes the phase 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock import fem
+from vanelock.common.arrays import Array, Complex
 from vanelock.common.cyclic import phase_factor, turn
 
 if TYPE_CHECKING:
     from vanelock.rom.full_fields.recover import Recovery
 
-Field = NDArray[Any]
 
-
-def in_sector(
-    displacement: Field, nodal_diameter: int, sectors: int, sector: int
-) -> NDArray[np.complex128]:
+def in_sector(displacement: Array, nodal_diameter: int, sectors: int, sector: int) -> Complex:
     """Displacement (nodes, 3) or (nodes, 3, k) of a sector, from that of sector 0."""
     phase = phase_factor(nodal_diameter * sector, sectors)
     return np.asarray(np.einsum("ij,nj...->ni...", turn(sectors, sector) * phase, displacement))
 
 
 def strain(
-    recovery: "Recovery", coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
-) -> NDArray[np.complex128]:
+    recovery: "Recovery", coordinates: Complex, nodal_diameter: int, sector: int = 0
+) -> Complex:
     """Strain at the nodes of a sector, (nodes, 6) or (nodes, 6, k); see `fem.strain`.
 
     On the faces that neighbouring sectors share, the neighbour's elements count as well.
@@ -40,20 +37,18 @@ def strain(
 
 def stress(
     recovery: "Recovery",
-    coordinates: NDArray[np.complex128],
+    coordinates: Complex,
     nodal_diameter: int,
     sector: int = 0,
     growth: ArrayLike | None = None,
-) -> NDArray[np.complex128]:
+) -> Complex:
     """Stress at the nodes of a sector, Pa, shaped as `strain`; see `fem.stress`."""
     elastic = _strain(recovery, coordinates, nodal_diameter, growth)
     found = fem.hooke(recovery.model.material, elastic)
     return _turned(found, recovery, nodal_diameter, sector, shear=1.0)
 
 
-def rows(
-    recovery: "Recovery", functional: Any, nodal_diameter: int, sector: int = 0
-) -> NDArray[np.complex128]:
+def rows(recovery: "Recovery", functional: Any, nodal_diameter: int, sector: int = 0) -> Complex:
     """Rows (g, n) in reduced coordinates of functionals (g, 3·nodes) of the displacements.
 
     One solve a functional, instead of one a point of a response: `rows @ coordinates`.
@@ -65,10 +60,10 @@ def rows(
 
 def _strain(
     recovery: "Recovery",
-    coordinates: NDArray[np.complex128],
+    coordinates: Complex,
     nodal_diameter: int,
     growth: ArrayLike | None = None,
-) -> NDArray[np.complex128]:
+) -> Complex:
     part = recovery.model.part
     u = recovery.displacement(coordinates, nodal_diameter)
     total, volume = fem.strain_sums(part, u, growth)
@@ -87,12 +82,12 @@ def _strain(
 
 
 def _turned(
-    tensors: NDArray[np.complex128],
+    tensors: Complex,
     recovery: "Recovery",
     nodal_diameter: int,
     sector: int,
     shear: float,
-) -> NDArray[np.complex128]:
+) -> Complex:
     sectors = recovery.model.part.sectors
     phase = phase_factor(nodal_diameter * sector, sectors)
     return np.asarray(phase * fem.turned(tensors, turn(sectors, sector), shear))

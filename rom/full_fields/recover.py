@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Array, Complex
 from vanelock.common.errors import InputError
 from vanelock.common.process.memory import latest
 from vanelock.fem import Model, factorise
@@ -67,9 +68,7 @@ class Recovery:
         """The model that was reduced."""
         return self.problem.model
 
-    def displacement(
-        self, coordinates: NDArray[Any], nodal_diameter: int, sector: int = 0
-    ) -> NDArray[np.complex128]:
+    def displacement(self, coordinates: Array, nodal_diameter: int, sector: int = 0) -> Complex:
         """Cartesian displacement of each node of a sector, (nodes, 3) or (nodes, 3, k), m.
 
         Parameters
@@ -96,7 +95,7 @@ class Recovery:
         )
         return fields.in_sector(u, nodal_diameter, self.model.part.sectors, sector)
 
-    def adjoint(self, functional: Any, nodal_diameter: int) -> NDArray[np.complex128]:
+    def adjoint(self, functional: Any, nodal_diameter: int) -> Complex:
         """Rows (g, n) in reduced coordinates of linear functionals of sector 0's displacements.
 
         Parameters
@@ -116,19 +115,17 @@ class Recovery:
         basis = self.component.at(nodal_diameter).basis
         return np.asarray(rows if basis is None else rows @ basis)
 
-    def strain(
-        self, coordinates: NDArray[np.complex128], nodal_diameter: int, sector: int = 0
-    ) -> NDArray[np.complex128]:
+    def strain(self, coordinates: Complex, nodal_diameter: int, sector: int = 0) -> Complex:
         """Strain at the nodes, (nodes, 6) or (nodes, 6, k), see `fem.strain`."""
         return fields.strain(self, coordinates, nodal_diameter, sector)
 
     def stress(
         self,
-        coordinates: NDArray[np.complex128],
+        coordinates: Complex,
         nodal_diameter: int,
         sector: int = 0,
         growth: ArrayLike | None = None,
-    ) -> NDArray[np.complex128]:
+    ) -> Complex:
         """Stress at the nodes, Pa, (nodes, 6) or (nodes, 6, k), see `fem.stress`.
 
         Thermal strain `growth`, one number or (nodes,), is taken off: give it for the motion at
@@ -136,7 +133,7 @@ class Recovery:
         """
         return fields.stress(self, coordinates, nodal_diameter, sector, growth)
 
-    def rows(self, functional: Any, nodal_diameter: int, sector: int = 0) -> NDArray[np.complex128]:
+    def rows(self, functional: Any, nodal_diameter: int, sector: int = 0) -> Complex:
         """Rows (g, n) such that rows @ coordinates are functionals (g, 3·nodes), such as gauges.
 
         One solve a functional serves every point of a response.

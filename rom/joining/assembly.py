@@ -13,17 +13,14 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
+from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.common.cyclic import COMPONENTS, turn
 from vanelock.common.errors import InputError
 from vanelock.rom.joining.elements import Joinable, Load, Output, Tie, Touching, properties
 from vanelock.rom.system.element import spring_along
 from vanelock.rom.system.system import Contacts, Diameter, Force, Matrix, System, common_band
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -206,12 +203,12 @@ class Assembly:
         """(r,) joined coordinates of a part."""
         return self.merged.places[list(self.parts).index(name)]
 
-    def rest_loads(self) -> dict[str, NDArray[np.complex128]]:
+    def rest_loads(self) -> dict[str, Complex]:
         """(n,) of each load at rest that the parts hold, N, at nodal diameter 0.
 
         Loads of one name on several parts are one.
         """
-        found: dict[str, NDArray[np.complex128]] = {}
+        found: dict[str, Complex] = {}
         for name, part in self.parts.items():
             for load, vector in part.rest_loads.items():
                 none = np.zeros(self.merged.size, complex)
@@ -272,7 +269,7 @@ class Assembly:
 
     def _forces(self, diameters: Collection[int]) -> dict[int, Force]:
         acting, N = {*diameters, *(-k % self.sectors for k in diameters)}, self.sectors
-        found: dict[int, NDArray[np.complex128]] = {}
+        found: dict[int, Complex] = {}
         if 0 in acting and (at_rest := self.rest_loads()):
             found[0] = np.sum(list(at_rest.values()), axis=0)
         for load in self.loads:

@@ -1,16 +1,14 @@
 """What joins and loads parts by their node sets: which node of one meets which of the other."""
 
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.rom.joining.elements import Load, Output, Tie, Touching
 from vanelock.rom.masters import Masters
-
-Integers = NDArray[np.int64]
 
 COINCIDENT = 1e-9
 """Largest distance of two nodes that meet, relative to their distance from the axis."""
@@ -75,7 +73,7 @@ def contact_pairs(
     area = one.areas.get(node_set)
     count = int(touches.sum())
 
-    def stiffness(value: float, per_area: float | None) -> NDArray[np.float64]:
+    def stiffness(value: float, per_area: float | None) -> Floats:
         if per_area is None:
             return np.full(count, float(value))
         if area is None:
@@ -177,9 +175,7 @@ def _act_alike(name: str, part: Masters, own: Integers, other: Masters, mate: In
         )
 
 
-def _coincide(
-    name: str, own: NDArray[np.float64], mate: NDArray[np.float64], mate_nodes: NDArray[Any]
-) -> None:
+def _coincide(name: str, own: Floats, mate: Floats, mate_nodes: Array) -> None:
     if len(own) != len(mate):
         raise InputError(f"{name}: {len(own)} nodes on one part and {len(mate)} on the other")
     distance = np.linalg.norm(own - mate, axis=1)

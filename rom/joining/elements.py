@@ -5,13 +5,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 
 class Joinable(Protocol):
@@ -129,11 +126,11 @@ class Load:
     where: str
     part: str
     nodes: Integers
-    vector: NDArray[np.complex128]
+    vector: Complex
     harmonic: int = 1
     omega_power: int = 0
     engine_order: int | None = None
-    reduced: NDArray[np.complex128] | None = None
+    reduced: Complex | None = None
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Complex, Floats
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.massless import NONE, lowest
 from vanelock.rom.system.system import Matrix, System
@@ -20,8 +20,8 @@ def linear_modes(
     system: System,
     nodal_diameter: int,
     count: int,
-    closed: NDArray[np.bool_] | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.complex128]]:
+    closed: Booleans | None = None,
+) -> tuple[Floats, Complex]:
     """Lowest modes at a nodal diameter.
 
     Parameters
@@ -58,9 +58,7 @@ def linear_modes(
     return np.sqrt(omega2.clip(0)) / (2 * np.pi), shapes
 
 
-def linear_stiffness(
-    system: System, nodal_diameter: int, closed: NDArray[np.bool_] | None = None
-) -> Matrix:
+def linear_stiffness(system: System, nodal_diameter: int, closed: Booleans | None = None) -> Matrix:
     """(n, n) stiffness at a nodal diameter, contacts as for `linear_modes`."""
     K = system.at(nodal_diameter).K
     chosen = np.ones(system.contacts.count, bool) if closed is None else np.asarray(closed, bool)
@@ -107,9 +105,7 @@ def free_motions(K: Matrix, M: Matrix) -> Matrix:
     return np.zeros((len(K), 0), K.dtype)
 
 
-def unheld_motions(
-    system: System, nodal_diameter: int, holding: NDArray[np.bool_] | None = None
-) -> Matrix:
+def unheld_motions(system: System, nodal_diameter: int, holding: Booleans | None = None) -> Matrix:
     """Motions that neither the structure nor contacts as springs hold, of `free_motions`.
 
     Springs stiffer than the structure count as stiff as it is: what is held does not depend on it,
@@ -176,9 +172,7 @@ def linear_damping(system: System, nodal_diameter: int) -> Matrix:
     return C
 
 
-def mac(
-    a: NDArray[np.complex128], b: NDArray[np.complex128], M: NDArray[np.complex128]
-) -> NDArray[np.float64]:
+def mac(a: Complex, b: Complex, M: Complex) -> Floats:
     """Modal assurance criterion |aᴴMb|² / (aᴴMa · bᴴMb) of each pair of columns, (j, k)."""
     cross = np.abs(a.conj().T @ (M @ b)) ** 2
     norm_a = np.einsum("ij,ij->j", a.conj(), M @ a).real

@@ -22,12 +22,11 @@ contacts without friction (`rest_shapes`), where contacts act on areas.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.fixed_interface.held import hermitian
@@ -59,8 +58,8 @@ class SpaceExcess(Product):
         E at Z, J.
     """
 
-    forces: NDArray[np.float64]
-    energy: NDArray[np.float64]
+    forces: Floats
+    energy: Floats
 
     def at(self, shapes: Matrix) -> Matrix:
         """(m, m) E at shapes (n, m), J; what of them lies outside the space counts as exact."""
@@ -68,7 +67,7 @@ class SpaceExcess(Product):
         return np.asarray(C.conj().T @ self.energy @ C)
 
 
-def spanned(shapes: Sequence[Matrix], K: NDArray[np.float64]) -> NDArray[np.float64]:
+def spanned(shapes: Sequence[Matrix], K: Floats) -> Floats:
     """(n, r) real basis of unit strain energy of shapes (n, m) and their conjugates."""
     if not shapes:
         raise InputError("shapes: given none: needs one or more")
@@ -98,13 +97,13 @@ class ModalExcess(Product):
         where no more than that is taken off, the mesh is too coarse to say.
     """
 
-    frequency: NDArray[np.float64] = field(metadata={"unit": "Hz"})
-    parts: NDArray[Any]
-    coefficients: NDArray[Any]
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    parts: Array
+    coefficients: Array
     share: float
 
     @property
-    def stiffness(self) -> NDArray[Any]:
+    def stiffness(self) -> Array:
         """(p, n, n) Q_p E_p Q_pᴴ, N/m."""
         Q = self.coefficients
         return np.asarray(Q @ self.parts @ Q.conj().swapaxes(1, 2))
@@ -143,9 +142,9 @@ class MeshExcess(Product):
 
 def modal_excess(
     shapes: Matrix,
-    frequency: NDArray[np.float64],
-    parts: Sequence[NDArray[Any]],
-    forces: Sequence[NDArray[Any]],
+    frequency: Floats,
+    parts: Sequence[Array],
+    forces: Sequence[Array],
 ) -> ModalExcess:
     """The excess of modes, at most half of the strain energy of any combination of them.
 

@@ -15,13 +15,11 @@ K on coarse and medium meshes and 1.3 times at 8 mm; to factorise takes 1.7 and 
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.mesh import Part
-
-Nodes = NDArray[np.int64]
 
 # As a pivot, a node that several patches touch counts for this share of its weight. Eliminating it
 # couples those patches to one another, so that K' fills; a small weight costs digits instead.
@@ -30,7 +28,7 @@ DISTINCT = 1e-3  # least ratio of the pivots' weights: below it, patches have no
 
 
 def with_means(
-    model: Model, nodes: Nodes
+    model: Model, nodes: Integers
 ) -> tuple[sp.csc_array | None, sp.csc_array, sp.csc_array]:
     """T, K' and M' of a part with the means over the patches of some of its nodes.
 
@@ -48,7 +46,7 @@ def with_means(
     return T, changed(model.K), changed(model.M)
 
 
-def patch_transform(model: Model, nodes: Nodes) -> sp.csc_array:
+def patch_transform(model: Model, nodes: Integers) -> sp.csc_array:
     """The transformation x = T z after which the dofs of some contact nodes are patch means."""
     part = model.part
     free = np.flatnonzero(model.dofs[:, 0] >= 0)
@@ -63,7 +61,7 @@ def patch_transform(model: Model, nodes: Nodes) -> sp.csc_array:
     return sp.csc_array(sp.kron(T, sp.eye_array(3), format="csc"))
 
 
-def patch_weights(part: Part, nodes: Nodes) -> sp.csr_array:
+def patch_weights(part: Part, nodes: Integers) -> sp.csr_array:
     """Weights (k, n) of all nodes in the mean over the patch of each of some contact nodes."""
     place = np.full(len(part.points), -1)
     rows, first = [sp.csr_array((0, len(part.points)))], 0
@@ -76,7 +74,7 @@ def patch_weights(part: Part, nodes: Nodes) -> sp.csr_array:
     return sp.csr_array(sp.csr_array(sp.vstack(rows))[place[nodes]])
 
 
-def _of_one_component(weights: sp.csr_array, contact: Nodes, pivots: Nodes) -> sp.csr_array:
+def _of_one_component(weights: sp.csr_array, contact: Integers, pivots: Integers) -> sp.csr_array:
     """T between nodes: weights (k, n), the nodes (k,) whose places the means take, the pivots."""
     k, n = weights.shape
     # The displacement of a contact node that is no pivot moves to the place of one.
@@ -92,7 +90,7 @@ def _of_one_component(weights: sp.csr_array, contact: Nodes, pivots: Nodes) -> s
     return sp.csr_array(others + spread @ eliminated)
 
 
-def _pivots(weights: sp.csc_array, allowed: NDArray[np.bool_], name: str) -> Nodes:
+def _pivots(weights: sp.csc_array, allowed: Booleans, name: str) -> Integers:
     """Nodes (k,), in any order, that the means and the other nodes determine well.
 
     QR with column pivoting. Where the mesh is fine enough each is of one patch alone.

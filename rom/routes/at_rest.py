@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.rom.fixed_interface.candidates import Candidates
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
@@ -23,7 +23,7 @@ from vanelock.rom.routes.condensed import Condensed, Sector
 from vanelock.rom.routes.problem import Problem
 from vanelock.rom.system.system import Matrix
 
-Loads = Mapping[str, NDArray[np.float64]]
+Loads = Mapping[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def held_loads(shared: Condensed, loads: Loads, sector: Sector | None = None) ->
     return HeldLoads(tuple(loads), masters, slaves)
 
 
-def _of_dofs(problem: Problem, name: str, load: NDArray[np.float64]) -> NDArray[np.float64]:
+def _of_dofs(problem: Problem, name: str, load: Floats) -> Floats:
     """(n,) load on the dofs of a problem from that on the model's."""
     given, n = np.asarray(load, float), problem.model.K.shape[0]
     if given.shape != (n,):

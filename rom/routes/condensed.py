@@ -20,11 +20,12 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
+from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 from vanelock.fem import Interior, SingularError, free_motion
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.fixed_interface.inertia import BoundaryAnswers
-from vanelock.rom.routes.problem import Problem, Rows, condense, cyclic_constraint
+from vanelock.rom.routes.problem import Problem, condense, cyclic_constraint
 from vanelock.rom.system.system import Matrix
 
 FREE = 1e-11
@@ -59,9 +60,9 @@ class Condensed:
         self.__dict__.pop("answers", None)
 
     @property
-    def slaves(self) -> Rows:
+    def slaves(self) -> Integers:
         """(s,) rows of K_ss."""
-        rows: Rows = self.interior.rest
+        rows: Integers = self.interior.rest
         return rows
 
     @property

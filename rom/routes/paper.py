@@ -21,8 +21,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem import SingularError, factorise
 from vanelock.fem.vibration.block_lanczos import krylov_space
@@ -71,9 +71,9 @@ class CraigBampton:
         The part.
     """
 
-    K: NDArray[np.float64]
-    M: NDArray[np.float64]
-    fixed_modes: NDArray[np.float64]
+    K: Floats
+    M: Floats
+    fixed_modes: Floats
     problem: Problem
 
     def forget_answers(self) -> None:

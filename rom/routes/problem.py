@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import phase_factor, turn
 from vanelock.common.errors import InputError
 from vanelock.fem import (
@@ -31,9 +31,6 @@ def cyclic_constraint(faces: int, others: int, nodal_diameter: int, sectors: int
     follow = phase_factor(nodal_diameter, sectors) * turn(sectors)
     left = sp.vstack([sp.eye_array(3 * faces), sp.kron(sp.eye_array(faces), follow)])
     return sp.csr_array(sp.block_diag([left, sp.eye_array(others)]))
-
-
-Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -64,25 +61,25 @@ class Problem:
     masters: Masters
     K: sp.csc_array
     M: sp.csc_array
-    rows: Rows
-    left: Rows
-    right: Rows
+    rows: Integers
+    left: Integers
+    right: Integers
     means: sp.csc_array | None = None
     cyclic: bool = False
 
     @property
-    def face_rows(self) -> Rows:
+    def face_rows(self) -> Integers:
         """(6b,) rows of the left face, then of the right one."""
-        rows: Rows = self.model.dofs[np.concatenate([self.left, self.right])].ravel()
+        rows: Integers = self.model.dofs[np.concatenate([self.left, self.right])].ravel()
         return rows
 
     @property
-    def boundary_rows(self) -> Rows:
+    def boundary_rows(self) -> Integers:
         """(6b + 3m,) rows of both faces, then of the masters."""
         return np.concatenate([self.face_rows, self.rows])
 
     @property
-    def boundary_nodes(self) -> Rows:
+    def boundary_nodes(self) -> Integers:
         """(2b + m,) nodes of both faces, then the retained ones."""
         return np.concatenate([self.left, self.right, self.masters.nodes])
 
@@ -121,14 +118,14 @@ def condense(problem: Problem) -> tuple[Matrix, Interior]:
         raise InputError(not_held(problem, error, rest)) from None
 
 
-def not_held(problem: Problem, error: SingularError, rest: Rows) -> str:
+def not_held(problem: Problem, error: SingularError, rest: Integers) -> str:
     """What can still move although only the rows `rest` are free."""
     moving = rest if problem.means is None else problem.means[:, rest]
     found: str = free_motion(problem.model, error, moving)
     return found
 
 
-def _free_faces(model: Model) -> tuple[Rows, Rows]:
+def _free_faces(model: Model) -> tuple[Integers, Integers]:
     """Matching nodes of the left and right faces, those of clamped edges left out."""
     left, right = cyclic_faces(model.part, model.part.sectors)
     if np.any(on_axis := left == right):

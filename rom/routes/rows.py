@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from vanelock.common.arguments import OfKind
+from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import phase_factor
 from vanelock.fem import schur_complement
 from vanelock.rom.component import Reduced
@@ -24,8 +24,6 @@ from vanelock.rom.fixed_interface.held import HeldMatrices, HeldPart, held_part,
 from vanelock.rom.fixed_interface.projection import Projected, projected
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.system.system import Matrix
-
-Rows = NDArray[np.int64]
 
 ANSWERS = 2
 """Static answers for a load: to itself, and to the inertia of the one before."""
@@ -79,12 +77,12 @@ class Faces(OfKind):
         N.
     """
 
-    low: Rows
-    high: Rows
+    low: Integers
+    high: Integers
     turn: sp.csc_array
     sectors: int
 
-    def follow(self, size: int, nodal_diameter: int) -> tuple[sp.csc_array, Rows]:
+    def follow(self, size: int, nodal_diameter: int) -> tuple[sp.csc_array, Integers]:
         """W, (size, size - f), and the rows of the sector that are its columns."""
         left = np.setdiff1d(np.arange(size), self.high)
         place = np.full(size, -1)
@@ -100,11 +98,11 @@ class Faces(OfKind):
 def reduce_rows(
     K: sp.csc_array,
     M: sp.csc_array,
-    rows: Rows,
+    rows: Integers,
     wanted: Selection | None = None,
     C: sp.csc_array | None = None,
     loads: sp.csc_array | None = None,
-    outputs: Rows | None = None,
+    outputs: Integers | None = None,
 ) -> ReducedRows:
     """Reduce matrices to some of their rows and fixed-interface vectors.
 
@@ -156,7 +154,7 @@ def reduce_rows(
 def reduce_sector(
     K: sp.csc_array,
     M: sp.csc_array,
-    rows: Rows,
+    rows: Integers,
     faces: Faces,
     nodal_diameters: Sequence[int],
     wanted: Selection | None = None,
@@ -191,12 +189,12 @@ def reduce_sector(
     return reduced
 
 
-def _held_rows(K: sp.csc_array, M: sp.csc_array, rows: Rows) -> HeldPart:
+def _held_rows(K: sp.csc_array, M: sp.csc_array, rows: Integers) -> HeldPart:
     """The matrices with their kept rows held."""
     return held_piece(HeldMatrices(*schur_complement(K, rows)), M, rows)
 
 
-def held_piece(held: HeldMatrices, M: sp.csc_array, rows: Rows) -> HeldPart:
+def held_piece(held: HeldMatrices, M: sp.csc_array, rows: Integers) -> HeldPart:
     """A part whose stiffness is condensed to its kept rows, with its mass."""
     s = held.slaves.rest
     M_s, M_m = M[s], M[rows]
@@ -207,7 +205,7 @@ def _kept(
     part: HeldPart,
     products: Projected,
     C: sp.csc_array | None,
-    rows: Rows,
+    rows: Integers,
 ) -> ReducedRows:
     count = products.candidates.count
     damping = None
@@ -224,7 +222,7 @@ def _kept(
 
 
 def _seen(
-    part: HeldPart, products: Projected, columns: sp.csc_array, rows: Rows, rest: Rows
+    part: HeldPart, products: Projected, columns: sp.csc_array, rows: Integers, rest: Integers
 ) -> Matrix:
     """(k, r) products of columns (n, k) with the reduction's basis."""
     assert isinstance(part.held, HeldMatrices)

@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock.common.arguments import OfKind, of_kind
-from vanelock.common.arrays import as_array, as_whole
+from vanelock.common.arrays import Complex, Floats, as_array, as_whole
 from vanelock.common.errors import InputError
 from vanelock.rom.system.consistency import ROUND_OFF
 from vanelock.rom.system.element import Element, Place, spring_along
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -217,7 +215,7 @@ def _coordinate(number: Any, size: int, where: str) -> int:
     return found
 
 
-def _vector(given: Any, size: int, where: str) -> NDArray[np.complex128]:
+def _vector(given: Any, size: int, where: str) -> Complex:
     """(n,) forces by coordinate."""
     if isinstance(given, Mapping):
         found = np.zeros(size, complex)

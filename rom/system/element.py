@@ -3,18 +3,17 @@
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NoReturn, TypeAlias
+from typing import NoReturn, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock.common.arguments import OfKind
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import Array, Floats, as_array
 from vanelock.common.errors import InputError
 from vanelock.rom.system import element_laws
 
-Floats = NDArray[np.float64]
-Place: TypeAlias = int | tuple[int | None, int | None] | NDArray[Any]
+Place: TypeAlias = int | tuple[int | None, int | None] | Array
 """A displacement: see `Contact`."""
 Force: TypeAlias = Callable[[Floats, Floats, Floats, Floats, Floats], None]
 """See `Element.force`."""
@@ -124,7 +123,7 @@ class Element(OfKind):
         return function
 
 
-def spring_along(row: NDArray[Any], K: NDArray[Any], M: NDArray[Any]) -> float:
+def spring_along(row: Array, K: Array, M: Array) -> float:
     """The structure's own stiffness along a displacement, N/m; if free, inertia at 1 rad/s."""
     own, inertia = ((row.conj() @ A @ row).real for A in (K, M))
     return float(own if own > 0 else inertia) / (float(np.vdot(row, row).real) ** 2 or 1.0)

@@ -7,10 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from vanelock.common.arrays import Floats
 
 
 def cubic_spring(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:

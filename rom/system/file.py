@@ -4,8 +4,8 @@ from typing import TypeVar
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex
 from vanelock.common.errors import InputError
 from vanelock.common.product import packed
 from vanelock.rom.system.consistency import check
@@ -79,7 +79,7 @@ def read_system(kind: type[S], group: h5py.Group) -> S:
     if version != VERSION:
         raise InputError(f"{where}: format version {version}, this program reads {VERSION}")
 
-    def optional(inner: h5py.Group, name: str) -> NDArray[np.complex128] | None:
+    def optional(inner: h5py.Group, name: str) -> Complex | None:
         return inner[name][()] if name in inner else None
 
     diameters = {

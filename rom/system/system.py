@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_whole, hold_arrays
+from vanelock.common.arrays import Array, Booleans, Complex, Floats, Integers, as_whole, hold_arrays
 from vanelock.common.cyclic import phase_factor
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product, Summarised
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vanelock.rom.system.coordinates import Contact
     from vanelock.rom.system.element import Element, Place
 
-Matrix: TypeAlias = NDArray[Any]
+Matrix: TypeAlias = Array
 """Real where the physics is, at the nodal diameters 0 and N/2, and complex elsewhere."""
 
 MARGIN = 1.05
@@ -73,13 +73,13 @@ class Contacts(Summarised):
         springs they are solved around.
     """
 
-    kn: NDArray[np.float64]
-    kt: NDArray[np.float64]
-    mu: NDArray[np.float64]
-    v0: NDArray[np.float64]
+    kn: Floats
+    kt: Floats
+    mu: Floats
+    v0: Floats
     joint: tuple[str, ...] = ()
     always_closed: tuple[str, ...] = ()
-    slider: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    slider: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     elements: "Mapping[int, Element]" = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -97,21 +97,21 @@ class Contacts(Summarised):
         return len(self.kn)
 
     @property
-    def stiffness(self) -> NDArray[np.float64]:
+    def stiffness(self) -> Floats:
         """(c, 3) stiffness of (normal, t1, t2), N/m."""
         return np.column_stack([self.kn, self.kt])
 
     @property
-    def offset(self) -> NDArray[np.float64]:
+    def offset(self) -> Floats:
         """(c, 3) displacement from the assembled sliders when the structure is at its origin, m."""
         return np.column_stack([self.v0, 0.0 - self.slider])
 
     @property
-    def alpha(self) -> NDArray[np.float64]:
+    def alpha(self) -> Floats:
         """(c, 2) μ kn/kt: a slider slips where its spring is stretched by that times v."""
         return np.asarray((self.mu * self.kn)[:, None] / self.kt)
 
-    def of(self, joint: str) -> NDArray[np.bool_]:
+    def of(self, joint: str) -> Booleans:
         """(c,) contacts of a joint, one of `joints`."""
         return np.array([each == joint for each in self.joints], bool)
 
@@ -121,13 +121,13 @@ class Contacts(Summarised):
         return self.joint or ("contact",) * self.count
 
     @property
-    def opens(self) -> NDArray[np.bool_]:
+    def opens(self) -> Booleans:
         """(c,) contacts that the linear limit "free" opens, elements among them."""
         opened = [joint not in self.always_closed for joint in self.joints]
         return np.asarray(np.array(opened, bool) | ~self.springs)
 
     @property
-    def springs(self) -> NDArray[np.bool_]:
+    def springs(self) -> Booleans:
         """(c,) which are linear springs where they stick: all but elements."""
         springs = np.ones(self.count, bool)
         springs[list(self.elements)] = False
@@ -172,7 +172,7 @@ class Diameter(Summarised):
     next: Matrix | None = None
     output: Matrix | None = None
     C: Matrix | None = None
-    parts: dict[str, NDArray[np.int64]] = field(default_factory=dict)
+    parts: dict[str, Integers] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         wanted = {"K": 2, "M": 2, "own": 3, "next": 3, "output": 3, "C": 2}
@@ -214,14 +214,14 @@ class Force(Summarised):
         0, or 2 for a rotating unbalance.
     """
 
-    vector: NDArray[np.complex128]
+    vector: Complex
     omega_power: int = 0
 
     def __post_init__(self) -> None:
         hold_arrays(self, {"vector": 1}, is_complex=True)
         object.__setattr__(self, "omega_power", as_whole(self.omega_power, "Force.omega_power"))
 
-    def at(self, omega: float) -> NDArray[np.complex128]:
+    def at(self, omega: float) -> Complex:
         """Force vector at the excitation's circular frequency `omega`, rad/s."""
         return self.vector * omega**self.omega_power if self.omega_power else self.vector
 
@@ -330,7 +330,7 @@ class System(Product):
         return assembled(M, K, contacts, elements, C, damping_ratio, force, static_force, outputs)
 
     @property
-    def opens_in_damping(self) -> NDArray[np.bool_]:
+    def opens_in_damping(self) -> Booleans:
         """(c,) contacts that are open in the modes that the damping ratio is of."""
         opens = self.contacts.opens if self.damping_joints == "open" else ~self.contacts.springs
         return opens & bool(self.damping_ratio)

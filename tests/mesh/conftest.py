@@ -8,7 +8,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import read_mesh
-from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.matching.side import own_part
 
 SECTORS = 12
 RADIUS = 1.0

@@ -13,8 +13,7 @@ from vanelock import fem, rom
 from vanelock.common.cyclic import turn
 from vanelock.fem import Model
 from vanelock.mesh import Part
-from vanelock.mesh.contact.patch_means import averages, plane
-from vanelock.mesh.contact.patches import Patch
+from vanelock.mesh.contact_patches import Patch, averages, plane
 from vanelock.stages.parts.segment import Joint
 
 N = 8

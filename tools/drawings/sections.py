@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry import aerofoil, root_fillet
-from vanelock.mesh.geometry.outline import Corner, edges
+from vanelock.mesh.geometry.revolved import Corner, edges
 
 Real = NDArray[np.float64]
 

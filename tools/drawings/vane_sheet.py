@@ -13,8 +13,8 @@ from drawings.drafting import DrawingView, Label, Panel
 from drawings.sections import flat, revolved, section
 from drawings.segment_views import front_view, inner_view, outer_view
 from vanelock.mesh import CasingDimensions, VaneDimensions
-from vanelock.mesh.checks.root_fillets import filleted
 from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline, inner_shroud_outline
+from vanelock.mesh.geometry.root_fillet import filleted
 from vanelock.render import style
 
 Real = NDArray[np.float64]

@@ -10,6 +10,12 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
+
 
 def as_array(given: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
     """Real or, where allowed, complex numbers of double precision; not copied if they are that."""

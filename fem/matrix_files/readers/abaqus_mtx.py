@@ -10,8 +10,8 @@ from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import WantedMatrix, content, refuse_unless_alone, text
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries, number_table, whole
@@ -68,7 +68,7 @@ def _global(source: str, held: str) -> Entries:
     return Entries(source, n, rows, columns, table[:, 2], SYMMETRIC)
 
 
-def _labelled(source: str, table: NDArray[np.float64]) -> Entries:
+def _labelled(source: str, table: Floats) -> Entries:
     """Entries by node and freedom; the rows are in the labels' order."""
     nodes = np.concatenate([whole(source, table[:, k], "node") for k in (0, 2)])
     freedoms = np.concatenate([whole(source, table[:, k], "freedom") for k in (1, 3)])

@@ -19,8 +19,8 @@ from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import WantedMatrix, chosen, text
 from vanelock.fem.matrix_files.entries import FULL, SYMMETRIC, Entries
 from vanelock.fem.matrix_files.model import GENERALISED
-from vanelock.mesh.files.decks.nastran_cards import cards, lines_of
-from vanelock.mesh.files.decks.numbers import real, whole
+from vanelock.mesh.files.nastran import cards, lines_of
+from vanelock.mesh.files.numbers import real, whole
 
 
 @dataclass

@@ -8,14 +8,13 @@ numbers touch they are told apart by their width.
 
 import re
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import WantedMatrix, text
-from vanelock.fem.matrix_files.entries import FULL, HERMITIAN, SYMMETRIC, Entries, Integers, square
+from vanelock.fem.matrix_files.entries import FULL, HERMITIAN, SYMMETRIC, Entries, square
 
 _FORMS = {"u": FULL, "r": FULL, "s": SYMMETRIC, "h": HERMITIAN}
 _BARE = re.compile(r"([\d.])([+-]\d)")
@@ -77,7 +76,7 @@ class _Blocks:
         except (ValueError, OverflowError):
             raise InputError(f"{self.source}: text where whole numbers are needed") from None
 
-    def reals(self, lines: int, form: str, count: int) -> NDArray[Any]:
+    def reals(self, lines: int, form: str, count: int) -> Array:
         """(count,) numbers; D and a bare sign are exponents as E."""
         words = self._words(lines, form, count, "EDFGI")
         try:

@@ -12,8 +12,8 @@ from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
 from vanelock.fem.matrix_files.contents import NoMatrixError, WantedMatrix, chosen, room, size_of
@@ -90,7 +90,7 @@ def _item(source: str, group: h5py.Group, inside: str) -> h5py.Group | h5py.Data
     return item
 
 
-def _values(where: str, data: h5py.Dataset, most: int) -> NDArray[Any]:
+def _values(where: str, data: h5py.Dataset, most: int) -> Array:
     """An array of numbers; MATLAB's complex ones are pairs of real and imag."""
     if data.external or data.is_virtual:
         raise InputError(f"{where}: its numbers are in another file")
@@ -98,14 +98,14 @@ def _values(where: str, data: h5py.Dataset, most: int) -> NDArray[Any]:
         raise InputError(f"{where}: claims {data.nbytes:,} bytes, which cannot stand in the file")
     if data.dtype.names == ("real", "imag"):
         pairs = data[()]
-        real: NDArray[Any] = pairs["real"] + 1j * pairs["imag"]
+        real: Array = pairs["real"] + 1j * pairs["imag"]
         return real
     numbers(where, data.dtype)
-    found: NDArray[Any] = np.asarray(data[()])
+    found: Array = np.asarray(data[()])
     return found
 
 
-def _sparse(where: str, group: h5py.Group, parts: list[NDArray[Any]]) -> Entries:
+def _sparse(where: str, group: h5py.Group, parts: list[Array]) -> Entries:
     """Compressed columns."""
     data, row, pointer = parts
     n = len(pointer) - 1

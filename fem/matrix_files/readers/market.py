@@ -11,8 +11,8 @@ from codecs import BOM_UTF8
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import WantedMatrix, content
 from vanelock.fem.matrix_files.entries import (
@@ -82,7 +82,7 @@ def _sizes(source: str, layout: str, half: bool, rest: bytes) -> tuple[int, int,
     return n, given, start
 
 
-def _table(source: str, held: bytes, rows: int, columns: int) -> NDArray[np.float64]:
+def _table(source: str, held: bytes, rows: int, columns: int) -> Floats:
     """(rows, columns) the numbers of as many lines."""
     if not rows:
         raise InputError(f"{source}: has no entries")

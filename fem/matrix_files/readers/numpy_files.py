@@ -10,12 +10,11 @@ import tokenize
 import zipfile
 import zlib
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import (
     WantedMatrix,
@@ -81,13 +80,13 @@ def read_npz(path: Path, wanted: WantedMatrix) -> Entries:
         raise InputError(f"{source}: not a whole .npz file") from None
 
 
-def arrays(path: Path) -> dict[str, NDArray[Any]]:
+def arrays(path: Path) -> dict[str, Array]:
     """All arrays of a .npz file of one's own."""
     with np.load(path, allow_pickle=False) as file:
         return {name: file[name] for name in file.files}
 
 
-def _array(source: str, held: bytes) -> NDArray[Any]:
+def _array(source: str, held: bytes) -> Array:
     """An array from the bytes of a .npy file."""
     file = io.BytesIO(held)
     try:
@@ -108,13 +107,13 @@ def _array(source: str, held: bytes) -> NDArray[Any]:
         given = " x ".join(map(str, shape))
         raise InputError(f"{source}: {given} entries take {claimed:,} bytes; {left:,} follow")
     try:
-        found: NDArray[Any] = np.load(io.BytesIO(held), allow_pickle=False)
+        found: Array = np.load(io.BytesIO(held), allow_pickle=False)
     except _FAULTS:
         raise InputError(f"{source}: not NumPy's format") from None
     return found
 
 
-def _sparse(source: str, members: dict[str, NDArray[Any]]) -> Entries:
+def _sparse(source: str, members: dict[str, Array]) -> Entries:
     """The matrix of `scipy.sparse.save_npz`."""
     kind = members["format"].item() if members["format"].shape == () else b""
     kind = kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)

@@ -18,8 +18,8 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import WantedMatrix, chosen
 from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries
-from vanelock.mesh.files.decks.abaqus_keywords import Line, keywords
-from vanelock.mesh.files.decks.numbers import real, whole
+from vanelock.mesh.files.abaqus import Line, keywords
+from vanelock.mesh.files.numbers import real, whole
 
 
 def read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:

@@ -3,12 +3,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD, SLIPPING
 from vanelock.nonlinear.contact.isotropic.disc_slip import EX, EY, RATE, STAGES, WEIGHTS, R, Z
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, add_integrals, gram
+from vanelock.nonlinear.fourier.trigonometric import TURN, add_integrals, gram
 
 # Rows of the moments: of e_x, e_y, e_x², e_x e_y and 1 over slip, of 1 over what is free.
 FORCE_X, FORCE_Y, FORCE_XX, FORCE_XY, SLIPS, IS_FREE = 0, 1, 2, 3, 4, 5
@@ -52,11 +52,11 @@ class Path(NamedTuple):
     motions: Floats
     slip: Floats
     eta: Floats
-    moments: NDArray[np.complex128]
+    moments: Complex
     w: Floats
     jacobian: Floats
     pieces: Floats
-    filled: NDArray[np.int64]
+    filled: Integers
 
 
 @kernel

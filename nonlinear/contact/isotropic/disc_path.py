@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.contact.isotropic.disc_integrals import (
     Path,
     add_free,
@@ -42,7 +43,7 @@ from vanelock.nonlinear.contact.isotropic.disc_slip import (
     slip_over,
 )
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, derivative
+from vanelock.nonlinear.fourier.trigonometric import TURN, derivative
 
 BRACKETS = 2
 """Angles that bracket events to one at which a step of slip ends."""

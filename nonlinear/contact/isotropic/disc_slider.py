@@ -25,8 +25,8 @@ import math
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import Floats
 
 HELD, SLIPPING, FREE = 0, 1, 2
 LAPS = 200

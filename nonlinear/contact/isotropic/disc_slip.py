@@ -23,8 +23,9 @@ Differential Equations II, IV.5). r = 0 at the beginning is allowed: a touch-dow
 import numpy as np
 from numpy.polynomial import Legendre
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import Floats, basis_at
+from vanelock.nonlinear.fourier.trigonometric import basis_at
 
 STAGES = 5
 SMALLEST = 1e-16

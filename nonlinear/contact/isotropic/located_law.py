@@ -9,8 +9,8 @@ Newton's iteration on one lap's map of the plane to it.
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.contact.isotropic.disc_integrals import (
     BEGIN,
     END,
@@ -47,7 +47,6 @@ from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, add_normal, place
 from vanelock.nonlinear.fourier.kernels import kernel
 from vanelock.nonlinear.fourier.trigonometric import (
     TURN,
-    Floats,
     basis,
     basis_at,
     derivative,
@@ -313,8 +312,8 @@ def without_path(
     along: Floats,
     w: Floats,
     jacobian: Floats,
-    opening: NDArray[np.int64],
-    slips: NDArray[np.bool_],
+    opening: Integers,
+    slips: Booleans,
 ) -> tuple[bool, int]:
     """The normal direction of a contact, and the plane of one that is free or never moved."""
     v, a, m = u[c, 0], alpha[c, 0], u.shape[2]
@@ -343,8 +342,8 @@ def isotropic_located_law(
     table: Floats,
     w: Floats,
     jacobian: Floats,
-    opening: NDArray[np.int64],
-    slips: NDArray[np.bool_],
+    opening: Integers,
+    slips: Booleans,
     energy: Floats,
 ) -> None:
     """The law with isotropic friction, contact by contact."""

@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import as_whole
+from vanelock.common.arrays import Booleans, Floats, as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
@@ -26,7 +25,6 @@ from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import Bools, Floats
 from vanelock.rom.system.system import System
 
 
@@ -53,8 +51,8 @@ class StaticBounds(Product):
     joints: tuple[str, ...]
     rest_load: Floats = field(metadata={"unit": "N"})
     slider: Floats = field(metadata={"unit": "m"})
-    converged: Bools
-    proved: Bools
+    converged: Booleans
+    proved: Booleans
 
 
 @one_thread
@@ -107,7 +105,7 @@ def static_bounds(
     )
 
 
-def _end(states: RestStates, mask: Bools, sign: float) -> tuple[Floats, float, bool, bool]:
+def _end(states: RestStates, mask: Booleans, sign: float) -> tuple[Floats, float, bool, bool]:
     """Sliders (c, 2), m, and load, N, where it is least (1) or largest (-1); if found; if proved.
 
     With 0 those assembled at zero.
@@ -170,8 +168,8 @@ class PeakBounds(Product):
     rest_load: Floats = field(metadata={"unit": "N"})
     mean_load: Floats = field(metadata={"unit": "N"})
     found_by: tuple[str, ...]
-    stationary: NDArray[np.bool_]
-    converged: NDArray[np.bool_]
+    stationary: Booleans
+    converged: Booleans
     drawn: Floats = field(metadata={"unit": "m"})
     solved: int
     response: Response

@@ -27,6 +27,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
@@ -34,10 +35,9 @@ from vanelock.nonlinear.forced_response.frequency_response import static_respons
 from vanelock.nonlinear.forced_response.linear_response import closed_contacts
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import Bools, Floats
 from vanelock.rom.system.system import System
 
-Joints: TypeAlias = str | Sequence[str] | Bools
+Joints: TypeAlias = str | Sequence[str] | Booleans
 
 BETTER = 1e-4
 """How much further, relatively, an end must lie to count as further."""
@@ -59,7 +59,7 @@ class Least:
 
     place: Floats
     status: str
-    pressing: Bools
+    pressing: Booleans
 
     @property
     def solved(self) -> bool:
@@ -89,13 +89,13 @@ class RestStates:
 
     system: System
     nominal: Response
-    closed: Bools
+    closed: Booleans
     share: Floats
     linear: Floats
     receptance: Floats
     options: Options
     modes: Mapping[int, StuckModes]
-    either: Bools | None = None
+    either: Booleans | None = None
 
     @cached_property
     def scale(self) -> float:
@@ -112,7 +112,7 @@ class RestStates:
         return self.options.friction == "isotropic"
 
     @property
-    def _either(self) -> Bools:
+    def _either(self) -> Booleans:
         return np.zeros_like(self.closed) if self.either is None else self.either
 
     @cached_property
@@ -189,14 +189,14 @@ class RestStates:
         """(c, 2) sliders at zero."""
         return np.zeros_like(self.system.contacts.kt)
 
-    def least_load(self, mask: Bools, sign: float = 1.0) -> Floats | None:
+    def least_load(self, mask: Booleans, sign: float = 1.0) -> Floats | None:
         """(c, 2) sliders, m, at which the load of some contacts is least, or with -1 largest.
 
         None where it has no end.
         """
         return self.extreme(*self._normal(mask, sign, *self.stretch, 0.0 if sign > 0 else -np.inf))
 
-    def proved_load(self, mask: Bools, sign: float) -> tuple[Floats | None, bool]:
+    def proved_load(self, mask: Booleans, sign: float) -> tuple[Floats | None, bool]:
         """As `least_load`, and whether no state has another end, whichever contacts are open."""
         objective, floor = self._normal(mask, sign, *self.stretch, 0.0 if sign > 0 else -np.inf)
         if self._fixed(objective):
@@ -239,13 +239,13 @@ class RestStates:
             ]
         return states.slider(best.place), False
 
-    def widest(self, mask: Bools) -> Floats | None:
+    def widest(self, mask: Booleans) -> Floats | None:
         """(c, 2) sliders, m, at which some contacts are furthest from each other."""
         start = self.linear / self.scale
         return self.extreme(*self._normal(mask, 1.0, start, self.receptance, -np.inf))
 
     def _normal(
-        self, mask: Bools, sign: float, start: Floats, by: Floats, floor: float
+        self, mask: Booleans, sign: float, start: Floats, by: Floats, floor: float
     ) -> tuple[Floats, float]:
         """Objective and floor of sign·Σ kn (start + by w) of some contacts."""
         weight = sign * np.where(mask, self.system.contacts.kn, 0.0)
@@ -258,7 +258,7 @@ class RestStates:
         return not moves or bool(np.abs(objective).max() < NOTHING)
 
     def extreme(
-        self, objective: Floats, floor: float = -np.inf, closed: Bools | None = None
+        self, objective: Floats, floor: float = -np.inf, closed: Booleans | None = None
     ) -> Floats | None:
         """(c, 2) sliders, m, where a linear objective (3c,) of w is least; None if it has no end.
 
@@ -271,7 +271,7 @@ class RestStates:
         return None if last is None else last[0].slider(last[1].place)
 
     def _last(
-        self, objective: Floats, floor: float, closed: Bools | None = None
+        self, objective: Floats, floor: float, closed: Booleans | None = None
     ) -> tuple["RestStates", Least] | None:
         """The states of contacts that open and close, and where in them `extreme` ends."""
         states = self if closed is None else replace(self, closed=closed)
@@ -295,7 +295,7 @@ class RestStates:
             states, found = other, reached
         return states, found
 
-    def closed_at(self, slider: Floats) -> Bools:
+    def closed_at(self, slider: Floats) -> Booleans:
         """(c,) contacts that are closed at rest with sliders assembled at (c, 2), m."""
         return _closed(self.solved(slider))
 
@@ -333,6 +333,6 @@ def rest_states(
     )
 
 
-def _closed(state: Response) -> Bools:
+def _closed(state: Response) -> Booleans:
     """(c,) contacts that are closed."""
     return np.asarray(state.contact[0, 0, :, 0].real > 0)

@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
@@ -16,7 +17,6 @@ from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.undamped import check_bound
-from vanelock.nonlinear.fourier.trigonometric import Floats
 
 Progress: TypeAlias = Callable[[int, float], None]
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_whole
+from vanelock.common.arrays import Array, Booleans, Complex, Floats, as_whole
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -42,7 +42,7 @@ from vanelock.nonlinear.forced_response.options import (
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.rom.system.system import System
 
@@ -87,7 +87,7 @@ class DampedMode(Product):
     frequency: Floats = field(metadata={"unit": "Hz"})
     damping_ratio: Floats
     linear: Floats
-    converged: NDArray[np.bool_]
+    converged: Booleans
     residual: Floats
     ended: str
     failed: int
@@ -99,7 +99,7 @@ class DampedMode(Product):
         return not self.ended
 
     @property
-    def shape(self) -> NDArray[np.complex128]:
+    def shape(self) -> Complex:
         """(p, n) mode shapes φ, φᴴMφ = 1, in the coordinates of the nodal diameter, kg^-½."""
         return np.asarray(self.response.x[1] / self.amplitude[:, None])
 
@@ -292,7 +292,7 @@ def collected(
     """Put the points into arrays."""
     each = iter(points)
 
-    def amplitudes(omega: float, w: Floats) -> list[NDArray[Any]]:
+    def amplitudes(omega: float, w: Floats) -> list[Array]:
         """Those of the next point, static mean and all."""
         point = next(each)
         return point.held.motion(point.solution.parameter, w)[0]

@@ -21,16 +21,16 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import Booleans, Complex, Floats, as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.modes.damped_mode import DampedMode, damped_mode
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.rom.system.system import System
 
 BESIDE = 3e-3
@@ -67,7 +67,7 @@ class LimitCycles(Product):
     linear_damping: float
     amplitude: Floats = field(metadata={"unit": "kg^0.5 m"})
     frequency: Floats = field(metadata={"unit": "Hz"})
-    amplitude_stable: NDArray[np.bool_]
+    amplitude_stable: Booleans
     output: Floats = field(metadata={"unit": "m"})
     mode: DampedMode
 

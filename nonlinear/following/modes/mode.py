@@ -27,7 +27,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import Array, Floats, Integers, as_array
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.held_vibration import HeldVibration
@@ -35,7 +35,7 @@ from vanelock.nonlinear.balance.limit_modes import limit_modes
 from vanelock.nonlinear.contact.law import STUCK, Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import polished
 from vanelock.nonlinear.continuation.path import Carried, SolutionPath, StepUnits
-from vanelock.nonlinear.fourier.trigonometric import TURN, Array, Floats, Rows
+from vanelock.nonlinear.fourier.trigonometric import TURN
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.linearised import Border
 from vanelock.nonlinear.newton.newton import Solution, refined
@@ -92,7 +92,7 @@ class Mode(Carried):
         """The law, the same at every amplitude."""
         return self.friction
 
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Rows) -> Floats:
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/da at fixed w, on the given components of w."""
         return response_to(deviation, rows, self.held.direction)
 
@@ -102,7 +102,7 @@ class Mode(Carried):
         return np.array([force.real, force.imag])
 
     def border(
-        self, parameter: float, w: Floats, deviation: Deviation, rows: Rows
+        self, parameter: float, w: Floats, deviation: Deviation, rows: Integers
     ) -> tuple[Border, Floats]:
         """Derivatives of W by ω and ξ, and of Λ by w, by ω and ξ, and by a."""
         rates = self.held.rates(self.held.motion(parameter, w)[0])

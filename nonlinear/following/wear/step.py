@@ -27,14 +27,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import Floats, as_array
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.following.wear.vibration import Vibration
 from vanelock.nonlinear.forced_response.frequency_response import static_response
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.rom.system.system import Contacts, System
 
 

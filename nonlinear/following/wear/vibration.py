@@ -12,7 +12,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import Floats, as_array
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.parameter_response import Parameter, Tracer
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
@@ -23,7 +23,7 @@ from vanelock.nonlinear.forced_response.options import (
     checked_frequencies,
     checked_range,
 )
-from vanelock.nonlinear.fourier.trigonometric import TURN, Floats, to_complex
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import System
 

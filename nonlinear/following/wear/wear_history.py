@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import as_array
+from vanelock.common.arrays import Booleans, Floats, Integers, as_array
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.following.parameter_response import Parameter, joined
@@ -32,7 +32,6 @@ from vanelock.nonlinear.following.wear.vibration import (
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.rom.system.system import System
 
 Progress: TypeAlias = Callable[[float, float, float, float], None]
@@ -98,10 +97,10 @@ class WearHistory(Product):
     direction: int
     joints: tuple[str, ...]
     cycles: Floats
-    dwell: NDArray[np.int64]
+    dwell: Integers
     frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
-    jump: NDArray[np.bool_]
+    jump: Booleans
     rest_load: Floats = field(metadata={"unit": "N"})
     interference: Floats = field(metadata={"unit": "m"})
     rate: Floats = field(metadata={"unit": "m"})
@@ -305,12 +304,12 @@ class _History:
         )
         return found if higher else None
 
-    def _opened(self, rest: Rest) -> NDArray[np.bool_]:
+    def _opened(self, rest: Rest) -> Booleans:
         """(j,) joints that are open at rest and were not at the beginning."""
         return np.asarray((self.states[0].rest.approach > 0) & (rest.approach <= 0))
 
     def _opens(
-        self, last: _WornState, taken: WearStep, opened: NDArray[np.bool_], at: Vibrations, i: int
+        self, last: _WornState, taken: WearStep, opened: Booleans, at: Vibrations, i: int
     ) -> None:
         """End where the first of some joints opens within a step."""
         share = self._where(taken.interference, opened)
@@ -334,7 +333,7 @@ class _History:
             self.status = PRELOAD
             self.cycles_to_loss = last.cycles + self._where(straight, opened) * cycles
 
-    def _where(self, v0: Callable[[float], Floats], opened: NDArray[np.bool_]) -> float:
+    def _where(self, v0: Callable[[float], Floats], opened: Booleans) -> float:
         """Share of a step at which the first of the joints opens that are open after it."""
         from scipy.optimize import brentq  # loaded by those alone who ask: it loads CHOLMOD
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
@@ -30,7 +31,7 @@ from vanelock.nonlinear.forced_response.ring.ring_source import (
 )
 from vanelock.nonlinear.forced_response.ring.unlike import Unlike
 from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, Complex, Floats, to_complex
+from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import System
 
@@ -142,14 +143,14 @@ class RingResponse(Product):
     frequency: Floats = field(metadata={"unit": "Hz"})
     contact: Complex = field(metadata={"unit": "m"})
     force: Complex = field(metadata={"unit": "N"})
-    state: NDArray[np.int64] = field(metadata={"codes": STATES})
+    state: Integers = field(metadata={"codes": STATES})
     dissipation: Floats = field(metadata={"unit": "J"})
     output: Complex = field(metadata={"unit": "m"})
     amplitude: Floats = field(metadata={"unit": "m"})
     alike: Floats = field(metadata={"unit": "m"})
-    converged: NDArray[np.bool_]
+    converged: Booleans
     residual: Floats
-    iterations: NDArray[np.int64]
+    iterations: Integers
     seconds: Floats = field(metadata={"unit": "s"})
 
     @property

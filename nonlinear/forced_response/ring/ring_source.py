@@ -15,8 +15,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Array, Booleans, Complex, Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
@@ -24,7 +24,7 @@ from vanelock.nonlinear.balance.ring_balance import RingBalance, RingColumns
 from vanelock.nonlinear.balance.stuck_modes import HarmonicModes, StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.forced_response.ring.unlike import SectorModes, Unlike
-from vanelock.nonlinear.fourier.trigonometric import Array, Floats, to_complex, to_real
+from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
 from vanelock.rom.system.consistency import check, check_ring
 from vanelock.rom.system.system import Contacts, System
 
@@ -94,12 +94,12 @@ class RingSource:
             )
         return every
 
-    def output(self, amplitudes: list[list[Array]]) -> NDArray[np.complex128]:
+    def output(self, amplitudes: list[list[Array]]) -> Complex:
         """(H + 1, N, o, 3) displacement of the output nodes, each sector at its own instant, m."""
         waves = np.stack(
             [wave.output(own) for wave, own in zip(self.each, amplitudes, strict=True)], axis=1
         )
-        found: NDArray[np.complex128] = np.fft.fft(waves, axis=1)
+        found: Complex = np.fft.fft(waves, axis=1)
         found[0] = found[0].real
         return found
 
@@ -219,7 +219,7 @@ class RingContacts:
 
     contacts: Contacts
     stiffer: Floats
-    bonded: NDArray[np.bool_]
+    bonded: Booleans
     offset: Floats
 
     def law(self, harmonics: int, samples: int | None, friction: str) -> Law:

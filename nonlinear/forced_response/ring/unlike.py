@@ -6,13 +6,12 @@ from typing import Any, Self
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock.common.arguments import OfKind, of_kind
-from vanelock.common.arrays import hold_arrays
+from vanelock.common.arrays import Complex, Floats, hold_arrays
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.fourier.trigonometric import Floats
 from vanelock.rom.system.system import System
 
 FREE = 1e-12
@@ -36,7 +35,7 @@ class SectorModes(Product):
         k, N/m.
     """
 
-    rows: dict[int, NDArray[np.complex128]]
+    rows: dict[int, Complex]
     stiffness: Floats
 
     def __post_init__(self) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.mesh import families, reference, study
 from vanelock.mesh import Part
-from vanelock.mesh.generate import extract
+from vanelock.mesh.generate import mesher
 
 
 def test_limit_of_a_power():
@@ -39,7 +39,7 @@ def test_straightened_sides_are_chords(lattice):
     straight = families.straightened(part)
     linear = families.linear(part)
     ends = part.points[part.cells[:, :4]]
-    for middle, (a, b) in enumerate(extract.EDGES, start=4):
+    for middle, (a, b) in enumerate(mesher.EDGES, start=4):
         chord = 0.5 * (ends[:, a] + ends[:, b])
         np.testing.assert_allclose(straight.points[part.cells[:, middle]], chord, atol=1e-15)
     np.testing.assert_array_equal(linear.points[linear.cells], ends)

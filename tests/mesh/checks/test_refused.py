@@ -15,9 +15,9 @@ from vanelock.mesh import (
     quality,
     vane_segment,
 )
-from vanelock.mesh.checks.dimensions import check_vane
-from vanelock.mesh.checks.root_fillets import filleted
-from vanelock.mesh.refinement.dof_estimate import check_size
+from vanelock.mesh.checks import check_vane
+from vanelock.mesh.geometry.root_fillet import filleted
+from vanelock.mesh.refinement import check_size
 
 Values = dict[str, Any]
 

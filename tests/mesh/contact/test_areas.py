@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.mesh.cells import SOLIDS, solid
-from vanelock.mesh.contact.areas import nodal_areas
-from vanelock.mesh.exterior import exterior
+from vanelock.mesh.cells import SOLIDS, exterior, nodal_areas, solid
 
 
 def round_face(p):

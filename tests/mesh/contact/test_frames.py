@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from vanelock.mesh.cells import solid
-from vanelock.mesh.contact.frames import candidates, frames, opposed
-from vanelock.mesh.exterior import exterior
+from vanelock.mesh.cells import exterior, solid
+from vanelock.mesh.matching.side import candidates, frames, opposed
 
 
 def test_normals_of_a_cube(lattice):

@@ -9,9 +9,15 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part, VaneDimensions
-from vanelock.mesh.contact import patch_means as module
-from vanelock.mesh.contact.patch_means import Facets, averages, cylinder, plane
-from vanelock.mesh.contact.patches import Patch, interlock_patches
+from vanelock.mesh import contact_patches as module
+from vanelock.mesh.contact_patches import (
+    Facets,
+    Patch,
+    averages,
+    cylinder,
+    interlock_patches,
+    plane,
+)
 from vanelock.mesh.geometry import contact_places
 
 Lattice = Callable[..., Part]

@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vanelock.mesh import HookDimensions, Part, VaneDimensions, casing_sector, vane_segment
-from vanelock.mesh.contact.patches import hook_patches, interlock_patches
+from vanelock.mesh.contact_patches import hook_patches, interlock_patches
 from vanelock.mesh.geometry import contact_places as places
 
 OVERLAP = (0.068, 0.082)  # the foot's front to the groove's mouth

@@ -12,8 +12,7 @@ from tests.mesh.files.archives import degenerated, with_surface
 from tests.mesh.files.conftest import bent, complaint, same
 from vanelock import fem
 from vanelock.mesh import Part, read_mesh
-from vanelock.mesh.cells import solid
-from vanelock.mesh.exterior import exterior
+from vanelock.mesh.cells import exterior, solid
 
 VTK = {"tetra": 10, "tetra10": 24, "hexahedron": 12, "hexahedron20": 25, "wedge15": 26}
 

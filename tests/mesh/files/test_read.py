@@ -8,7 +8,7 @@ from tests.mesh.conftest import refusal
 from tests.mesh.files.conftest import GRIDS, complaint, same
 from vanelock.mesh import read_mesh, write_msh
 from vanelock.mesh.cells import SOLIDS, solid, surface
-from vanelock.mesh.files.decks.nastran import read_nastran
+from vanelock.mesh.files.nastran import read_nastran
 from vanelock.mesh.gmsh_session import session
 
 TYPES = {

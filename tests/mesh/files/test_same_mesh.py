@@ -12,7 +12,7 @@ from vanelock.mesh import (
     read_mesh,
     vane_segment,
 )
-from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.matching.side import own_part
 
 
 def through_files(folder, small, write_mesh, *endings):

@@ -10,9 +10,9 @@ from vanelock.mesh import CasingDimensions, casing_sector, quality
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.generate.bosses import add_bosses, boss_angles
 from vanelock.mesh.geometry.dimensions import HookDimensions
-from vanelock.mesh.geometry.outline import Corner
+from vanelock.mesh.geometry.revolved import Corner
 from vanelock.mesh.gmsh_session import session
-from vanelock.mesh.refinement.dof_estimate import casing_plates
+from vanelock.mesh.refinement import casing_plates
 
 
 def outside(radius: float, height: float, shell: float) -> float:

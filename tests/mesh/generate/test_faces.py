@@ -5,9 +5,9 @@ import pytest
 
 from vanelock.common.cyclic import rotation
 from vanelock.mesh import VaneDimensions, quality, vane_segment
+from vanelock.mesh.element_size import SLENDER
 from vanelock.mesh.generate.aerofoils import divisions
 from vanelock.mesh.geometry import aerofoil
-from vanelock.mesh.geometry.element_size import SLENDER
 
 # Thin aerofoils, 320 in the ring: between them coarse elements would find no way of their own.
 THIN = VaneDimensions(

@@ -15,8 +15,8 @@ from vanelock.mesh import (
     casing_sector,
     vane_segment,
 )
-from vanelock.mesh.geometry.element_size import element_size
-from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
+from vanelock.mesh.element_size import element_size
+from vanelock.mesh.refinement import casing_dofs, vane_dofs
 
 THREE = {"aerofoils": 3, "chord": 0.054, "thickness": 0.0048, "root_fillet": 0.0}
 DESIGNS = {

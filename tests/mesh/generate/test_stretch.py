@@ -6,7 +6,7 @@ import pytest
 from tests.mesh.conftest import refusal
 from vanelock.fem import Material, assemble, modes
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, casing_sector
-from vanelock.mesh.refinement.dof_estimate import check_size
+from vanelock.mesh.refinement import check_size
 
 SETS = ("hook_front", "hook_rear", "key", "force", "output")
 

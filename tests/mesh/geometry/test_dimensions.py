@@ -5,9 +5,9 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions, check_fit
-from vanelock.mesh.checks.dimensions import _gap
+from vanelock.mesh.checks import _gap
+from vanelock.mesh.element_size import element_size
 from vanelock.mesh.geometry.aerofoil import around
-from vanelock.mesh.geometry.element_size import element_size
 
 
 def test_lengths_and_angles_take_units() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.mesh.generate import occ_solids
-from vanelock.mesh.geometry.outline import Corner, edges
+from vanelock.mesh.geometry.revolved import Corner, edges
 from vanelock.mesh.gmsh_session import session
 
 QUARTER = 1 - np.pi / 4  # of r²: what a fillet covers in a right angle

@@ -11,7 +11,7 @@ from vanelock.mesh import (
     casing_sector,
     vane_segment,
 )
-from vanelock.mesh.generate.extract import matching
+from vanelock.mesh.generate.mesher import matching
 
 
 def test_named_nodes_stay_where_they_are_when_the_mesh_changes() -> None:

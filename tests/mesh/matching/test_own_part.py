@@ -7,7 +7,7 @@ import pytest
 
 from tests.mesh.conftest import refusal
 from vanelock.mesh import read_mesh
-from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.matching.side import own_part
 
 
 @pytest.mark.parametrize(("sets", "expected"), [

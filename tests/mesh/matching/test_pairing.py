@@ -10,8 +10,8 @@ from vanelock import fem
 from vanelock.common.cyclic import turn
 from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.cells import SOLIDS
-from vanelock.mesh.matching.own_part import own_part
 from vanelock.mesh.matching.pairing import mates
+from vanelock.mesh.matching.side import own_part
 from vanelock.rom.masters import choose
 
 

@@ -13,7 +13,7 @@ from vanelock.mesh import (
     quality,
     vane_segment,
 )
-from vanelock.mesh.refinement.dof_estimate import (
+from vanelock.mesh.refinement import (
     MOST,
     casing_dofs,
     casing_plates,

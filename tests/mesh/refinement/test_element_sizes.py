@@ -4,7 +4,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import CasingDimensions, HookDimensions, Sizes, VaneDimensions, sizes_for
-from vanelock.mesh.refinement.dof_estimate import MOST, casing_dofs, vane_dofs
+from vanelock.mesh.refinement import MOST, casing_dofs, vane_dofs
 
 # Sharp roots: fillets have rows that each of the sizes tried would count anew.
 VANE, CASING, HOOK = VaneDimensions(root_fillet=0), CasingDimensions(), HookDimensions()

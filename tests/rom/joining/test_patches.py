@@ -13,8 +13,7 @@ from benchmarks.unreduced import unreduced_segment
 from tests.rom.block_in_rim import patched
 from vanelock import fem, rom
 from vanelock.common.errors import InputError
-from vanelock.mesh.contact.patch_means import averages, plane
-from vanelock.mesh.contact.patches import Patch
+from vanelock.mesh.contact_patches import Patch, averages, plane
 from vanelock.rom.joining.connections import tied_nodes
 from vanelock.rom.joining.patches import patch_transform, patch_weights, with_means
 from vanelock.rom.masters import choose, everything

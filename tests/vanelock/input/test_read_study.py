@@ -13,7 +13,7 @@ from vanelock.input.schema.comparison import CampbellKeys, Fit, MeasuredCurve, O
 from vanelock.input.schema.distributions import Distribution, Scatter
 from vanelock.input.schema.structure.loads import RestLoadKeys
 from vanelock.input.schema.structure.structure import _mesh_size
-from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST
+from vanelock.mesh.element_size import LARGEST, SMALLEST
 
 
 def test_smallest_studies_are_the_scene():

@@ -13,7 +13,7 @@ from tests.conftest import CASING_MASTERS, JOINTS, VANE_MASTERS
 from tests.mesh.conftest import SECTORS, ring_sectors
 from vanelock import fem, mesh, parse_study, rom
 from vanelock.input.cases.sweep import cases
-from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.matching.side import own_part
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages

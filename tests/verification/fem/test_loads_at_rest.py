@@ -6,9 +6,7 @@ import scipy.linalg as sl
 
 from tests.verification.fem.rings import COUNTS, FULL, cylindrical, orders, quarter, solved
 from vanelock.fem import Material, assemble, centrifugal, pressure, stress, thermal
-from vanelock.mesh.cells import solid
-from vanelock.mesh.contact.areas import nodal_areas
-from vanelock.mesh.exterior import exterior
+from vanelock.mesh.cells import exterior, nodal_areas, solid
 from vanelock.nonlinear import static_response
 from vanelock.rom import Contacts, Diameter, Force, System
 

@@ -27,8 +27,8 @@ from tests.verification.hostile.here import Here
 from tests.verification.hostile.server import COMPUTING, SECONDS, Outcome, Server
 from vanelock import template_text
 from vanelock.mesh import read_mesh
-from vanelock.mesh.matching.own_part import own_part
 from vanelock.mesh.matching.pairing import pair
+from vanelock.mesh.matching.side import own_part
 from vanelock.nonlinear import System
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"

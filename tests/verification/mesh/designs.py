@@ -31,7 +31,7 @@ from vanelock.mesh import (
     quality,
     vane_segment,
 )
-from vanelock.mesh.checks.fillets import SIZE
+from vanelock.mesh.checks import SIZE
 
 Values = dict[str, Any]
 

@@ -20,10 +20,10 @@ from benchmarks.unreduced import unreduced_segment as unreduced
 from vanelock import fem, mesh
 from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
-from vanelock.mesh.checks.tetrahedra import quadratic_shapes
-from vanelock.mesh.contact.patch_means import averages, cylinder, plane
-from vanelock.mesh.contact.patches import Patch, hook_patches, interlock_patches
+from vanelock.mesh import contact_patches as lay
+from vanelock.mesh.contact_patches import Patch, averages, cylinder, plane
 from vanelock.mesh.geometry import contact_places as mesh_sets
+from vanelock.mesh.tetrahedra import quadratic_shapes
 from vanelock.rom.joining.patches import with_means
 from vanelock.stages.parts.segment import Joint
 
@@ -273,14 +273,14 @@ def bent(part, coarse, straight, cells):
 
 def patches(part):
     """Weights of a part's contact patches."""
-    bands = hook_patches(HookDimensions(), OVERLAP, 16)
+    bands = lay.hook_patches(HookDimensions(), OVERLAP, 16)
     rows = []
     for radius, band in zip((0.592, 0.584, 0.592, 0.584), bands, strict=True):
         facets = cylinder(part.points, part.cells, radius)
         rows.append(averages(part.name, part.points, part.cells, facets, band))
     found = {"hook_front": sp.vstack(rows[:2]), "hook_rear": sp.vstack(rows[2:])}
     if part.name == "vane":
-        for name, side in zip(INTERLOCK, interlock_patches(VaneDimensions(), 16), strict=True):
+        for name, side in zip(INTERLOCK, lay.interlock_patches(VaneDimensions(), 16), strict=True):
             first, normal = part.points[part.node_sets[name][0]], part.frames[name][0, 0]
             facets = plane(part.points, part.cells, first, normal)
             found[name] = averages(part.name, part.points, part.cells, facets, side)
@@ -376,8 +376,8 @@ def test_nominal_vane(record_property):
     Nodes are softer than patches, by as much as the elements at the contacts resolve it.
     """
     parts = sized("medium" if FULL else COARSE)
-    bands = hook_patches(HookDimensions(), OVERLAP, 16)
-    left, _ = interlock_patches(VaneDimensions(), 16)
+    bands = lay.hook_patches(HookDimensions(), OVERLAP, 16)
+    left, _ = lay.interlock_patches(VaneDimensions(), 16)
     for name, patch, stiffness in (("hook", bands[0][3], 1.67e7), ("interlock", left[1], 1e6)):
         record_property(f"{name}: a patch, mm²", f"{1e6 * patch.area:.1f}")
         record_property(f"{name}: stiffness per area, N/m³", f"{stiffness / patch.area:.3g}")

@@ -13,7 +13,7 @@ from vanelock.input.measured.curve import Measured, curve_mistakes, load_measure
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unusual
-from vanelock.mesh.geometry.element_size import element_size, words_of
+from vanelock.mesh.element_size import element_size, words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated
 from vanelock.stages.parts.load_lines import load_lines

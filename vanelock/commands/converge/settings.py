@@ -16,8 +16,8 @@ from vanelock.common.errors import InputError
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.schema.structure.structure import ACCURACY, MODES
 from vanelock.input.schema.study import Study
+from vanelock.mesh.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.stages.accuracy.mesh_sizes import unknowns
 

@@ -29,7 +29,7 @@ from vanelock.input.schema.structure.loads import files_named
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unit_of
-from vanelock.mesh.checks.dimensions import (
+from vanelock.mesh.checks import (
     check_casing,
     check_clearances,
     check_sectors,

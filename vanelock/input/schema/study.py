@@ -43,8 +43,8 @@ from vanelock.input.schema.structure.structure import (
 )
 from vanelock.input.schema.structure.temperature import TEMPERATURE_CHECKS, Temperature
 from vanelock.mesh import CasingDimensions, VaneDimensions
-from vanelock.mesh.generate.stretch import checked_stretch
-from vanelock.mesh.refinement.dof_estimate import check_size
+from vanelock.mesh.element_size import checked_stretch
+from vanelock.mesh.refinement import check_size
 from vanelock.nonlinear.contact.sampling import least_samples
 
 

@@ -6,7 +6,7 @@ from vanelock.common.tables import Column, Flag, Table
 from vanelock.input.cases.names import of_case, words
 from vanelock.input.schema.study import Study
 from vanelock.mesh import VaneDimensions
-from vanelock.mesh.checks.root_fillets import filleted
+from vanelock.mesh.geometry.root_fillet import filleted
 from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.stress.margins import Margin

@@ -20,7 +20,7 @@ from vanelock.common.errors import InputError
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.mesh.geometry.element_size import SMALLEST, element_size, words_of
+from vanelock.mesh.element_size import SMALLEST, element_size, words_of
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy.amplitude_errors import amplitude_error, amplitude_errors_step
 from vanelock.stages.accuracy.budget import Budget, budget, pins

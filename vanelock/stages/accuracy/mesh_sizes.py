@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from vanelock.common.errors import InputError
 from vanelock.common.process import memory
 from vanelock.input.schema.study import Study
+from vanelock.mesh.element_size import Size, element_size
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.geometry.element_size import Size, element_size
-from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
+from vanelock.mesh.refinement import casing_dofs, vane_dofs
 
 DOFS = 1_000_000
 """Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""

@@ -9,8 +9,8 @@ from vanelock.common.errors import InputError
 from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part
-from vanelock.mesh.geometry.element_size import element_size
-from vanelock.mesh.matching.own_part import own_part
+from vanelock.mesh.element_size import element_size
+from vanelock.mesh.matching.side import own_part
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import SHARED, Step, step
 

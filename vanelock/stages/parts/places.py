@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, Part, VaneDimensions
-from vanelock.mesh.contact.patches import hook_overlap, hook_patches, interlock_patches
+from vanelock.mesh.contact_patches import hook_overlap, hook_patches, interlock_patches
 from vanelock.rom import Contacts
 
 Floats = NDArray[np.float64]

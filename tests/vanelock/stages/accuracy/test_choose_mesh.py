@@ -9,8 +9,8 @@ import pytest
 from vanelock import parse_study
 from vanelock.common.errors import InputError
 from vanelock.common.process import memory
-from vanelock.mesh.geometry.element_size import element_size
-from vanelock.mesh.refinement.dof_estimate import casing_dofs, vane_dofs
+from vanelock.mesh.element_size import element_size
+from vanelock.mesh.refinement import casing_dofs, vane_dofs
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy import choose_mesh, mesh_sizes

@@ -12,8 +12,8 @@ from vanelock.input.schema.structure.structure import KeyTable
 from vanelock.mesh import Part
 from vanelock.mesh.files.read import metres
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.matching.own_part import HOOKS, INTERLOCKS
 from vanelock.mesh.matching.pairing import TOLERANCE
+from vanelock.mesh.matching.side import HOOKS, INTERLOCKS
 
 
 def _set(value: object) -> object:

@@ -19,10 +19,10 @@ from vanelock.common.quantities import (
     si,
 )
 from vanelock.input.schema.structure.piecewise import ByTemperature
-from vanelock.mesh.checks.dimensions import FEWEST, MOST
-from vanelock.mesh.generate.stretch import MOST as STRETCH
-from vanelock.mesh.geometry.element_size import LARGEST, SIZES, SMALLEST
-from vanelock.mesh.refinement.dof_estimate import MOST as LARGEST_MESHES
+from vanelock.mesh.checks import FEWEST, MOST
+from vanelock.mesh.element_size import LARGEST, SIZES, SMALLEST
+from vanelock.mesh.element_size import MOST_STRETCH as STRETCH
+from vanelock.mesh.refinement import MOST as LARGEST_MESHES
 
 
 def _mesh_size(value: object) -> object:

@@ -4,16 +4,16 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.mesh.part import Part
 
 # Corners of the reference tetrahedron, then the middles of its edges in meshio's order.
 _CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
+_EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
 _FACES = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]]) / 3  # centroids
-CORNER_SLOPES = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # of the four corners
+_CORNER_SLOPES = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # of the four corners
 _REGULAR = np.array([[1, 0.5, 0.5], [0, np.sqrt(3) / 2, np.sqrt(3) / 6], [0, 0, np.sqrt(2 / 3)]])
 
 
@@ -68,7 +68,7 @@ def quality(part: Part) -> Quality:
     )
 
 
-def condition(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
+def condition(points: Floats, cells: Integers) -> Floats:
     """Signed inverse condition numbers (SICN) (e,) of the tetrahedra that elements' corners span.
 
     3 / (|A| |A^-1|), where A makes the element of a regular one: 1 for that, 0 for a flat one.
@@ -82,7 +82,7 @@ def condition(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[
     return np.asarray(np.nan_to_num(sicn, nan=0.0))
 
 
-def jacobian_bounds(points: NDArray[np.float64], cells: NDArray[np.int64]) -> NDArray[np.float64]:
+def jacobian_bounds(points: Floats, cells: Integers) -> Floats:
     """Lower bounds on the elements' determinants, relative to the elements with straight sides.
 
     The derivatives of place by the reference coordinates, J = [a b c], are linear in a quadratic
@@ -114,28 +114,26 @@ def valid(part: Part) -> Part:
     return part
 
 
-def jacobians(
-    points: NDArray[np.float64], cells: NDArray[np.int64], positions: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def jacobians(points: Floats, cells: Integers, positions: Floats) -> Floats:
     """Derivative of place by reference coordinates at positions (q, 3): (e, q, 3, 3), m."""
     barycentric = np.column_stack([1 - positions.sum(axis=1), positions])
     if cells.shape[1] == 4:
-        slopes = np.broadcast_to(CORNER_SLOPES, (len(positions), 4, 3))
+        slopes = np.broadcast_to(_CORNER_SLOPES, (len(positions), 4, 3))
     else:
         slopes = quadratic_slopes(barycentric)
     return np.asarray(np.einsum("eia,qib->eqab", points[cells], slopes))
 
 
-def quadratic_shapes(barycentric: NDArray[np.float64]) -> NDArray[np.float64]:
+def quadratic_shapes(barycentric: Floats) -> Floats:
     """The ten shape functions (q, 10), in meshio's order, at barycentric positions (q, 4)."""
     L = barycentric
-    first, second = EDGES.T
+    first, second = _EDGES.T
     return np.hstack([L * (2 * L - 1), 4 * L[:, first] * L[:, second]])
 
 
-def quadratic_slopes(barycentric: NDArray[np.float64]) -> NDArray[np.float64]:
+def quadratic_slopes(barycentric: Floats) -> Floats:
     """Their derivatives (q, 10, 3) by the reference coordinates, barycentric 1 to 3."""
     L = barycentric[..., None]
-    first, second = EDGES.T
-    edge = L[:, first] * CORNER_SLOPES[second] + L[:, second] * CORNER_SLOPES[first]
-    return np.concatenate([(4 * L - 1) * CORNER_SLOPES, 4 * edge], axis=1)
+    first, second = _EDGES.T
+    edge = L[:, first] * _CORNER_SLOPES[second] + L[:, second] * _CORNER_SLOPES[first]
+    return np.concatenate([(4 * L - 1) * _CORNER_SLOPES, 4 * edge], axis=1)

@@ -1,10 +1,17 @@
-"""Mean displacement over contact patches, as weights of the mesh's nodes.
+"""Contact patches, the pieces of the contact faces that belong to each node, and means over them.
 
-The faces of quadratic tetrahedra, curved or not, are divided evenly in their barycentric
-coordinates. Each piece is cut with a patch's planes as if it were flat between its corners, but
-integrated over as it is: with the element's own shape functions N_j and area. The faces' centroid
-x_f may differ from the patch's, x_c, and does so differently on each part. The mean is carried
-from one to the other by the displacement gradient beneath the faces,
+A patch is cut out of its face by planes and does not depend on the mesh, so that the two faces of
+a joint, meshed apart, share it. At the hooks it is the interval of angle nearest to its node, the
+outermost ones reaching to the band's end, over the axial length in which foot and groove touch. At
+the interlock it is half of the face's height times the length nearest to its node. There the face
+is bounded by arcs of the ellipses in which its plane cuts the shroud's cylinders.
+
+Means of displacement over them are weights of the mesh's nodes. The faces of quadratic tetrahedra,
+curved or not, are divided evenly in their barycentric coordinates. Each piece is cut with a patch's
+planes as if it were flat between its corners, but integrated over as it is: with the element's own
+shape functions N_j and area. The faces' centroid x_f may differ from the patch's, x_c, and does so
+differently on each part. The mean is carried from one to the other by the displacement gradient
+beneath the faces,
 
     w_j = 1/A ∫ N_j + (x_c - x_f)·∇N_j dA,    so that  Σ w_j = 1,  Σ w_j x_j = x_c,
 
@@ -14,24 +21,143 @@ sides the integrals are exact.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats, Integers
+from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
-from vanelock.mesh.checks.tetrahedra import quadratic_shapes, quadratic_slopes
-from vanelock.mesh.contact.patches import Patch, hook_patches, interlock_patches
 from vanelock.mesh.generate.occ_solids import TOLERANCE
-from vanelock.mesh.geometry.dimensions import HookDimensions, VaneDimensions
+from vanelock.mesh.geometry import contact_places
+from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.part import Part
+from vanelock.mesh.tetrahedra import quadratic_shapes, quadratic_slopes
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
+
+@dataclass(frozen=True)
+class Patch:
+    """A piece of a surface.
+
+    Attributes
+    ----------
+    planes : (p, 4) float
+        Unit normals n and offsets d, m: the patch is where n·x ≤ d for all of them.
+    area : float
+        m².
+    centroid : (3,) float
+        Of the curved surface, m; so it lies a little inside a cylinder.
+    """
+
+    planes: Floats
+    area: float
+    centroid: Floats
+
+    def turned(self, rotation: Floats) -> "Patch":
+        """The patch turned about the origin."""
+        planes = np.column_stack([self.planes[:, :3] @ rotation.T, self.planes[:, 3]])
+        return Patch(planes, self.area, rotation @ self.centroid)
+
+
+def hook_overlap(vane: VaneDimensions, casing: CasingDimensions) -> tuple[float, float]:
+    """Axial range, m, in which both faces of the front foot lie on those of the groove.
+
+    Fillets belong to neither face.
+    """
+    return (
+        max(vane.foot_front, casing.groove_bottom + casing.fillet),
+        min(vane.leg_front - vane.fillet, casing.groove_mouth),
+    )
+
+
+def hook_patches(
+    hook: HookDimensions, overlap: tuple[float, float], sectors: int
+) -> list[list[Patch]]:
+    """Patches of the nodes of `contact_places.hook_bands`, band by band."""
+    front_roof = contact_places.hook_bands(hook, sectors)[0]
+    limits = _nearest(np.arctan2(front_roof[:, 1], front_roof[:, 0]))  # the same on all bands
+    mirrored = (2 * hook.mid_plane - overlap[1], 2 * hook.mid_plane - overlap[0])
+    return [
+        [_on_cylinder(radius, angles, axial) for angles in pairwise(limits)]
+        for axial in (overlap, mirrored)
+        for radius in (hook.roof_radius, hook.lip_radius)
+    ]
+
+
+def _nearest(positions: Floats) -> Floats:
+    """Ends and mid-points (k + 1,) of the intervals nearest to ascending positions (k,)."""
+    middles = 0.5 * (positions[:-1] + positions[1:])
+    return np.concatenate([positions[:1], middles, positions[-1:]])
+
+
+def _on_cylinder(radius: float, angles: tuple[float, float], axial: tuple[float, float]) -> Patch:
+    (first, last), (front, rear) = angles, axial
+    planes = np.array(
+        [
+            [np.sin(first), -np.cos(first), 0.0, 0.0],  # half-planes from the axis outwards
+            [-np.sin(last), np.cos(last), 0.0, 0.0],
+            [0.0, 0.0, -1.0, -front],
+            [0.0, 0.0, 1.0, rear],
+        ]
+    )
+    half, middle = 0.5 * (last - first), 0.5 * (first + last)
+    inside = radius * np.sin(half) / half
+    centroid = [inside * np.cos(middle), inside * np.sin(middle), 0.5 * (front + rear)]
+    return Patch(planes, radius * (last - first) * (rear - front), np.array(centroid))
+
+
+def interlock_patches(vane: VaneDimensions, sectors: int) -> tuple[list[Patch], list[Patch]]:
+    """Patches of the nodes of the left interlock face, in their order, and of the right one."""
+    frame = contact_places.interlock_frame(vane, sectors)
+    origin = np.array([0.0, 0.0, vane.hook.mid_plane])
+    positions = (contact_places.interlock_rows(vane, sectors)[0] - origin) @ frame[
+        2
+    ]  # the same on both
+    slope = np.sin(np.radians(vane.interlock_slant))
+    radii = (vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius)
+    local = [
+        _beside_arc(ends, radius, sum(radii) - radius, slope)
+        for radius in radii
+        for ends in pairwise(_nearest(positions))
+    ]
+    left = []
+    for sides, area, centre in local:
+        normals = sides[:, :2] @ frame[[2, 1]]
+        planes = np.column_stack([normals, sides[:, 2] + normals @ origin])
+        left.append(Patch(planes, area, origin + centre @ frame[[2, 1]]))
+    return left, [patch.turned(turn(sectors)) for patch in left]
+
+
+def _beside_arc(
+    ends: tuple[float, float], radius: float, opposite: float, slope: float
+) -> tuple[Floats, float, Floats]:
+    """Piece of an interlock face from one of its arcs to the line at half height.
+
+    In coordinates of the face, across it and radial, the arcs are y² + (slope x)² = radius². The
+    line is straight and meets the mean of both arcs at the ends in x.
+    """
+
+    def arc(r: float, at: Floats) -> Floats:
+        return np.sqrt(r**2 - (slope * at) ** 2)
+
+    start, end = ends
+    low, high = 0.5 * (arc(radius, np.array(ends)) + arc(opposite, np.array(ends)))
+    points, weights = np.polynomial.legendre.leggauss(20)
+    x = start + (end - start) * 0.5 * (1 + points)
+    y = np.stack([arc(radius, x), low + (high - low) * 0.5 * (1 + points)])
+    share = 0.5 * (end - start) * weights * np.abs(y[1] - y[0])
+    area = float(share.sum())
+    upwards = np.array([low - high, end - start]) / np.hypot(high - low, end - start)
+    towards_arc = np.sign(radius - opposite) * upwards
+    corner = np.array([start, low])
+    sides = np.array([[-1.0, 0.0, -start], [1.0, 0.0, end], [*-towards_arc, -towards_arc @ corner]])
+    return sides, area, np.array([share @ x, share @ y.mean(axis=0)]) / area
+
 
 COVERED = 2e-2  # of a patch's area: the most that straight-sided elements may miss of a curved one
-OFFSET = 1e-13  # m; a smaller distance of the centroids is round-off
-DIVISIONS = (
+_OFFSET = 1e-13  # m; a smaller distance of the centroids is round-off
+_DIVISIONS = (
     2  # of the edges of a face before it is cut; finer ones do not change what elements resolve
 )
 
@@ -47,7 +173,7 @@ class Facets:
     corner: Integers
 
 
-def cylinder(points: Array, cells: Integers, radius: float) -> Facets:
+def cylinder(points: Floats, cells: Integers, radius: float) -> Facets:
     """Faces with their corners on a cylinder about z."""
     on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < TOLERANCE
     facets = _surface(cells, on)
@@ -58,12 +184,12 @@ def cylinder(points: Array, cells: Integers, radius: float) -> Facets:
     return Facets(facets.element[faces_axis], facets.corner[faces_axis])
 
 
-def plane(points: Array, cells: Integers, origin: Array, normal: Array) -> Facets:
+def plane(points: Floats, cells: Integers, origin: Floats, normal: Floats) -> Facets:
     """Faces with their corners in a plane."""
     return _surface(cells, np.abs((points - origin) @ normal) < TOLERANCE)
 
 
-def _surface(cells: Integers, on: NDArray[np.bool_]) -> Facets:
+def _surface(cells: Integers, on: Booleans) -> Facets:
     """Faces whose corners all lie on the surface and that belong to one element only."""
     element, face = np.nonzero(on[cells[:, _FACES]].all(axis=2))
     found = Facets(element, _FACES[face])
@@ -79,10 +205,10 @@ def _corners(cells: Integers, facets: Facets) -> Integers:
 
 
 def averages(
-    what: str, points: Array, cells: Integers, facets: Facets, patches: Sequence[Patch]
+    what: str, points: Floats, cells: Integers, facets: Facets, patches: Sequence[Patch]
 ) -> sp.csr_array:
     """Weights of the nodes in the mean over each patch."""
-    lattice, pieces = _lattice(DIVISIONS)
+    lattice, pieces = _lattice(_DIVISIONS)
     place = _in_tetrahedron(facets.corner[:, None], lattice)
     shapes = quadratic_shapes(place.reshape(-1, 4)).reshape(*place.shape[:2], 10)
     x = shapes @ points[cells[facets.element]]  # (t, lattice, 3)
@@ -107,7 +233,7 @@ def averages(
     return sp.csr_array(sp.vstack(rows))
 
 
-def _lattice(divisions: int) -> tuple[Array, Integers]:
+def _lattice(divisions: int) -> tuple[Floats, Integers]:
     """Barycentric points (m, 3) that divide a triangle evenly, and its pieces (n², 3) of them."""
     n = divisions
     at = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
@@ -118,7 +244,7 @@ def _lattice(divisions: int) -> tuple[Array, Integers]:
     return np.column_stack([n - i - j, i, j]) / n, np.array(pieces)
 
 
-def _in_tetrahedron(corner: Integers, place: Array) -> Array:
+def _in_tetrahedron(corner: Integers, place: Floats) -> Floats:
     """Barycentric positions (..., 4) of places (..., 3) in faces with some corners (..., 3)."""
     shape = np.broadcast_shapes(corner.shape, place.shape)[:-1]
     position = np.zeros((*shape, 4))
@@ -126,7 +252,7 @@ def _in_tetrahedron(corner: Integers, place: Array) -> Array:
     return position
 
 
-def _inside(outside: Array) -> tuple[Integers, Integers, Array, Array]:
+def _inside(outside: Floats) -> tuple[Integers, Integers, Floats, Floats]:
     """Quadrature of the faces inside some planes, exact for quadratics in each piece."""
     face, piece = np.nonzero(np.all(outside.min(axis=2) < 0, axis=2))
     place, share = _quadrature(_cut(outside[face, piece]))
@@ -135,7 +261,7 @@ def _inside(outside: Array) -> tuple[Integers, Integers, Array, Array]:
     return face[used], piece[used], place[used, point], share_of_face
 
 
-def _cut(outside: Array) -> Array:
+def _cut(outside: Floats) -> Floats:
     """Barycentric corners (t, 3 + p, 3) of triangles cut by p planes; the last ones may repeat.
 
     Sutherland and Hodgman's method, on all triangles at once.
@@ -158,7 +284,7 @@ def _cut(outside: Array) -> Array:
     return polygon
 
 
-def _quadrature(polygons: Array) -> tuple[Array, Array]:
+def _quadrature(polygons: Floats) -> tuple[Floats, Floats]:
     """Points (t, q, 3) and shares (t, q) of the triangle's area, exact for quadratics.
 
     A fan of triangles from the first corner, each with the middles of its sides.
@@ -171,12 +297,12 @@ def _quadrature(polygons: Array) -> tuple[Array, Array]:
 
 
 def _row(
-    points: Array, nodes: Integers, position: Array, J: Array, weight: Array, centroid: Array
+    points: Floats, nodes: Integers, position: Floats, J: Floats, weight: Floats, centroid: Floats
 ) -> sp.csr_array:
     """Weights (1, n) of the mean over some points, carried to the patch's centroid."""
     mean = weight[:, None] * quadratic_shapes(position)
     offset = centroid - np.einsum("qj,qjx->x", mean, points[nodes])
-    if np.linalg.norm(offset) > OFFSET:
+    if np.linalg.norm(offset) > _OFFSET:
         along = np.linalg.solve(J, np.broadcast_to(offset, (len(J), 3))[..., None])
         mean += weight[:, None] * (quadratic_slopes(position) @ along)[..., 0]
     used, number = np.unique(nodes, return_inverse=True)

@@ -5,14 +5,15 @@ all but the last block of a set given in several.
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.decks.abaqus_keywords import Line, keywords
-from vanelock.mesh.files.decks.numbers import counted, real, span, whole
-from vanelock.mesh.files.raw import CellBlock, Integers, RawMesh, distinct
+from vanelock.mesh.files.numbers import counted, real, span, whole
+from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
 
 # A solid's name ends in letters for its formulation, which do not change its nodes.
 _SOLIDS = {
@@ -36,31 +37,47 @@ _FACES: dict[str, list[tuple[int, ...]]] = {
 }
 
 
-@dataclass
-class Deck:
-    """What a deck's keywords list, sets inside sets still by name.
+Line = tuple[int, list[str]]
+"""A line's number and its words between commas."""
 
-    Attributes
-    ----------
-    source : str
-        What errors call the file.
-    numbers, places : list
-        Nodes.
-    elements : dict of str to (list of int, list of list of int)
-        Numbers and nodes of the elements of each type.
-    node_sets, element_sets : dict of str to list
-        Members: numbers, or the name of another set; "elements X" are the nodes of set X.
-    surfaces : dict of str to list of (str, str)
-        Element or set of elements, and its face.
-    sections : list of str
-        Sets of elements that a section gives stiffness or mass.
-    instances : int
-        How many parts the assembly has.
-    listed : int
-        Members of all ranges of the sets.
+
+def keywords(source: str, text: str) -> Iterator[tuple[int, str, dict[str, str], list[Line]]]:
+    """Each keyword: its line's number, its name, its options by name, its lines of data.
+
+    Names are in upper case; a keyword's has no blanks: `USERELEMENT`.
     """
+    current: tuple[int, str, dict[str, str], list[Line]] | None = None
+    pending: list[str] = []  # a keyword's line that ends in a comma goes on
+    for number, line in enumerate(text.splitlines(), start=1):
+        line = line.strip()
+        if not line or line.startswith("**"):
+            continue
+        if pending or line.startswith("*"):
+            pending.append(line)
+            if line.endswith(","):
+                continue
+            if current is not None:
+                yield current
+            name, *given = (word.strip() for word in "".join(pending)[1:].split(","))
+            pending = []
+            pairs = (word.partition("=") for word in given if word)
+            options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+            current = number, "".join(name.upper().split()), options, []
+        elif current is not None:
+            current[3].append((number, [word.strip() for word in line.split(",")]))
+        else:
+            raise InputError(f"{source}: line {number}: not an Abaqus deck: no keyword before it")
+    if pending:
+        raise InputError(f"{source}: ends within a keyword's options")
+    if current is not None:
+        yield current
 
-    source: str
+
+@dataclass
+class _Deck:
+    """What a deck's keywords list, sets inside sets still by name."""
+
+    source: str  # what errors call the file
     numbers: list[int] = field(default_factory=list)
     places: list[tuple[float, float, float]] = field(default_factory=list)
     elements: dict[str, tuple[list[int], list[list[int]]]] = field(default_factory=dict)
@@ -68,8 +85,8 @@ class Deck:
     element_sets: dict[str, list[str | Integers]] = field(default_factory=dict)
     surfaces: dict[str, list[tuple[str, str]]] = field(default_factory=dict)
     sections: list[str] = field(default_factory=list)
-    instances: int = 0
-    listed: int = 0
+    instances: int = 0  # how many parts the assembly has
+    listed: int = 0  # members of all ranges of the sets
 
 
 def _nodes_of_type(name: str) -> int | None:
@@ -83,7 +100,7 @@ def _solid(name: str) -> tuple[str, int] | None:
     return _SOLIDS.get(found[1]) if found else None
 
 
-def resolved(deck: Deck) -> RawMesh:
+def _resolved(deck: _Deck) -> RawMesh:
     """Numbers for the names of sets inside sets, blocks for the elements."""
     raw = RawMesh(
         deck.source,
@@ -139,7 +156,7 @@ class _ElementNodes:
 
 
 def _members(
-    deck: Deck,
+    deck: _Deck,
     name: str,
     sets: dict[str, list[str | Integers]],
     above: tuple[str, ...],
@@ -194,7 +211,7 @@ def read_abaqus(source: str, text: str) -> RawMesh:
     Names of sets are told apart without regard to upper and lower case, as the format has it, and
     come out in upper case.
     """
-    deck = Deck(source)
+    deck = _Deck(source)
     for number, keyword, options, lines in keywords(source, text):
         where = f"{source}: line {number}: *{keyword}"
         if keyword in _REFUSED or "INPUT" in options:
@@ -214,10 +231,10 @@ def read_abaqus(source: str, text: str) -> RawMesh:
             deck.instances += 1
             if deck.instances > 1 or lines:
                 raise InputError(f"{where}: only one instance, neither moved nor turned, is read")
-    return resolved(deck)
+    return _resolved(deck)
 
 
-def _nodes(deck: Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:
+def _nodes(deck: _Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:
     if options.get("SYSTEM", "R").upper() != "R":
         raise InputError(f"{where}: only Cartesian coordinates are read")
     found = []
@@ -233,7 +250,7 @@ def _nodes(deck: Deck, where: str, options: dict[str, str], lines: list[Line]) -
         deck.node_sets.setdefault(options["NSET"].upper(), []).append(np.array(found, np.int64))
 
 
-def _elements(deck: Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:
+def _elements(deck: _Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:
     name = options.get("TYPE", "").upper()
     if not name:
         raise InputError(f"{where}: its TYPE is missing")
@@ -259,7 +276,7 @@ def _elements(deck: Deck, where: str, options: dict[str, str], lines: list[Line]
         deck.element_sets.setdefault(options["ELSET"].upper(), []).append(own)
 
 
-def _set(deck: Deck, where: str, keyword: str, options: dict[str, str], lines: list[Line]) -> None:
+def _set(deck: _Deck, where: str, keyword: str, options: dict[str, str], lines: list[Line]) -> None:
     name = options.get(keyword, "").upper()
     if not name:
         raise InputError(f"{where}: its name is missing")
@@ -283,7 +300,7 @@ def _set(deck: Deck, where: str, keyword: str, options: dict[str, str], lines: l
             entries.append(np.array([whole(last, at)]) if last.isdigit() else word.upper())
 
 
-def _surface(deck: Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:
+def _surface(deck: _Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:
     name = options.get("NAME", "").upper()
     if not name:
         raise InputError(f"{where}: its name is missing")

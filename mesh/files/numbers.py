@@ -3,11 +3,11 @@
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 
-MOST_LISTED = 10_000_000
+_MOST_LISTED = 10_000_000
 """Members of all sets of a file; a mesh at the limit of its nodes has a third of a million."""
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 
@@ -17,9 +17,9 @@ def whole(text: str, where: str) -> int:
     try:
         number = int(text.replace("_", "?"))
     except ValueError:
-        raise InputError(f"{where}: {shortened(text)} is not a whole number") from None
+        raise InputError(f"{where}: {_shortened(text)} is not a whole number") from None
     if abs(number) >= 10**15:
-        raise InputError(f"{where}: {shortened(text)} is too large")
+        raise InputError(f"{where}: {_shortened(text)} is too large")
     return number
 
 
@@ -29,16 +29,16 @@ def real(text: str, where: str) -> float:
     try:
         return float(spelt)
     except ValueError:
-        raise InputError(f"{where}: {shortened(text)} is not a number") from None
+        raise InputError(f"{where}: {_shortened(text)} is not a number") from None
 
 
-def shortened(text: str) -> str:
+def _shortened(text: str) -> str:
     """Text of a file, quoted, for an error's single line."""
     plain = "".join(c if c.isprintable() else "?" for c in text)
     return f'"{plain}"' if len(plain) <= 40 else f'"{plain[:37]}..."'
 
 
-def span(low: int, high: int, step: int, where: str) -> NDArray[np.int64]:
+def span(low: int, high: int, step: int, where: str) -> Integers:
     """Numbers of a range with both ends."""
     if step < 1 or high < low:
         raise InputError(f"{where}: {low} to {high} by {step} is no range")
@@ -47,9 +47,9 @@ def span(low: int, high: int, step: int, where: str) -> NDArray[np.int64]:
     return np.arange(low, high + 1, step, dtype=np.int64)
 
 
-def counted(total: int, more: NDArray[np.int64], where: str) -> int:
+def counted(total: int, more: Integers, where: str) -> int:
     """How many members all sets of a file have so far: short lines list very many."""
     total += len(more)
-    if total > MOST_LISTED:
-        raise InputError(f"{where}: the sets have more than {MOST_LISTED:,} members so far")
+    if total > _MOST_LISTED:
+        raise InputError(f"{where}: the sets have more than {_MOST_LISTED:,} members so far")
     return total

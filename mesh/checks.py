@@ -1,4 +1,4 @@
-"""Refuse dimensions that contradict one another, before anything is meshed.
+"""Refuse dimensions that contradict one another and fillets that do not fit, before meshing.
 
 The models of `dimensions` check themselves; what also depends on the number of sectors, or on
 the other part, is checked here.
@@ -12,12 +12,10 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
-from vanelock.mesh.checks.fillets import check_casing_fillet, check_clear_fillets, check_vane_fillet
-from vanelock.mesh.checks.root_fillets import check_root_fillet
 from vanelock.mesh.generate.bosses import check_bosses
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import (
@@ -26,6 +24,7 @@ from vanelock.mesh.geometry.dimensions import (
     HookDimensions,
     VaneDimensions,
 )
+from vanelock.mesh.geometry.root_fillet import check_root_fillet
 
 _USUAL = 16  # sectors
 _PROFILE = ("chord", "thickness", "edge_thickness", "camber", "stagger", "twist", "lean")
@@ -112,7 +111,7 @@ def _check_neighbours(vane: VaneDimensions, sectors: int, cuts: Sequence[float])
         )
 
 
-def _gap(section: NDArray[np.float64], step: float) -> float:
+def _gap(section: Floats, step: float) -> float:
     """Distance of a closed curve (k, 2) from the same one, shifted by `step` along the first axis.
 
     Negative where they cross: how much further apart they would have to be.
@@ -135,7 +134,7 @@ def _gap(section: NDArray[np.float64], step: float) -> float:
     return float(np.linalg.norm(to - at[..., None] * edge, axis=-1).min())
 
 
-def _standing(vane: VaneDimensions, along: float, angle: float) -> NDArray[np.float64]:
+def _standing(vane: VaneDimensions, along: float, angle: float) -> Floats:
     """The section around the aerofoil at an angle: (k, 3) m, axially from mid-plane."""
     section = aerofoil.around(vane, along, 24)
     points = np.column_stack([np.full(len(section), along), section])
@@ -194,7 +193,7 @@ def check_clearances(vane: VaneDimensions, casing: CasingDimensions) -> None:
             ("casing.rail_inner_radius", casing.rail_inner_radius),
         ),
     )
-    check_clear_fillets(vane, casing)
+    _check_clear_fillets(vane, casing)
 
 
 def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> None:
@@ -217,14 +216,14 @@ def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -
         ("casing.length - casing.flange_thickness", casing.length - casing.flange_thickness),
     )
     _ordered(radii, positions, ends)
-    check_casing_fillet(casing, hook)
+    _check_casing_fillet(casing, hook)
     check_bosses(casing, sectors)
 
 
 def check_vane(vane: VaneDimensions, sectors: int) -> None:
     """Refuse aerofoils that leave their shrouds or meet each other, and their fillets."""
     check_sectors(sectors)
-    check_vane_fillet(vane)
+    _check_vane_fillet(vane)
     _check_aerofoils(vane, sectors)
     check_root_fillet(vane, sectors)
 
@@ -239,3 +238,100 @@ def _ordered(*chains: Sequence[tuple[str, float]]) -> None:
     ]
     if wrong:
         raise InputError("\n".join(wrong))
+
+
+SIZE = 20.0
+"""Elements may be so many radii of a fillet long: beyond, those beside it become slivers."""
+
+_Room = tuple[str, float]
+"""What bounds a fillet, and the largest radius there, m."""
+
+
+def _check_casing_fillet(casing: CasingDimensions, hook: HookDimensions) -> None:
+    """Refuse a fillet of the casing's rails that reaches another one, an edge or a contact band."""
+    height = casing.inner_radius - hook.roof_radius
+    between = 2 * (hook.mid_plane - casing.groove_mouth)
+    _check(
+        "casing.fillet",
+        casing.fillet,
+        ("between casing.groove_mouth and its mirror image", (between - CLEARANCE) / 2),
+        ("between vane.hook.roof_radius and casing.inner_radius", height - CLEARANCE),
+        (
+            "between vane.hook.lip_radius and vane.hook.roof_radius",
+            (hook.roof_radius - hook.lip_radius - CLEARANCE) / 2,
+        ),
+        (
+            "between casing.groove_bottom and vane.hook.band_position",
+            hook.band_position - casing.groove_bottom - CLEARANCE,
+        ),
+        (
+            "between casing.rail_inner_radius and casing.inner_radius",
+            casing.inner_radius - casing.rail_inner_radius - CLEARANCE,
+        ),
+        ("in front of casing.rail_front", casing.rail_front - CLEARANCE),
+        (
+            "behind the rear rail",
+            casing.length - 2 * hook.mid_plane + casing.rail_front - CLEARANCE,
+        ),
+    )
+
+
+def _check_vane_fillet(vane: VaneDimensions) -> None:
+    """Refuse a fillet of the vane's hooks that reaches another one, an edge or a contact band."""
+    hook = vane.hook
+    leg = hook.lip_radius - vane.outer_shroud_outer_radius
+    between = 2 * (hook.mid_plane - vane.leg_rear)
+    _check(
+        "vane.fillet",
+        vane.fillet,
+        (
+            "between vane.outer_shroud_outer_radius and vane.hook.lip_radius",
+            (leg - CLEARANCE) / 2,
+        ),
+        ("between vane.leg_rear and its mirror image", (between - CLEARANCE) / 2),
+        (
+            "between vane.hook.band_position and vane.leg_front",
+            vane.leg_front - hook.band_position - CLEARANCE,
+        ),
+        (
+            "between vane.outer_shroud_front and vane.leg_front",
+            vane.leg_front - vane.outer_shroud_front - CLEARANCE,
+        ),
+    )
+
+
+def _check_clear_fillets(vane: VaneDimensions, casing: CasingDimensions) -> None:
+    """Refuse fillets that touch the other part: foot and groove meet on their faces alone."""
+    _check(
+        "casing.fillet",
+        casing.fillet,
+        (
+            "between casing.groove_bottom and vane.foot_front",
+            vane.foot_front - casing.groove_bottom - CLEARANCE,
+        ),
+    )
+    _check(
+        "vane.fillet",
+        vane.fillet,
+        (
+            "between casing.groove_mouth and vane.leg_front",
+            vane.leg_front - casing.groove_mouth - CLEARANCE,
+        ),
+    )
+
+
+def check_resolved(name: str, fillet: float, size: float, share: float = 1.0) -> None:
+    """Refuse a fillet too small for an element size, m, of which elements there are a share."""
+    if 0 < fillet < share * size / SIZE:
+        raise InputError(
+            f"{name} = {fillet:g} m: too small for elements of {share * size * 1e3:g} mm: allowed "
+            f"are 0, {share * size / SIZE:g} m and more, or mesh.size up to "
+            f"{SIZE * fillet / share:g} m"
+        )
+
+
+def _check(name: str, fillet: float, *rooms: _Room) -> None:
+    where, largest = min(rooms, key=lambda room: room[1])
+    if fillet > largest:
+        least = f"at most {largest:g} m" if largest >= CLEARANCE else "none"
+        raise InputError(f"{name} = {fillet:g} m: {where} {least} fits")

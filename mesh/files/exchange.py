@@ -1,23 +1,31 @@
-"""Read a mesh file through meshio: Gmsh's .msh, VTK's .vtu and .vtk.
+"""Read a mesh file through meshio, Gmsh's .msh, VTK's .vtu and .vtk; write one of Gmsh.
 
 Of the many formats that meshio knows, these are tested here. They are read in a child process: a
 small file can stand for a huge one, and a damaged one be read without end.
 The nodes' numbers in a Gmsh file, which meshio does not keep, are read besides.
+
+A part is written with its node sets as physical groups, since Gmsh knows none. Each set becomes a
+point entity with a one-node element (`vertex`) for each of its nodes, in the set's order, and a
+physical group of dimension 0 that bears its name; the solid is the physical group of dimension 3
+that bears the part's.
 """
 
+import os
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
+from vanelock.common.files.files import placed
 from vanelock.common.files.limited import by_library
-from vanelock.mesh.files.raw import Array, CellBlock, Integers, RawMesh, distinct
+from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
+from vanelock.mesh.part import Part
 
 
-def _node_numbers(data: bytes) -> NDArray[np.int64] | None:
+def _node_numbers(data: bytes) -> Integers | None:
     """Numbers of the nodes in the order of a .msh file of version 2 or 4.1; None of any other."""
     words = _after(data, b"$MeshFormat", 200)[:200].split()
     try:
@@ -43,7 +51,7 @@ def _after(data: bytes, name: bytes, count: int | None) -> bytes:
     return data[begin:] if count is None else data[begin : begin + count]
 
 
-def _version_2(nodes: bytes, binary: bool) -> NDArray[np.int64]:
+def _version_2(nodes: bytes, binary: bool) -> Integers:
     first, _, rest = nodes.partition(b"\n")
     count = int(first)
     if binary:
@@ -53,7 +61,7 @@ def _version_2(nodes: bytes, binary: bool) -> NDArray[np.int64]:
     return np.array([int(line.split(None, 1)[0]) for line in lines], np.int64)
 
 
-def _text(nodes: bytes) -> NDArray[np.int64]:
+def _text(nodes: bytes) -> Integers:
     lines = iter(nodes[: max(nodes.find(b"$EndNodes"), 0)].splitlines())
     blocks = int(next(lines, b"").split()[0])
     found: list[int] = []
@@ -65,7 +73,7 @@ def _text(nodes: bytes) -> NDArray[np.int64]:
     return np.array(found, np.int64)
 
 
-def _binary(nodes: bytes) -> NDArray[np.int64]:
+def _binary(nodes: bytes) -> Integers:
     blocks = int(np.frombuffer(nodes, "<u8", 4)[0])
     at, found = 32, [np.empty(0, np.int64)]
     for _ in range(blocks):
@@ -153,7 +161,7 @@ def _table(raw: RawMesh, block: Any) -> Integers:
     return np.asarray(raw.numbers[table])
 
 
-def _add_field(raw: RawMesh, name: str, values: Array) -> None:
+def _add_field(raw: RawMesh, name: str, values: Floats) -> None:
     """A set from a whole-number field at the nodes: those that are not zero, in their order."""
     if values.ndim == 2 and values.shape[1] == 1:
         values = values[:, 0]
@@ -162,3 +170,53 @@ def _add_field(raw: RawMesh, name: str, values: Array) -> None:
     inside = np.flatnonzero(values)
     order = np.argsort(values[inside], kind="stable")
     raw.node_sets[name] = np.asarray(raw.numbers[inside[order]])
+
+
+_SOLID = 1
+"""Number of the solid's entity and physical group; the sets' follow."""
+
+
+def write_msh(path: str | os.PathLike[str], part: Part) -> Path:
+    """Write a part as a binary file of MSH 4.1, as a whole or not at all, and return the path.
+
+    Node numbers are the part's, counted from 1.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    import meshio
+
+    sets = {name: nodes for name, nodes in part.node_sets.items() if len(nodes)}
+    tags = range(_SOLID + 1, _SOLID + 1 + len(sets))
+    blocks = [(part.cell_type, part.cells), *(("vertex", n[:, None]) for n in sets.values())]
+    numbers = [np.full(len(cells), i) for i, (_, cells) in enumerate(blocks, start=_SOLID)]
+    owners = _owners(len(part.points), list(sets.values()))
+    mesh = meshio.Mesh(
+        part.points,
+        blocks,
+        point_data={} if owners is None else {"gmsh:dim_tags": owners},
+        cell_data={"gmsh:physical": numbers, "gmsh:geometrical": numbers},
+        field_data={part.name: [_SOLID, 3]} | {n: [t, 0] for n, t in zip(sets, tags, strict=True)},
+    )
+    target = Path(path)
+    with placed(target) as temporary:
+        # "gmsh" is version 4.1, which needs an entity for each group and a node for each entity.
+        mesh.write(temporary, file_format="gmsh22" if owners is None else "gmsh", binary=True)
+    return target
+
+
+def _owners(count: int, sets: list[Integers]) -> Integers | None:
+    """Dimension and tag (n, 2) of the entity that each node belongs to.
+
+    A node has one owner though it may be in several sets; each set must own one at least, so the
+    smaller sets choose first. None if a set is left with none, since others hold the same nodes.
+    """
+    owners = np.tile([3, _SOLID], (count, 1))
+    for place in sorted(range(len(sets)), key=lambda i: len(sets[i])):
+        free = sets[place][owners[sets[place], 0] == 3]
+        if not len(free):
+            return None
+        owners[free[0]] = 0, _SOLID + 1 + place
+    return owners

@@ -1,1 +1,0 @@
-"""What is refused before meshing, and how good a mesh is."""

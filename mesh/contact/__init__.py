@@ -1,1 +1,0 @@
-"""Contact faces: patches, the areas that belong to nodes, normal directions."""
