@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vanelock.fem.elements.reference import shape_functions
+from vanelock.fem.elements import shape_functions
 from vanelock.mesh import Part
 
 Floats = NDArray[np.float64]

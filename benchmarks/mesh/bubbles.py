@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import fem
-from vanelock.fem.elements.reference import reference_element
+from vanelock.fem.elements import reference_element
 
 Floats = NDArray[np.float64]
 

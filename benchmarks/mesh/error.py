@@ -22,8 +22,8 @@ from benchmarks.pages import page
 from benchmarks.segment import CASES, MATERIAL
 from benchmarks.unreduced import unreduced_segment as unreduced
 from vanelock import fem, mesh
-from vanelock.fem.elements.reference import reference_element
-from vanelock.fem.stresses.strains import hooke, strain_blocks
+from vanelock.fem.elements import reference_element
+from vanelock.fem.stresses import hooke, strain_blocks
 from vanelock.mesh import CasingDimensions, Part, Sizes, VaneDimensions, sizes_for
 from vanelock.mesh.element_size import SIZES
 from vanelock.rom.joining.patches import with_means

@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.pages import page
 from vanelock import fem, rom
 from vanelock.fem import Model
-from vanelock.fem.vibration.block_lanczos import krylov_space
+from vanelock.fem.block_lanczos import krylov_space
 from vanelock.mesh import Part
 from vanelock.mesh.generate.mesher import generate
 from vanelock.mesh.gmsh_session import session

@@ -18,11 +18,11 @@ from pathlib import Path
 from benchmarks.isolated import memory  # isort: skip  # it sets the threads
 
 import numpy as np
+
 from benchmarks.pages import page
 from benchmarks.segment import CASING_MASTERS, MATERIAL, VANE_MASTERS
-
 from vanelock import fem, load_study, mesh, run_study
-from vanelock.fem.solvers.storage import factor_bytes
+from vanelock.fem.solvers.backend import factor_bytes
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.progress import Begun, Event
 from vanelock.stages.accuracy.cost_estimate import CostEstimate, estimated
@@ -40,7 +40,7 @@ Resident memory, GB, and processor time, min, of one process; "said": what the r
 |---|---:|---:|---:|---:|---:|---:|---:|---:|"""
 FACTORS = """\
 Factors of a part with its faces and contacts kept, bytes a row, by symbolic and numerical factor of
-CHOLMOD, and by the law of `vanelock.fem.solvers.storage`.
+CHOLMOD, and by the law of `vanelock.fem.solvers.backend`.
 
 | part | element | rows | entries of L | bytes | law | ratio |
 |---|---:|---:|---:|---:|---:|---:|"""

@@ -15,28 +15,25 @@ import scipy.sparse as sp
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import PathLike
-from vanelock.fem.matrix_files.contents import NoMatrixError, WantedMatrix
-from vanelock.fem.matrix_files.entries import Entries, assembled
-from vanelock.fem.matrix_files.labels import Labels, check_labels, named, read_labels
-from vanelock.fem.matrix_files.model import GENERALISED, Matrices
-from vanelock.fem.matrix_files.tables import load_pairs
-from vanelock.fem.matrix_files.units import units
+from vanelock.fem.matrix_files.contents import Entries, NoMatrixError, WantedMatrix, assembled
+from vanelock.fem.matrix_files.model import GENERALISED, Matrices, units
+from vanelock.fem.matrix_files.tables import Labels, check_labels, load_pairs, named, read_labels
 
-Reader = Callable[[Path, WantedMatrix], Entries]
+_Reader = Callable[[Path, WantedMatrix], Entries]
 
-READERS = {
-    ".mtx": ("abaqus_mtx", "read_mtx"),
-    ".mm": ("market", "read_market"),
-    ".mmf": ("market", "read_market"),
-    ".hb": ("harwell", "read_harwell"),
-    ".rb": ("harwell", "read_harwell"),
-    ".rsa": ("harwell", "read_harwell"),
-    ".matrix": ("harwell", "read_harwell"),
+_READERS = {
+    ".mtx": ("abaqus", "read_mtx"),
+    ".mm": ("sparse_text", "read_market"),
+    ".mmf": ("sparse_text", "read_market"),
+    ".hb": ("sparse_text", "read_harwell"),
+    ".rb": ("sparse_text", "read_harwell"),
+    ".rsa": ("sparse_text", "read_harwell"),
+    ".matrix": ("sparse_text", "read_harwell"),
     ".pch": ("dmig", "read_dmig"),
     ".dmig": ("dmig", "read_dmig"),
     ".bdf": ("dmig", "read_dmig"),
     ".dat": ("dmig", "read_dmig"),
-    ".mat": ("matlab", "read_mat"),
+    ".mat": ("hdf5", "read_mat"),
     ".h5": ("hdf5", "read_hdf5"),
     ".hdf5": ("hdf5", "read_hdf5"),
     ".full": ("ansys_full", "read_full"),
@@ -44,13 +41,13 @@ READERS = {
     ".npz": ("numpy_files", "read_npz"),
 }
 """Module and function by ending, without .gz."""
-SEVERAL = {
+_SEVERAL = {
     ".npz", ".mat", ".h5", ".hdf5", ".full", ".pch", ".dmig", ".bdf", ".dat", ".mtx"
 }  # fmt: skip
 """Endings of files that may hold several matrices."""
 
 
-def ending(path: Path) -> str:
+def _ending(path: Path) -> str:
     """A file's ending, without .gz and without a path into an HDF5 file."""
     name = re.sub(r"(\.h5|\.hdf5|\.mat):.*", r"\1", str(path).lower()).removesuffix(".gz")
     name = name.rpartition("/")[2]
@@ -59,21 +56,21 @@ def ending(path: Path) -> str:
 
 def _holds_several(path: Path) -> bool:
     """Whether a file of this format may hold more matrices than one."""
-    return ending(path) in SEVERAL
+    return _ending(path) in _SEVERAL
 
 
 def _read_entries(path: Path, wanted: WantedMatrix) -> Entries:
     """Read the matrix that is wanted from a file."""
-    found = READERS.get(ending(path))
+    found = _READERS.get(_ending(path))
     if found is None:
-        known = " ".join(sorted(READERS))
+        known = " ".join(sorted(_READERS))
         raise InputError(f"{path}: matrices are read from files that end in {known}")
     module, function = found
-    reader: Reader = getattr(import_module(f"vanelock.fem.matrix_files.readers.{module}"), function)
+    reader: _Reader = getattr(import_module(f"vanelock.fem.matrix_files.{module}"), function)
     return reader(path, wanted)
 
 
-BALANCED = 1e-3
+_BALANCED = 1e-3
 """Sum of a row's entries along one direction, over that of their moduli, below which it is none."""
 
 
@@ -96,7 +93,7 @@ def _check_mass(source: str, M: sp.csc_array, node: Integers, direction: Integer
         block = M[:, along].tocsr()[along]
         size = abs(block).sum(axis=1)
         rows += int(np.count_nonzero(size))
-        balanced += int(np.sum(abs(block.sum(axis=1))[size > 0] < BALANCED * size[size > 0]))
+        balanced += int(np.sum(abs(block.sum(axis=1))[size > 0] < _BALANCED * size[size > 0]))
     if rows and balanced > rows / 2:
         raise InputError(
             f"{source}: most of its rows add up to nothing along each direction, as those of a "

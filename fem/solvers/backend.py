@@ -1,14 +1,31 @@
-"""What every solver behind `factorise` takes and returns; right-hand sides go in blocks."""
+"""What every solver behind `factorise` takes and returns; right-hand sides go in blocks.
 
-from collections.abc import Callable
+CHOLMOD through scikit-sparse is the fastest of the solvers where it is installed. Positive definite
+matrices take the supernodal L Lᴴ. Indefinite ones take the simplicial L D Lᴴ, which has no
+pivoting: the signs of D are the inertia, and the caller checks the accuracy.
+
+How much memory a factorisation takes is known before from its number of rows. Nested dissection of
+a surface leaves O(n log n) entries in the factor, of a solid O(n^(4/3)); parts with walls of one or
+two elements lie near the former:
+
+    bytes(n) = B n (n / 30,000)^P
+
+fitted to both parts of the example with elements of 4.8 to 25 mm (docs/benchmarks/memory.md).
+"""
+
+import hashlib
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from vanelock.common.arrays import Array
 from vanelock.common.errors import InputError
+from vanelock.common.process import memory
 
 Sparse = sp.sparray | sp.spmatrix
 Solve = Callable[[Array], Array]
@@ -40,7 +57,7 @@ class BreakdownError(Exception):
     """A pivot that is zero, or negative where none may be."""
 
 
-SYMMETRIC = 1e-12  # of |x| |A y|: how far xᴴ(A y) may be from (A x)ᴴ y
+_SYMMETRIC = 1e-12  # of |x| |A y|: how far xᴴ(A y) may be from (A x)ᴴ y
 
 
 def hermitian(A: Any) -> sp.csc_array:
@@ -58,12 +75,12 @@ def hermitian(A: Any) -> sp.csc_array:
     A = sp.csc_array((data, A.indices, A.indptr), shape=A.shape)
     x, y = np.random.default_rng(1).standard_normal((2, A.shape[0]))
     Ax, Ay = A @ x, A @ y
-    if abs(x @ Ay - Ax.conj() @ y) > SYMMETRIC * np.linalg.norm(x) * np.linalg.norm(Ay):
+    if abs(x @ Ay - Ax.conj() @ y) > _SYMMETRIC * np.linalg.norm(x) * np.linalg.norm(Ay):
         raise InputError("the matrix is not Hermitian: both its halves must be stored, and agree")
     return A
 
 
-COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing more
+_COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing more
 BYTES = 2**28  # and no more of them than fit in this
 
 
@@ -82,7 +99,7 @@ def in_blocks(
         return make(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
     if sp.issparse(b):
         b = b.tocsc()
-    width = max(1, min(COLUMNS, BYTES // (max(shape) * kind().itemsize)))
+    width = max(1, min(_COLUMNS, BYTES // (max(shape) * kind().itemsize)))
     if by_rows and b.shape[1] <= width:
         return make(apply, b.toarray() if sp.issparse(b) else b, is_complex)
     x = np.empty((shape[0], b.shape[1]), kind, order="C" if by_rows else "F")
@@ -109,3 +126,103 @@ def _block(apply: Solve, b: Array, is_complex: bool) -> Array:
     x = np.empty((len(parts), k), np.complex128, order="F")
     x.real, x.imag = parts[:, :k], parts[:, k:]
     return x
+
+
+@dataclass(frozen=True)
+class _SymbolicFactor:
+    """Ordering and symbolic factor of one pattern."""
+
+    pattern: bytes  # of the matrix
+    kind: tuple[str, str]
+    symbolic: Any  # without numbers
+    order: NDArray[np.int32] | None = None  # (n,)
+
+
+@contextmanager
+def cholmod_errors() -> Generator[None, None, None]:
+    """CHOLMOD's errors as those that every solver has."""
+    from sksparse.cholmod import CholmodNotPositiveDefiniteError, CholmodOutOfMemoryError
+
+    try:
+        yield
+    except CholmodNotPositiveDefiniteError:
+        raise BreakdownError from None
+    except CholmodOutOfMemoryError:
+        raise MemoryError("CHOLMOD could not allocate") from None
+
+
+def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
+    """Factorise a matrix in canonical form; `like` is an earlier `Numeric.analysis` or None."""
+    if not definite and np.iscomplexobj(A.data):
+        A = _with_real_diagonal(A)
+    with cholmod_errors():
+        analysis = _analysed(A, "supernodal" if definite else "simplicial", like)
+        order = analysis.order
+        factor = analysis.symbolic.cholesky(A if order is None else _permuted(A, order))
+        negative = 0 if definite else int(np.sum(factor.D().real < 0))
+
+    def solve(b: Array) -> Array:
+        with cholmod_errors():
+            if order is None:
+                return np.asarray(factor(b))
+            x = np.empty_like(b)
+            x[order] = factor(np.asfortranarray(b[order]))
+            return x
+
+    return Numeric(solve, negative, analysis=analysis)
+
+
+def _analysed(A: sp.csc_array, mode: str, like: Any) -> _SymbolicFactor:
+    """The earlier analysis if it fits; else one with its ordering, if that does; else a new one."""
+    from sksparse.cholmod import analyze
+
+    pattern, kind = pattern_of(A), (str(A.dtype), mode)
+    if not (isinstance(like, _SymbolicFactor) and like.pattern == pattern):
+        # AMD, the default, leaves the simplicial factor of a solid a third more work.
+        ordering = "default" if mode == "supernodal" else "nesdis"
+        return _SymbolicFactor(pattern, kind, analyze(A, mode=mode, ordering_method=ordering))
+    if like.kind == kind:
+        return like
+    order = like.symbolic.P() if like.order is None else like.order
+    symbolic = analyze(_permuted(A, order), mode=mode, ordering_method="natural")
+    return _SymbolicFactor(pattern, kind, symbolic, order)
+
+
+def _permuted(A: sp.csc_array, order: Array) -> sp.csc_array:
+    permuted = sp.csc_array(A[order][:, order])
+    permuted.sort_indices()
+    return permuted
+
+
+def pattern_of(A: sp.csc_array) -> bytes:
+    """Digest of where the entries are."""
+    digest = hashlib.sha256(f"{A.shape} {A.indptr.dtype}".encode())
+    digest.update(A.indptr.data)
+    digest.update(A.indices.data)
+    return digest.digest()
+
+
+def _with_real_diagonal(A: sp.csc_array) -> sp.csc_array:
+    """L D Lᴴ takes a diagonal with the round-off of a product Tᴴ K T for a breakdown."""
+    columns = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
+    data = A.data.copy()
+    data.imag[columns == A.indices] = 0
+    return sp.csc_array((data, A.indices, A.indptr), shape=A.shape)
+
+
+_BYTES_OF_FACTOR, _POWER = 2450.0, 0.1
+"""B and P, of the real factor of a definite matrix by CHOLMOD."""
+MEMORY_TIMES = {"cholmod": 1.3, "pardiso": 1.9, "superlu": 4.5}
+"""Memory while factors are made, over that: docs/benchmarks/factorisation.md."""
+SCHUR_TIMES = 3.7
+"""The same with a Schur complement, which is read from a copy of the factor."""
+
+
+def factor_bytes(rows: int, is_complex: bool = False) -> float:
+    """Bytes that CHOLMOD's factor of a symmetric matrix of so many rows holds, to about 30 %."""
+    return (2 if is_complex else 1) * _BYTES_OF_FACTOR * rows * float((rows / 3e4) ** _POWER)
+
+
+def require_memory(rows: int, is_complex: bool, times: float) -> None:
+    """Refuse a factorisation that takes more memory than is left."""
+    memory.require(times * factor_bytes(rows, is_complex), f"factorising {rows:,} rows")

@@ -21,16 +21,17 @@ import scipy.sparse as sp
 
 from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
-from vanelock.fem.solvers import storage
 from vanelock.fem.solvers.backend import (
+    MEMORY_TIMES,
     BreakdownError,
     Numeric,
     Solve,
     Sparse,
+    cholmod,
     hermitian,
     in_blocks,
+    require_memory,
 )
-from vanelock.fem.solvers.cholmod import cholmod
 from vanelock.fem.solvers.singular import (
     FREE,
     SingularError,
@@ -41,12 +42,12 @@ from vanelock.fem.solvers.singular import (
     scale_of,
 )
 
-DEFINITE, INDEFINITE = 2, -2  # matrix types of PARDISO: real symmetric
-SOLVE = 33  # its phase of forward and backward substitution
-NEGATIVE, NONZEROS, PERTURBED = 23, 18, 14  # of its iparm, counted from 1
+_DEFINITE, INDEFINITE = 2, -2  # matrix types of PARDISO: real symmetric
+_SOLVE = 33  # its phase of forward and backward substitution
+_NEGATIVE, _NONZEROS, _PERTURBED = 23, 18, 14  # of its iparm, counted from 1
 
 
-def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
+def _pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     """Factorise a matrix in canonical form; `like` is not used.
 
     Its analysis lives in the handle of one factorisation and cannot be shared by two.
@@ -57,14 +58,14 @@ def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     if is_complex:
         A = sp.block_array([[A.real, -A.imag], [A.imag, A.real]], format="csr")
     upper = _upper(A)
-    solver = module.PyPardisoSolver(mtype=DEFINITE if definite else INDEFINITE)
+    solver = module.PyPardisoSolver(mtype=_DEFINITE if definite else INDEFINITE)
     try:
         solver.factorize(upper)
     except module.pardiso_wrapper.PyPardisoError:
         raise BreakdownError from None
     # It keeps a copy of the matrix, to which `solve` compares its argument at every call.
     solver.remove_stored_factorization()
-    solver.set_phase(SOLVE)
+    solver.set_phase(_SOLVE)
 
     def substitute(b: Array) -> Array:
         return np.asarray(solver._call_pardiso(upper, b)).reshape(b.shape)
@@ -78,9 +79,9 @@ def pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     weakref.finalize(solve, solver.free_memory, everything=True)  # the library never does
     negative: int | None = 0
     if not definite:
-        count = int(solver.get_iparm(NEGATIVE)) // (2 if is_complex else 1)
-        negative = None if solver.get_iparm(PERTURBED) else count
-    return Numeric(solve, negative, int(solver.get_iparm(NONZEROS)))
+        count = int(solver.get_iparm(_NEGATIVE)) // (2 if is_complex else 1)
+        negative = None if solver.get_iparm(_PERTURBED) else count
+    return Numeric(solve, negative, int(solver.get_iparm(_NONZEROS)))
 
 
 def _upper(A: Any) -> sp.csr_matrix:
@@ -92,7 +93,7 @@ def _upper(A: Any) -> sp.csr_matrix:
     return sp.csr_matrix(sp.coo_array((entries, places), shape=A.shape).tocsr())
 
 
-def superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float = 0.0) -> Numeric:
+def _superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float = 0.0) -> Numeric:
     """Factorise a matrix in canonical form.
 
     With a threshold of 0 the pivots stay on the diagonal unless they vanish, so that their signs
@@ -121,16 +122,16 @@ def superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float 
 _MODULES = {"cholmod": "sksparse", "pardiso": "pypardiso", "superlu": "scipy"}
 _SOLVERS: dict[str, Callable[..., Numeric]] = {
     "cholmod": cholmod,
-    "pardiso": pardiso,
-    "superlu": superlu,
+    "pardiso": _pardiso,
+    "superlu": _superlu,
 }
 # In order of preference. CHOLMOD's simplicial solve is poor at complex numbers.
 _INDEFINITE = {False: ("pardiso", "cholmod", "superlu"), True: ("pardiso", "superlu", "cholmod")}
 
 # Backward error of the solution for a random right-hand side.
-ACCURATE = 1e-14  # above it every solution is refined once
-COUNTED = 1e-10  # above it, before that step, the negative pivots are not counted
-USABLE = 1e-11  # above it, refined, the factors are thrown away
+_ACCURATE = 1e-14  # above it every solution is refined once
+_COUNTED = 1e-10  # above it, before that step, the negative pivots are not counted
+_USABLE = 1e-11  # above it, refined, the factors are thrown away
 
 _NOT_DEFINITE = (
     "the matrix is not positive definite: a part that is free to move as a rigid body needs "
@@ -280,11 +281,11 @@ def _factors(
 ) -> tuple[str, Numeric]:
     """Factors that are accurate, and the backend that they come from."""
     solver = _SOLVERS[backend]
-    storage.require(A.shape[0], np.iscomplexobj(A.data), storage.TIMES[backend])
+    require_memory(A.shape[0], np.iscomplexobj(A.data), MEMORY_TIMES[backend])
     analysis = like._analysis if like is not None else None
     if definite:
         return backend, solver(A, True, analysis)
-    pivoting: Callable[..., Numeric] = partial(superlu, threshold=0.1)
+    pivoting: Callable[..., Numeric] = partial(_superlu, threshold=0.1)
     for name, attempt in ((backend, solver), ("superlu", pivoting)):
         try:
             return name, _accurate(A, attempt(A, False, analysis))
@@ -296,17 +297,17 @@ def _factors(
 def _accurate(A: sp.csc_array, numeric: Numeric) -> Numeric:
     """The factors, with a step of refinement if they need it."""
     error = _backward_error(A, numeric.solve)
-    if error < ACCURATE:
+    if error < _ACCURATE:
         return numeric
 
     def refined(b: Array) -> Array:
         x = numeric.solve(b)
         return x + numeric.solve(np.asfortranarray(b - A @ x))
 
-    if not _backward_error(A, refined) < USABLE:
+    if not _backward_error(A, refined) < _USABLE:
         raise BreakdownError
     # The signs of the pivots are those of a matrix that is as far away as this error.
-    negative = numeric.negative if error < COUNTED else None
+    negative = numeric.negative if error < _COUNTED else None
     return Numeric(refined, negative, numeric.nonzeros, numeric.analysis)
 
 

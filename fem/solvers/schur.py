@@ -17,8 +17,15 @@ import scipy.sparse as sp
 
 from vanelock.common.arrays import Array, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.solvers import storage
-from vanelock.fem.solvers.backend import BreakdownError, Solve, Sparse, hermitian, in_blocks
+from vanelock.fem.solvers.backend import (
+    SCHUR_TIMES,
+    BreakdownError,
+    Solve,
+    Sparse,
+    hermitian,
+    in_blocks,
+    require_memory,
+)
 from vanelock.fem.solvers.factor import Factor, backends, factorise
 from vanelock.fem.solvers.singular import is_singular, scale_of
 from vanelock.fem.solvers.supernodal import trailing_factor
@@ -115,7 +122,7 @@ def schur_complement(
     rest = np.setdiff1d(np.arange(n), kept)
     if (backend or backends()[0]) != "cholmod":
         return _by_solves(A, kept, rest, backend, like)
-    storage.require(n, np.iscomplexobj(A.data), storage.SCHUR)
+    require_memory(n, np.iscomplexobj(A.data), SCHUR_TIMES)
     analysis = like._analysis if like is not None else None
     try:
         factor = trailing_factor(A, kept, rest, analysis)

@@ -19,57 +19,31 @@ import scipy.sparse as sp
 from scipy.linalg import get_blas_funcs
 
 from vanelock.common.arrays import Array, Integers
-from vanelock.fem.solvers.cholmod import cholmod_errors, pattern_of
+from vanelock.fem.solvers.backend import cholmod_errors, pattern_of
 
 FILLED = 1500
 """Zeros that cost no more than one panel more: half as many panels take 1.1 times the entries."""
 
 
-class Supernode(NamedTuple):
-    """Columns of one structure.
+class _Supernode(NamedTuple):
+    """Columns of one structure."""
 
-    Attributes
-    ----------
-    columns : slice
-        Which.
-    below : (b,) int
-        Rows under the triangle that have entries, ascending.
-    inner : int
-        How many of them belong to the rows that are not kept.
-    triangle : (w, w)
-        L_pp, in Fortran order.
-    rectangle : (b, w)
-        L_bp.
-    """
-
-    columns: slice
-    below: Integers
-    inner: int
-    triangle: Array
-    rectangle: Array
+    columns: slice  # which
+    below: Integers  # (b,), rows under the triangle that have entries, ascending
+    inner: int  # how many of them belong to the rows that are not kept
+    triangle: Array  # (w, w), L_pp, in Fortran order
+    rectangle: Array  # (b, w), L_bp
 
 
 @dataclass(frozen=True)
-class Panels:
-    """The first columns of a lower triangular factor.
+class _Panels:
+    """The first columns of a lower triangular factor."""
 
-    Attributes
-    ----------
-    panels : tuple of Supernode
-        From the first column on.
-    rows, columns : int
-        Rows of L, and how many of its columns the panels hold.
-    entries : int
-        Stored entries of L.
-    dtype : dtype
-        Of L.
-    """
-
-    panels: tuple[Supernode, ...]
-    rows: int
-    columns: int
-    entries: int
-    dtype: Any
+    panels: tuple[_Supernode, ...]  # from the first column on
+    rows: int  # rows of L, and how many of its columns the panels hold
+    columns: int  # rows of L, and how many of its columns the panels hold
+    entries: int  # stored entries of L
+    dtype: Any  # of L
 
     def forward(self, X: Array, inner: bool = False) -> None:
         """L⁻¹ X in place, X (rows, k) in C order; what is left of the rows behind the columns.
@@ -109,14 +83,14 @@ class Panels:
         return X
 
 
-def panels_of(L: sp.csc_array, columns: int, filled: int = FILLED) -> Panels:
+def panels_of(L: sp.csc_array, columns: int, filled: int = FILLED) -> _Panels:
     """The panels of the first columns of a factor in sorted compressed columns."""
     counts, first = np.diff(L.indptr), L.indptr[:-1]
     # A column's structure without the diagonal lies within that of the next if its first row is it.
     follows = L.indices[np.minimum(first + 1, L.nnz - 1)][:-1] == np.arange(1, L.shape[0])
     alike = follows & (counts[1:] == counts[:-1] - 1)
     starts = 1 + np.flatnonzero(~alike[: columns - 1])
-    found: list[Supernode] = []
+    found: list[_Supernode] = []
     group: list[tuple[int, int]] = []
     below, area = np.empty(0, np.int64), 0
     for start, stop in zip([0, *starts.tolist()], [*starts.tolist(), columns], strict=True):
@@ -132,7 +106,7 @@ def panels_of(L: sp.csc_array, columns: int, filled: int = FILLED) -> Panels:
             found.append(_panel(L, group, below, columns))
         group, below, area = [(start, stop)], own, alone
     found.append(_panel(L, group, below, columns))
-    return Panels(tuple(found), L.shape[0], columns, L.nnz, L.dtype)
+    return _Panels(tuple(found), L.shape[0], columns, L.nnz, L.dtype)
 
 
 def _area(width: int, below: int) -> int:
@@ -141,7 +115,7 @@ def _area(width: int, below: int) -> int:
 
 def _panel(
     L: sp.csc_array, group: list[tuple[int, int]], below: Integers, columns: int
-) -> Supernode:
+) -> _Supernode:
     """One panel of neighbouring ones, each given by its first and last column."""
     first, last = group[0][0], group[-1][1]
     width = last - first
@@ -152,7 +126,7 @@ def _panel(
         at = np.searchsorted(rows, L.indices[L.indptr[start] : L.indptr[start + 1]])
         i, j = np.triu_indices(own, 0, len(at))
         dense[start - first + i, at[j]] = entries
-    return Supernode(
+    return _Supernode(
         columns=slice(first, last),
         below=below,
         inner=int(np.searchsorted(below, columns)),
@@ -161,12 +135,12 @@ def _panel(
     )
 
 
-FULL = 1.1
+_FULL = 1.1
 """Entries of threes of rows over those stored, up to which they are taken for nodes."""
 
 
 @dataclass(frozen=True)
-class TrailingAnalysis:
+class _TrailingAnalysis:
     """Ordering of the rest, and supernodes of the whole, for one pattern and one set of rows."""
 
     pattern: bytes
@@ -176,23 +150,16 @@ class TrailingAnalysis:
 
 
 @dataclass(frozen=True)
-class TrailingFactor:
+class _TrailingFactor:
     """L of A with the kept rows m last; see `schur` for what it gives.
 
     Right-hand sides are real or complex, of a complex factor complex throughout.
-
-    Attributes
-    ----------
-    schur : (m, m) array
-        S.
-    order : (s,) int
-        Row of A_ss that each of the first rows of L stands for.
     """
 
-    schur: Array
-    order: Integers
-    analysis: TrailingAnalysis
-    _panels: Panels
+    schur: Array  # (m, m), S
+    order: Integers  # (s,), row of A_ss that each of the first rows of L stands for
+    analysis: _TrailingAnalysis
+    _panels: _Panels
 
     @property
     def nonzeros(self) -> int:
@@ -238,7 +205,7 @@ class TrailingFactor:
 
 def trailing_factor(
     A: sp.csc_array, kept: Integers, rest: Integers, like: Any = None
-) -> TrailingFactor:
+) -> _TrailingFactor:
     """Factorise A, in canonical form, with the kept rows last.
 
     What is added to their diagonal, and taken off S again, lets A be singular there, as a part
@@ -247,7 +214,7 @@ def trailing_factor(
     from sksparse.cholmod import analyze
 
     pattern = pattern_of(A) + str(A.dtype).encode()
-    analysis = like if isinstance(like, TrailingAnalysis) and like.pattern == pattern else None
+    analysis = like if isinstance(like, _TrailingAnalysis) and like.pattern == pattern else None
     if analysis is not None and not np.array_equal(analysis.kept, kept):
         analysis = None
     if analysis is not None:
@@ -262,7 +229,7 @@ def trailing_factor(
     with cholmod_errors():
         if analysis is None:
             symbolic = analyze(whole, mode="supernodal", ordering_method="natural")
-            analysis = TrailingAnalysis(pattern, kept, order, symbolic)
+            analysis = _TrailingAnalysis(pattern, kept, order, symbolic)
         factor = analysis.symbolic.cholesky(whole)
         del whole
         L = sp.csc_array(factor.L())
@@ -272,7 +239,7 @@ def trailing_factor(
     S += S.conj().T
     S /= 2
     S[np.diag_indices_from(S)] -= added
-    return TrailingFactor(S, order, analysis, panels_of(L, len(rest)))
+    return _TrailingFactor(S, order, analysis, panels_of(L, len(rest)))
 
 
 def _fill_reducing(A: sp.csc_array, rest: Integers) -> Integers:
@@ -285,7 +252,7 @@ def _fill_reducing(A: sp.csc_array, rest: Integers) -> Integers:
         pattern = sp.csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=A.shape)
         threes = sp.kron(sp.eye_array(A.shape[0] // 3), np.ones((3, 1)), format="csc")
         links = sp.csc_array(threes.T.tocsc() @ (pattern @ threes))
-        if 9 * links.nnz < FULL * A.nnz:
+        if 9 * links.nnz < _FULL * A.nnz:
             return np.asarray((3 * _dissected(links, nodes)[:, None] + xyz).ravel())
     return _dissected(A, rest)
 

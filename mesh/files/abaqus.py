@@ -12,7 +12,7 @@ import numpy as np
 
 from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.numbers import counted, real, span, whole
+from vanelock.mesh.files.numbers import counted, integer, real, span
 from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
 
 # A solid's name ends in letters for its formulation, which do not change its nodes.
@@ -242,7 +242,7 @@ def _nodes(deck: _Deck, where: str, options: dict[str, str], lines: list[Line]) 
         at = f"{deck.source}: line {number}"
         if len(words) < 4:
             raise InputError(f"{at}: a node needs its number and three coordinates")
-        found.append(whole(words[0], at))
+        found.append(integer(words[0], at))
         x, y, z = (real(word, at) for word in words[1:4])
         deck.places.append((x, y, z))
     deck.numbers += found
@@ -260,7 +260,7 @@ def _elements(deck: _Deck, where: str, options: dict[str, str], lines: list[Line
     item: list[int] = []
     for number, words in lines:
         at = f"{deck.source}: line {number}"
-        item += [whole(word, at) for word in words if word]
+        item += [integer(word, at) for word in words if word]
         continues = not words[-1] if count is None else len(item) < count + 1
         if continues:
             continue
@@ -288,7 +288,7 @@ def _set(deck: _Deck, where: str, keyword: str, options: dict[str, str], lines: 
         at = f"{deck.source}: line {number}"
         given = [word for word in words if word]
         if "GENERATE" in options:
-            ends = [whole(word, at) for word in given]
+            ends = [integer(word, at) for word in given]
             if len(ends) not in (2, 3):
                 raise InputError(f"{at}: expected first, last and step of a range")
             members = span(ends[0], ends[1], ends[2] if len(ends) == 3 else 1, at)
@@ -297,7 +297,7 @@ def _set(deck: _Deck, where: str, keyword: str, options: dict[str, str], lines: 
             continue
         for word in given:
             last = word.rpartition(".")[2]  # "instance.12" is node 12
-            entries.append(np.array([whole(last, at)]) if last.isdigit() else word.upper())
+            entries.append(np.array([integer(last, at)]) if last.isdigit() else word.upper())
 
 
 def _surface(deck: _Deck, where: str, options: dict[str, str], lines: list[Line]) -> None:

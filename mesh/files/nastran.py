@@ -11,7 +11,7 @@ import numpy as np
 
 from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.numbers import counted, real, span, whole
+from vanelock.mesh.files.numbers import counted, integer, real, span
 from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
 
 _SOLIDS = {  # name, nodes of the linear and of the quadratic element
@@ -57,7 +57,7 @@ def read_nastran(source: str, text: str) -> RawMesh:
         if name == "INCLUDE":
             raise InputError(f"{at}: INCLUDE is not read: write one file")
         if name == "GRID":
-            numbers.append(whole(_field(fields, 0), at))
+            numbers.append(integer(_field(fields, 0), at))
             if _field(fields, 1) not in ("", "0"):
                 raise InputError(
                     f"{at}: node {numbers[-1]} is given in coordinate system {fields[1]}: write "
@@ -75,7 +75,7 @@ def read_nastran(source: str, text: str) -> RawMesh:
         if name in _SOLIDS or name in _FLAT:
             kind, nodes = _element(name, fields[2:], at)
             both = elements.setdefault(kind, ([], []))
-            both[0].append(whole(_field(fields, 0), at))
+            both[0].append(integer(_field(fields, 0), at))
             both[1].append(nodes)
         elif name in ("SET1", "SET3"):
             if name == "SET3" and _field(fields, 1).upper() != "GRID":
@@ -109,7 +109,7 @@ def _element(name: str, fields: list[str], at: str) -> tuple[str, list[int]]:
         if not kind:
             allowed = " or ".join(map(str, _SOLIDS[name]))
             raise InputError(f"{at}: {name} with {count} nodes: it must have {allowed}")
-    return kind, [whole(word, at) for word in nodes]
+    return kind, [integer(word, at) for word in nodes]
 
 
 def _case_sets(source: str, lines: list[str]) -> dict[str, list[Integers]]:
@@ -142,17 +142,17 @@ def _listed(words: list[str], at: str) -> Integers:
         if words[i].upper() == "EXCEPT":
             excepting, i = True, i + 1
             continue
-        low = whole(words[i], at)
+        low = integer(words[i], at)
         excepting = excepting and low <= end
         numbers = np.array([low])
         if i + 1 < len(words) and words[i + 1].upper() == "THRU":
             if i + 2 >= len(words):
                 raise InputError(f"{at}: THRU without an end")
             step = 1
-            high = whole(words[i + 2], at)
+            high = integer(words[i + 2], at)
             i += 2
             if i + 2 < len(words) and words[i + 1].upper() == "BY":
-                step = whole(words[i + 2], at)
+                step = integer(words[i + 2], at)
                 i += 2
             numbers, end, excepting = span(low, high, step, at), high, False
             total = counted(total, numbers, at)

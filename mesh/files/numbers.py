@@ -12,7 +12,7 @@ _MOST_LISTED = 10_000_000
 _BARE_EXPONENT = re.compile(r"(?<=[\d.])([+-]\d+)$")
 
 
-def whole(text: str, where: str) -> int:
+def integer(text: str, where: str) -> int:
     """A whole number out of a file."""
     try:
         number = int(text.replace("_", "?"))

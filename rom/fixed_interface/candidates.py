@@ -12,7 +12,7 @@ import scipy.linalg as sl
 
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.fem.vibration.block_lanczos import TOLERANCE, KrylovSpace, krylov_space, lowest_modes
+from vanelock.fem.block_lanczos import TOLERANCE, KrylovSpace, krylov_space, lowest_modes
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
 from vanelock.rom.fixed_interface.massless import refuse_negative_mass
 from vanelock.rom.system.system import Matrix

@@ -33,7 +33,7 @@ import scipy.linalg as sl
 from vanelock.common.arguments import OfKind
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.fem.vibration.block_lanczos import KrylovSpace, krylov_space
+from vanelock.fem.block_lanczos import KrylovSpace, krylov_space
 from vanelock.rom.fixed_interface.candidates import Candidates, Fixed, fixed_modes, inertia_loads
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian
 from vanelock.rom.fixed_interface.massless import lowest

@@ -25,7 +25,7 @@ import scipy.linalg as sl
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem import SingularError, factorise
-from vanelock.fem.vibration.block_lanczos import krylov_space
+from vanelock.fem.block_lanczos import krylov_space
 from vanelock.rom.component import Component, Reduced
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.fixed_interface.selection import Selection

@@ -12,8 +12,8 @@ from skfem.models.elasticity import linear_elasticity
 
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble
-from vanelock.fem.elements import assembly as module
-from vanelock.fem.elements.reference import tetrahedron_rule
+from vanelock.fem import elements as module
+from vanelock.fem.elements import tetrahedron_rule
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.fem.elements.reference import reference_element, tetrahedron_rule
+from vanelock.fem.elements import reference_element, tetrahedron_rule
 
 DEGREE = {"tetra": 1, "tetra10": 2, "hexahedron": 1, "hexahedron20": 2, "hexahedron27": 2}
 

@@ -5,8 +5,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble, pressure, traction
-from vanelock.fem.loads.pressure import faces_of
-from vanelock.fem.loads.traction import centroid
+from vanelock.fem.loads import centroid, faces_of
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 FORCE, MOMENT = np.array([3.0, -20.0, 7.0]), np.array([0.1, 0.4, -0.2])

@@ -48,7 +48,7 @@ def test_all_six_directions_of_a_node_are_read_from_a_full_file(
         held = label[1:2]
         np.savez(target, label=label, held=held, equations=0, Krow=place, Kcol=place, Kdata=value)
 
-    monkeypatch.setattr("vanelock.fem.matrix_files.readers.ansys_full._in_a_process", read)
+    monkeypatch.setattr("vanelock.fem.matrix_files.ansys_full._in_a_process", read)
     (tmp_path / "k.full").write_bytes(b"0")
     found = load_matrices(tmp_path / "k.full")
     assert found.node.tolist() == [4] * 5

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.fem.vibration.block_lanczos import BLOCK, KrylovSpace, lowest_modes
+from vanelock.fem.block_lanczos import BLOCK, KrylovSpace, lowest_modes
 
 
 def pencil(values, is_complex=False, seed=0):
@@ -133,7 +133,7 @@ def test_start_of_dependent_columns(rank):
 
 
 def test_no_answer_is_no_silent_one(monkeypatch):
-    monkeypatch.setattr("vanelock.fem.vibration.block_lanczos._LARGEST", 2)
+    monkeypatch.setattr("vanelock.fem.block_lanczos._LARGEST", 2)
     with pytest.raises(InputError, match="did not converge"):
         found(SPREAD, 30)
 

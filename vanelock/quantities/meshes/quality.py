@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import mesh
-from vanelock.fem.elements.reference import reference_element, shape_functions
+from vanelock.fem.elements import reference_element, shape_functions
 from vanelock.mesh import Part
 
 Array = NDArray[np.float64]

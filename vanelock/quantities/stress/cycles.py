@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.product import Product
-from vanelock.fem.stresses.skin import skin
+from vanelock.fem.gauges import skin
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import code_of

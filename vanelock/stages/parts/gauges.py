@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vanelock import fem, mesh, rom
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.fem.stresses.skin import skin
+from vanelock.fem.gauges import skin
 from vanelock.input.schema.outputs import GaugeKeys
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response

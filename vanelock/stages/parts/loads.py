@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 from vanelock import fem
 from vanelock.common.errors import InputError
 from vanelock.fem import Model
-from vanelock.fem.loads.pressure import faces_of
-from vanelock.fem.loads.traction import centroid
+from vanelock.fem.loads import centroid, faces_of
 from vanelock.input.schema.structure.loads import GAS, grows
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study

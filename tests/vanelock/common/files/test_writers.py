@@ -13,8 +13,8 @@ ELSEWHERE = {
     "pipeline/points.py": "grows by records with checksums",
     "results/files/run_folder.py:claimed": "an empty file that is locked",
     "render/style.py:_repr_png_": "in memory",
-    "fem/matrix_files/readers/ansys_full.py:_child": "a temporary file, for the parent alone",
-    "fem/matrix_files/readers/ansys_full.py:main": "a temporary file, for the parent alone",
+    "fem/matrix_files/ansys_full.py:_child": "a temporary file, for the parent alone",
+    "fem/matrix_files/ansys_full.py:main": "a temporary file, for the parent alone",
 }
 
 

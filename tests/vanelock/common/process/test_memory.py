@@ -11,7 +11,7 @@ import scipy.sparse as sp
 
 from vanelock import fem
 from vanelock.common.process import memory
-from vanelock.fem.solvers import cholmod
+from vanelock.fem.solvers import backend
 
 STUDY = '[mesh]\nsize = "coarse"\n'
 KB = 1024
@@ -104,7 +104,7 @@ def test_what_cholmod_cannot_allocate_is_an_error_and_what_is_used_least_goes_fi
     pytest.importorskip("sksparse")
     from sksparse.cholmod import CholmodOutOfMemoryError
 
-    with pytest.raises(MemoryError, match="CHOLMOD"), cholmod.cholmod_errors():
+    with pytest.raises(MemoryError, match="CHOLMOD"), backend.cholmod_errors():
         raise CholmodOutOfMemoryError("out of memory")
     kept: dict[str, str] = {}
     for key in "abacb":

@@ -21,40 +21,30 @@ import scipy.linalg as sl
 from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 
-Apply = Callable[[Array], Array]
+_Apply = Callable[[Array], Array]
 
 BLOCK = 8
 TOLERANCE = 1e-8
 """Residual of a mode relative to its eigenvalue. The eigenvalue's error is of the second order in
 it, but that of the vector of the first, and what is kept beside modes is made orthogonal to them.
 """
-MOST = 500
+_MOST = 500
 """Modes below an eigenvalue, beyond which someone has mistyped it."""
-FAR = 1e5
+_FAR = 1e5
 """Times the lowest frequency that these many modes of one part never reach: a mistaken unit."""
-TRUSTED = 0.03
+_TRUSTED = 0.03
 """Residual of the first mode that is not wanted, at which it is trusted to be the next one."""
 _EQUAL = 1e-4  # relative distance of eigenvalues that may be copies of one
 _LARGEST = 400  # blocks
 
 
 @dataclass(frozen=True)
-class Lowest:
-    """The lowest modes of a part.
+class _Lowest:
+    """The lowest modes of a part."""
 
-    Attributes
-    ----------
-    omega_squared : (f,) float
-        Ascending.
-    vectors : (n, f)
-        Mass-normalised.
-    beyond : float
-        No further mode has an ω² below this.
-    """
-
-    omega_squared: Floats
-    vectors: Array
-    beyond: float
+    omega_squared: Floats  # (f,), ascending
+    vectors: Array  # (n, f), mass-normalised
+    beyond: float  # no further mode has an ω² below this
 
 
 class KrylovSpace:
@@ -63,7 +53,7 @@ class KrylovSpace:
     What it holds serves every search in it: one goes on where another ended.
     """
 
-    def __init__(self, solve: Apply, mass: Apply, start: Array) -> None:
+    def __init__(self, solve: _Apply, mass: _Apply, start: Array) -> None:
         self.solve, self.mass = solve, mass
         self._heavy = np.any(start != 0, axis=1)[:, None]
         self._space = self._image = np.empty((len(start), 0), start.dtype)
@@ -117,7 +107,7 @@ class KrylovSpace:
         return np.asarray(self._Q[:, : len(S)] @ S)
 
 
-def krylov_space(solve: Apply, M: Any) -> KrylovSpace:
+def krylov_space(solve: _Apply, M: Any) -> KrylovSpace:
     """The space in which modes are searched for, still empty."""
     n = M.shape[0]
     if n and (least := M.diagonal().real.min()) < 0:
@@ -132,7 +122,7 @@ def lowest_modes(
     count: int | None = None,
     below: float = np.inf,
     tolerance: float = TOLERANCE,
-) -> Lowest:
+) -> _Lowest:
     """Lowest pairs of K x = λ M x: a number of them, or all below an eigenvalue."""
     first, due = 0, 0
     least = 1 / below if below else np.inf
@@ -140,9 +130,9 @@ def lowest_modes(
         space.grow()
         theta, S, residual = space.ritz()
         wanted = int(np.sum(theta > least)) if count is None else count
-        if count is None and wanted > MOST:
+        if count is None and wanted > _MOST:
             raise InputError(
-                f"more than {MOST} fixed-interface modes below {_hertz(below):.4g} Hz, the lowest "
+                f"more than {_MOST} fixed-interface modes below {_hertz(below):.4g} Hz, the lowest "
                 f"at {_hertz(1 / theta[0]):.4g} Hz: {_mistaken(below * theta[0])}choose a lower "
                 "cutoff, or a lower band, which needs them up to its double"
             )
@@ -153,7 +143,9 @@ def lowest_modes(
         # A Ritz value lies below its eigenvalue by less than its residual; the largest converge
         # first, so once the next one has roughly done so, no larger one is left.
         highest = (theta + residual)[wanted:].max(initial=0.0)
-        trusted = bool(np.all(residual[wanted : wanted + 1] < TRUSTED * theta[wanted : wanted + 1]))
+        trusted = bool(
+            np.all(residual[wanted : wanted + 1] < _TRUSTED * theta[wanted : wanted + 1])
+        )
         none_left = count is not None or (trusted and highest < least)
         converged = none_left and bool(np.all(residual[:wanted] < tolerance * theta[:wanted]))
         copied = converged and space.steps >= due and not space.whole
@@ -165,14 +157,14 @@ def lowest_modes(
             vectors = space.vectors(S[:, :wanted])
             squared, vectors = _refined(space.solve, space.mass, vectors, theta[:wanted])
             if count is None:
-                return Lowest(squared, vectors, 1 / highest if highest else np.inf)
-            return Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)
+                return _Lowest(squared, vectors, 1 / highest if highest else np.inf)
+            return _Lowest(squared, vectors, float(squared[-1]) if wanted else 0.0)
     raise InputError("the modes of the part did not converge")
 
 
 def _mistaken(ratio: float) -> str:
     """What is more likely than a wide band; `ratio` is that of squared frequencies."""
-    return "are densities and moduli in the units that are meant? else " if ratio > FAR**2 else ""
+    return "are densities and moduli in the units that are meant? else " if ratio > _FAR**2 else ""
 
 
 def _hertz(eigenvalue: float) -> float:
@@ -196,7 +188,7 @@ def _copies(theta: Floats) -> int:
     return int(np.diff(np.r_[-1, apart, len(theta) - 1]).max(initial=0))
 
 
-def _orthonormal(block: Array, mass: Apply, Q: Array, MQ: Array) -> tuple[Array, Array]:
+def _orthonormal(block: Array, mass: _Apply, Q: Array, MQ: Array) -> tuple[Array, Array]:
     """The block made M-orthonormal to Q and in itself, without dependent columns; M times it.
 
     M is applied once, as it may be dear: its product follows the block's combinations.
@@ -225,7 +217,7 @@ def _bordered(H: Array, columns: Array, width: int) -> Array:
     return grown
 
 
-def _refined(solve: Apply, mass: Apply, X: Array, theta: Floats) -> tuple[Floats, Array]:
+def _refined(solve: _Apply, mass: _Apply, X: Array, theta: Floats) -> tuple[Floats, Array]:
     """One step of subspace iteration, which squares the error that is left."""
     load = mass(X / theta)
     X = solve(load)

@@ -17,14 +17,17 @@ import scipy.sparse as sp
 from vanelock.common.arrays import Array
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import (
+    Entries,
     WantedMatrix,
     chosen,
     content,
+    dense_entries,
+    numbers,
     refuse_unless_alone,
     room,
     size_of,
+    square,
 )
-from vanelock.fem.matrix_files.entries import Entries, dense_entries, numbers, square
 
 _FAULTS = (
     ValueError, TypeError, KeyError, OSError, EOFError, RuntimeError, NotImplementedError,

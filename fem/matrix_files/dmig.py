@@ -16,11 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.contents import WantedMatrix, chosen, text
-from vanelock.fem.matrix_files.entries import FULL, SYMMETRIC, Entries
+from vanelock.fem.matrix_files.contents import FULL, SYMMETRIC, Entries, WantedMatrix, chosen, text
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.mesh.files.nastran import cards, lines_of
-from vanelock.mesh.files.numbers import real, whole
+from vanelock.mesh.files.numbers import integer, real
 
 
 @dataclass
@@ -83,8 +82,8 @@ def _matrix(name: str, lines: list[tuple[str, list[str]]]) -> _Matrix:
 
 
 def _head(where: str, fields: list[str]) -> _Matrix:
-    form, kind = whole(fields[2], where), whole(fields[3], where)
-    polar = whole("".join(fields[5:6]) or "0", where)  # beyond the only line of large fields
+    form, kind = integer(fields[2], where), integer(fields[3], where)
+    polar = integer("".join(fields[5:6]) or "0", where)  # beyond the only line of large fields
     if form not in (1, 6):
         raise InputError(f"{where}: form {form}: square (1) and symmetric (6) matrices are read")
     if kind not in (1, 2, 3, 4):
@@ -110,7 +109,7 @@ def _column(where: str, fields: list[str], matrix: _Matrix) -> None:
 
 
 def _label(where: str, grid: str, component: str) -> tuple[int, int]:
-    found = whole(grid, where), whole(component or "0", where)
+    found = integer(grid, where), integer(component or "0", where)
     if found[0] < 1 or not 0 <= found[1] <= 6:
         raise InputError(
             f"{where}: grid {found[0]}, component {found[1]}: grids are numbered from 1, "

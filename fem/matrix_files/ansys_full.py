@@ -13,11 +13,16 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.contents import NoMatrixError, WantedMatrix, size_of
-from vanelock.fem.matrix_files.entries import SYMMETRIC, Entries
-from vanelock.fem.matrix_files.readers.numpy_files import arrays
+from vanelock.fem.matrix_files.contents import (
+    SYMMETRIC,
+    Entries,
+    NoMatrixError,
+    WantedMatrix,
+    size_of,
+)
+from vanelock.fem.matrix_files.numpy_files import arrays
 
-SECONDS, A_SECOND = 4, 2 << 20
+_SECONDS, _A_SECOND = 4, 2 << 20
 """Processor time for a file, and bytes for each second more: a damaged one may not end."""
 
 _CHILD = """
@@ -91,7 +96,7 @@ def read_full(path: Path, wanted: WantedMatrix) -> Entries:
 
 def _in_a_process(source: str, target: Path, size: int) -> None:
     """Read there, so that a fault in the library ends it and not the program."""
-    most, seconds = (500 << 20) + 60 * size, SECONDS + size // A_SECOND
+    most, seconds = (500 << 20) + 60 * size, _SECONDS + size // _A_SECOND
     command = [sys.executable, "-c", _CHILD, os.path.abspath(source), str(target)]
     try:
         run = subprocess.run(

@@ -1,1 +1,0 @@
-"""Finite elements of linear elasticity, and their stiffness and mass."""

@@ -1,1 +1,0 @@
-"""Loads at rest: pressure on faces, heat, rotation."""

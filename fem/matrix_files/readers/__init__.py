@@ -1,1 +1,0 @@
-"""Readers of matrices, one format each."""
