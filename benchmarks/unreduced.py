@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from vanelock.common.cyclic import cylindrical, phase_factor
 from vanelock.fem import Model, cyclic_transform
+from vanelock.rom.component import Masters, everything
 from vanelock.rom.joining.assembly import Assembly
-from vanelock.rom.joining.elements import properties
-from vanelock.rom.joining.patches import with_means
-from vanelock.rom.masters import Masters, everything
+from vanelock.rom.joining.connections import properties
+from vanelock.rom.routes.problem import with_means
 from vanelock.stages.parts.segment import HOOK_SETS, Joint, Segment
 
 

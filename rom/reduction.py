@@ -14,20 +14,17 @@ import numpy as np
 
 from vanelock.common.errors import InputError
 from vanelock.fem import Model
-from vanelock.rom.component import Component
+from vanelock.rom.component import Component, Masters, choose
+from vanelock.rom.fixed_interface.basis import projected
 from vanelock.rom.fixed_interface.held import HeldMatrices
-from vanelock.rom.fixed_interface.projection import projected
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
-from vanelock.rom.masters import Masters, choose
-from vanelock.rom.routes.at_rest import Loads, held_loads
-from vanelock.rom.routes.condensed import Condensed, condensed
-from vanelock.rom.routes.cyclic_first import cyclic_first
+from vanelock.rom.routes.condensed import Condensed, Loads, condensed, cyclic_first, held_loads
 from vanelock.rom.routes.paper import CraigBampton, check_count, craig_bampton, paper
 from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.routes.rows import held_piece
 
-Route = Literal["cyclic", "paper"]
-MODES = 10
+_Route = Literal["cyclic", "paper"]
+_MODES = 10
 """Default number of fixed-interface and of face modes of the route "paper"."""
 
 
@@ -36,7 +33,7 @@ def reduce(
     masters: Sequence[str],
     modes: int | None = None,
     nodal_diameters: Iterable[int] | None = None,
-    route: Route = "cyclic",
+    route: _Route = "cyclic",
     interface_modes: int | None = None,
     *,
     cutoff: float | None = None,
@@ -100,7 +97,7 @@ def reduce(
     chosen = choose(model.part, tuple(masters), tuple(averaged))
     if modes is None and cutoff is None and accuracy is None:
         if cyclic and route != "cyclic":
-            modes = MODES
+            modes = _MODES
         else:
             accuracy = DEFAULT
     wanted = Selection(modes, cutoff, accuracy, band, least)
@@ -110,12 +107,12 @@ def reduce(
         given = _same(prepared, model, chosen, cyclic, route, wanted)
     _check_loads(loads, cyclic, route, diameters)
     if route == "paper":
-        check_count(count := interface_modes or MODES, 3 * len(given.left))
+        check_count(count := interface_modes or _MODES, 3 * len(given.left))
         dense = prepared if isinstance(prepared, CraigBampton) else craig_bampton(given, wanted)
         return paper(dense, diameters, count)
     shared = prepared if isinstance(prepared, Condensed) else condensed(given)
     if not cyclic:
-        return whole(shared, wanted, loads)
+        return _whole(shared, wanted, loads)
     return cyclic_first(shared, wanted, diameters, loads)
 
 
@@ -124,7 +121,7 @@ def prepare(
     masters: Sequence[str],
     averaged: Sequence[str] = (),
     cyclic: bool = True,
-    route: Route = "cyclic",
+    route: _Route = "cyclic",
     modes: int | None = None,
 ) -> Condensed | CraigBampton:
     """What the reductions of a part at all nodal diameters share: factors, for its recovery, too.
@@ -140,7 +137,7 @@ def prepare(
     """
     given = problem(model, choose(model.part, tuple(masters), tuple(averaged)), cyclic)
     if route == "paper":
-        return craig_bampton(given, Selection(modes=modes or MODES))
+        return craig_bampton(given, Selection(modes=modes or _MODES))
     return condensed(given)
 
 
@@ -213,7 +210,7 @@ def _diameters(nodal_diameters: Iterable[int] | None, sectors: int) -> list[int]
     return sorted(found)
 
 
-def whole(shared: Condensed, wanted: Selection, loads: Loads | None = None) -> Component:
+def _whole(shared: Condensed, wanted: Selection, loads: Loads | None = None) -> Component:
     """Reduce a part in one piece to its masters, fixed-interface vectors and answers to loads."""
     problem = shared.problem
     part = held_piece(HeldMatrices(shared.matrix, shared.interior), problem.M, problem.rows)

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PHYSICS = ["mesh", "fem", "rom", "nonlinear"]
 MOST = 20
 GENERAL = [
-    "fem", "nonlinear", "rom/fixed_interface", "rom/full_fields", "rom/routes",
+    "fem", "nonlinear", "rom/fixed_interface", "rom/routes",
     "vanelock/common", "vanelock/pipeline",
     "vanelock/render/scenes", "vanelock/report",
     "vanelock/stages/matrices", "vanelock/stages/response", "vanelock/stages/sweep",

@@ -26,8 +26,8 @@ from vanelock.fem.elements import reference_element
 from vanelock.fem.stresses import hooke, strain_blocks
 from vanelock.mesh import CasingDimensions, Part, Sizes, VaneDimensions, sizes_for
 from vanelock.mesh.element_size import SIZES
-from vanelock.rom.joining.patches import with_means
-from vanelock.rom.masters import everything
+from vanelock.rom.component import everything
+from vanelock.rom.routes.problem import with_means
 from vanelock.stages.parts.segment import HOOK_SETS
 
 Floats = NDArray[np.float64]

@@ -20,7 +20,7 @@ import scipy.linalg as sl
 
 from vanelock import fem, rom
 from vanelock.fem.block_lanczos import BLOCK, KrylovSpace, krylov_space, lowest_modes
-from vanelock.rom.fixed_interface.candidates import Fixed
+from vanelock.rom.fixed_interface.basis import Fixed
 from vanelock.rom.fixed_interface.held import COLUMNS, hermitian
 from vanelock.rom.routes.condensed import Condensed, definite_factor
 from vanelock.rom.routes.problem import cyclic_constraint

@@ -38,7 +38,7 @@ from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.forced_response.undamped import check_bound, check_top
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized
-from vanelock.rom.errors.neglected import Neglected
+from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
 
 FEWEST = 128

@@ -41,7 +41,7 @@ from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_complex, 
 from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.linearised import Linearised, linearise
 from vanelock.nonlinear.newton.newton import Solution, active_rows, scales, solve
-from vanelock.rom.errors.neglected import Neglected
+from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
 
 SOURCES = ("harmonics", "modes", "mesh", "samples")

@@ -31,7 +31,7 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.receptance_columns import Columns, no_columns
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
-from vanelock.rom.system.consistency import check
+from vanelock.rom.system.coordinates import check
 from vanelock.rom.system.system import System
 
 Compute: TypeAlias = Callable[[Integers], Array]

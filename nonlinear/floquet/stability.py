@@ -31,7 +31,7 @@ from vanelock.nonlinear.forced_response.response import Response, check_contacts
 from vanelock.nonlinear.fourier.threads import one_thread
 from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
 from vanelock.nonlinear.newton.newton import scales, solve
-from vanelock.rom.system.consistency import check, check_ring
+from vanelock.rom.system.coordinates import check, check_ring
 from vanelock.rom.system.system import System
 
 WINDOW = Rectangle(left=-0.1, right=1.0, half=0.52)

@@ -22,7 +22,7 @@ import numpy as np
 from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.rom.system.consistency import ROUND_OFF, check, check_ring
+from vanelock.rom.system.coordinates import ROUND_OFF, check, check_ring
 from vanelock.rom.system.system import Diameter, System
 
 

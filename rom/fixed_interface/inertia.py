@@ -27,9 +27,9 @@ from vanelock.common.arrays import Floats
 from vanelock.fem import Interior
 from vanelock.rom.system.system import Matrix
 
-COLUMNS = 128
+_COLUMNS = 128
 """Motions answered at a time."""
-SPANNED = 1e-12
+_SPANNED = 1e-12
 """Part of a face's motion, relative to the largest, that need not lie in the span of U."""
 
 
@@ -122,25 +122,13 @@ class Mass(Protocol):
 
 
 @dataclass(frozen=True)
-class SectorMass:
-    """M_ss at a nodal diameter, whose slaves are the left face's dofs and those of K_ss.
+class _SectorMass:
+    """M_ss at a nodal diameter, whose slaves are the left face's dofs and those of K_ss."""
 
-    Attributes
-    ----------
-    own : (s, s) sparse, real
-        Mass of those of K_ss, the same at all nodal diameters.
-    across : (F, s) sparse, real
-        That between them and both faces.
-    on_faces : (l, l) sparse
-        That of the faces, Wᴴ M_FF W.
-    follow : (F, l) sparse
-        W.
-    """
-
-    own: sp.csr_array
-    across: sp.csr_array
-    on_faces: sp.csr_array
-    follow: sp.csr_array
+    own: sp.csr_array  # (s, s), mass of those of K_ss, the same at all nodal diameters
+    across: sp.csr_array  # (F, s), that between them and both faces
+    on_faces: sp.csr_array  # (l, l), that of the faces, Wᴴ M_FF W
+    follow: sp.csr_array  # (F, l), W
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -168,27 +156,15 @@ class SectorMass:
 
 
 @dataclass(frozen=True)
-class SpannedMasters:
-    """What the masters of a sector do, and the faces with them, at a nodal diameter.
+class _SpannedMasters:
+    """What the masters of a sector do, and the faces with them, at a nodal diameter."""
 
-    Attributes
-    ----------
-    blocks : tuple of (s, a_i) float
-        L_Z.
-    coefficients : (a, t)
-        C_k.
-    on_faces, reaching : (F, t)
-        Inertia forces on the faces, N_Z C_k, and with those of K_ss that reach them.
-    mass, energy : (t, t)
-        Yᴴ(N_Z + P_Z)C_k, the mass of the answers, and of L by K_ss⁻¹.
-    """
-
-    blocks: tuple[Floats, ...]
-    coefficients: Matrix
-    on_faces: Matrix
-    reaching: Matrix
-    mass: Matrix
-    energy: Matrix
+    blocks: tuple[Floats, ...]  # L_Z
+    coefficients: Matrix  # (a, t), C_k
+    on_faces: Matrix  # (F, t)
+    reaching: Matrix  # (F, t)
+    mass: Matrix  # (t, t)
+    energy: Matrix  # (t, t)
 
 
 class BoundaryAnswers:
@@ -208,18 +184,18 @@ class BoundaryAnswers:
         self._loads: Floats = np.empty((len(kept), 0))
         self._energy: Floats = np.empty((0, 0))
 
-    def mass(self, follow: sp.csr_array) -> SectorMass:
+    def mass(self, follow: sp.csr_array) -> _SectorMass:
         """Mass of all but the masters where both faces follow the left one by `follow`."""
         F = self._faces
         on_faces = sp.csr_array(follow.conj().T @ self._M_bb[:F, :F] @ follow)
-        return SectorMass(self._M_ss, self._M_bs[:F], on_faces, follow)
+        return _SectorMass(self._M_ss, self._M_bs[:F], on_faces, follow)
 
-    def at(self, moved: Matrix) -> SpannedMasters:
+    def at(self, moved: Matrix) -> _SpannedMasters:
         """What the masters do where they move the faces by `moved`, (F, t)."""
         F, t = self._faces, self._masters
         found = np.hstack([moved.real, moved.imag]) if np.iscomplexobj(moved) else moved
         Q, R, _ = sl.qr(self._apart(found, unit=False), mode="economic", pivoting=True)
-        least = SPANNED * np.linalg.norm(found, axis=0).max(initial=0.0)
+        least = _SPANNED * np.linalg.norm(found, axis=0).max(initial=0.0)
         new = self._apart(Q[:, : int(np.sum(abs(np.diagonal(R)) > least))])
         own = 0 if self._blocks else t
         Z = np.zeros((F + t, own + new.shape[1]))
@@ -229,7 +205,7 @@ class BoundaryAnswers:
         self._motions = np.hstack([self._motions, new])
         C = np.concatenate([np.eye(t), self._motions.T @ moved])
         mass = np.concatenate([self._loads[F:], self._motions.T @ self._loads[:F]])
-        return SpannedMasters(
+        return _SpannedMasters(
             blocks=tuple(self._blocks),
             coefficients=C,
             on_faces=real_times(self._inertia[:F], C),
@@ -253,8 +229,8 @@ class BoundaryAnswers:
         count, solid = Z.shape[1], self._interior
         L, half = np.empty((2, len(solid.rest), count))
         inertia, loads = np.empty((2, len(Z), count))
-        for start in range(0, count, COLUMNS):
-            block = slice(start, start + COLUMNS)
+        for start in range(0, count, _COLUMNS):
+            block = slice(start, start + _COLUMNS)
             z = Z[:, block]
             answer = solid.extend(z)
             L[:, block] = self._M_sb @ z + self._M_ss @ answer

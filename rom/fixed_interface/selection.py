@@ -34,27 +34,26 @@ from vanelock.common.arguments import OfKind
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem.block_lanczos import KrylovSpace, krylov_space
-from vanelock.rom.fixed_interface.candidates import Candidates, Fixed, fixed_modes, inertia_loads
-from vanelock.rom.fixed_interface.held import HeldPart, hermitian
-from vanelock.rom.fixed_interface.massless import lowest
+from vanelock.rom.fixed_interface.basis import Candidates, Fixed, fixed_modes, inertia_loads
+from vanelock.rom.fixed_interface.held import HeldPart, hermitian, lowest
 from vanelock.rom.system.system import Matrix
 
-MARGIN = 2.0
+_MARGIN = 2.0
 """Modes up to this multiple of the highest frequency are kept exactly."""
-LEVELS = 6
+_LEVELS = 6
 """Times at which what is left of the error is treated again."""
-RESERVE = 12
+_RESERVE = 12
 """Vectors known beyond those needed, so that all nodal diameters may keep equally many."""
 _ROUND_OFF = 1e-12
 
 
-def accurate(part: HeldPart, accuracy: float, highest: float, space: KrylovSpace) -> Candidates:
+def _accurate(part: HeldPart, accuracy: float, highest: float, space: KrylovSpace) -> Candidates:
     """Vectors for frequencies up to `highest` within a relative error."""
-    modes = fixed_modes(space, below=MARGIN * highest)
+    modes = fixed_modes(space, below=_MARGIN * highest)
     chosen = Candidates.exactly(modes)
     if np.isinf(modes.complete) or part.K_mm.size == 0:
         return chosen
-    bound = (1 - MARGIN**-2) * accuracy  # E at ω exceeds E at 0 by no more
+    bound = (1 - _MARGIN**-2) * accuracy  # E at ω exceeds E at 0 by no more
     m_j = part.inertia.gather(modes.vectors).conj().T
     E = part.compliance - (m_j.conj().T / modes.omega_squared) @ m_j
     metric = part.K_mm / highest**2 + part.M_mm - m_j.conj().T @ m_j
@@ -65,7 +64,7 @@ def accurate(part: HeldPart, accuracy: float, highest: float, space: KrylovSpace
         loads = inertia_loads(part, modes, X[:, :first])
         answers = part.held.solve(loads)
         chosen = chosen.grown(part, answers, loads)
-        for _ in range(LEVELS):
+        for _ in range(_LEVELS):
             left, worst = _missing(part, chosen, loads, answers, bound, highest)
             if left.shape[1] == 0:
                 break
@@ -74,7 +73,7 @@ def accurate(part: HeldPart, accuracy: float, highest: float, space: KrylovSpace
     every = space.shape[1]
     if chosen.count >= every:  # a small part in a wide band
         return Candidates.exactly(fixed_modes(space, every))
-    most = min(first + RESERVE, int(np.sum(error > _ROUND_OFF * error[0])))
+    most = min(first + _RESERVE, int(np.sum(error > _ROUND_OFF * error[0])))
     return replace(chosen, spare=X[:, first : min(most, first + every - chosen.count)])
 
 
@@ -123,9 +122,9 @@ def _pencil(A: Matrix, B: Matrix) -> tuple[Floats, Matrix]:
     return values[::-1], (scale[:, None] * V)[:, ::-1]
 
 
-ELASTIC = 10
+_ELASTIC = 10
 """By default the band reaches to the tenth elastic mode of the part, its masters free."""
-ROUGH = 0.03  # residual of the modes that set the band
+_ROUGH = 0.03  # residual of the modes that set the band
 DEFAULT = 1e-4
 """Accuracy unless modes, a cut-off or another accuracy is given."""
 
@@ -182,7 +181,7 @@ class Selection(OfKind):
         if self.accuracy is None:
             return Candidates.exactly(self.modes_in(space)), None
         band = self.band or max(_own_band(part, space), self.least or 0.0)
-        return accurate(part, self.accuracy, 2 * np.pi * band, space), band
+        return _accurate(part, self.accuracy, 2 * np.pi * band, space), band
 
     def modes_in(self, space: KrylovSpace) -> Fixed:
         """Fixed-interface modes, where these are what is wanted."""
@@ -197,11 +196,11 @@ def _one(given: dict[str, float | None]) -> str:
 
 def _own_band(part: HeldPart, space: KrylovSpace) -> float:
     """Frequency of the tenth elastic mode of a part whose masters are free, Hz, by ten modes."""
-    modes = fixed_modes(space, min(ELASTIC, space.shape[1] - 1), tolerance=ROUGH)
+    modes = fixed_modes(space, min(_ELASTIC, space.shape[1] - 1), tolerance=_ROUGH)
     LB = part.inertia.gather(modes.vectors)
     K = sl.block_diag(part.K_mm, np.diag(modes.omega_squared))
     M = np.block([[part.M_mm, LB], [LB.conj().T, np.eye(LB.shape[1])]])
-    last = min(len(K), ELASTIC + 6) - 1
+    last = min(len(K), _ELASTIC + 6) - 1
     squared = lowest(K, M, last + 1)[0]
-    elastic = squared[squared > 1e-6 * squared[-1]][:ELASTIC]
+    elastic = squared[squared > 1e-6 * squared[-1]][:_ELASTIC]
     return float(np.sqrt(elastic[-1]) / (2 * np.pi))

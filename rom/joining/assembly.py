@@ -18,25 +18,17 @@ from scipy.sparse.csgraph import connected_components
 from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.common.cyclic import COMPONENTS, turn
 from vanelock.common.errors import InputError
-from vanelock.rom.joining.elements import Joinable, Load, Output, Tie, Touching, properties
+from vanelock.rom.joining.connections import Joinable, Load, Output, Tie, Touching, properties
 from vanelock.rom.system.element import spring_along
 from vanelock.rom.system.system import Contacts, Diameter, Force, Matrix, System, common_band
 
 
 @dataclass(frozen=True)
-class Merged:
-    """Joined coordinates.
+class _Merged:
+    """Joined coordinates."""
 
-    Attributes
-    ----------
-    places : tuple of (n_p,) int
-        By part: the joined coordinate of each of its own.
-    size : int
-        Number of joined coordinates n.
-    """
-
-    places: tuple[Integers, ...]
-    size: int
+    places: tuple[Integers, ...]  # by part: the joined coordinate of each of its own
+    size: int  # number of joined coordinates n
 
     def of(self, part: int, coordinates: Integers) -> Integers:
         """Joined coordinates of some of a part's; -1, what does not move, stays -1."""
@@ -64,7 +56,7 @@ class Merged:
         return sp.csr_array((frames[moves], (rows[moves], columns[moves])), shape=shape)
 
 
-def merged(sizes: Sequence[int], ties: Sequence[Integers] = ()) -> Merged:
+def merged(sizes: Sequence[int], ties: Sequence[Integers] = ()) -> _Merged:
     """Join the coordinates of parts."""
     total = sum(sizes)
     i, j = np.concatenate([np.empty((0, 2), np.int64), *ties]).T
@@ -73,7 +65,7 @@ def merged(sizes: Sequence[int], ties: Sequence[Integers] = ()) -> Merged:
     first = np.unique(place, return_index=True)[1]
     rank = np.empty(len(first), np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
-    return Merged(tuple(np.split(rank[place], np.cumsum(sizes)[:-1])), len(first))
+    return _Merged(tuple(np.split(rank[place], np.cumsum(sizes)[:-1])), len(first))
 
 
 @dataclass(frozen=True)
@@ -151,7 +143,7 @@ class Assembly:
                 )
 
     @cached_property
-    def merged(self) -> Merged:
+    def merged(self) -> _Merged:
         """Joined coordinates: those that ties join are there once."""
         sizes = [part.size for part in self.parts.values()]
         start = dict(zip(self.parts, np.cumsum([0, *sizes]), strict=False))
@@ -318,3 +310,41 @@ def _around(contacts: Contacts, diameters: Mapping[int, Diameter]) -> Contacts:
     for i in contacts.elements:
         kn[i] = kt[i] = spring_along(first.own[i, 0], first.K, first.M)
     return replace(contacts, kn=kn, kt=kt)
+
+
+def united(systems: Sequence[System]) -> System:
+    """The system that holds the nodal diameters of several.
+
+    A part that is reduced at one nodal diameter after the other, as they are needed, keeps what
+    each of them takes: the numbers of coordinates may differ from diameter to diameter.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        The same parts, joints and excitation joined at different nodal diameters.
+
+    Raises
+    ------
+    InputError
+        If there are none, a nodal diameter comes twice, or contacts or outputs differ.
+    """
+    if not systems:
+        raise InputError("united: no systems given")
+    first, *others = systems
+    diameters, force = dict(first.diameters), dict(first.force)
+    for other in others:
+        if twice := diameters.keys() & other.diameters.keys():
+            raise InputError(f"united: nodal diameter {min(twice)} comes twice")
+        alike = ("sectors", "engine_order", "output_names", "damping_ratio", "damping_joints")
+        differing = [name for name in alike if getattr(first, name) != getattr(other, name)]
+        if differing or first.contacts.joint != other.contacts.joint:
+            raise InputError(f"united: the systems differ in {(differing or ['contacts'])[0]}")
+        diameters |= other.diameters
+        force |= other.force
+    band = common_band(each.band for each in systems)
+    return replace(
+        first,
+        diameters=dict(sorted(diameters.items())),
+        force=dict(sorted(force.items())),
+        band=band,
+    )

@@ -5,14 +5,14 @@ import scipy.linalg as sl
 
 from vanelock.common.arrays import Booleans, Complex, Floats
 from vanelock.common.errors import InputError
-from vanelock.rom.fixed_interface.massless import NONE, lowest
+from vanelock.rom.fixed_interface.held import NONE, lowest
 from vanelock.rom.system.system import Matrix, System
 
-FREE = 1e-11
+_FREE = 1e-11
 """Scaled stiffness of a motion below which nothing holds it: of bodies a hundred to a thousand
 times longer than thick, round-off leaves up to 2e-12, their softest elastic motion has 3e-7."""
 
-STIFF = 1e6
+_STIFF = 1e6
 """A spring so many times stiffer than the structure would cost digits of it in a sum."""
 
 
@@ -94,10 +94,10 @@ def free_motions(K: Matrix, M: Matrix) -> Matrix:
     d = 1 / np.sqrt(np.where(size > 0, size, 1.0))
     scaled = d[:, None] * K * d
     try:
-        sl.cholesky(scaled - FREE * np.eye(len(K)), check_finite=False)
+        sl.cholesky(scaled - _FREE * np.eye(len(K)), check_finite=False)
     except sl.LinAlgError:
-        values, turns = sl.eigh(scaled, subset_by_value=(-np.inf, FREE))
-        motions = d[:, None] * turns[:, np.abs(values) <= FREE]
+        values, turns = sl.eigh(scaled, subset_by_value=(-np.inf, _FREE))
+        motions = d[:, None] * turns[:, np.abs(values) <= _FREE]
         inertia, turns = sl.eigh(motions.conj().T @ M @ motions)
         if np.any(inertia <= NONE * np.abs(M).max() * np.linalg.norm(motions) ** 2):
             raise InputError("a motion without mass is held by nothing") from None
@@ -149,7 +149,7 @@ def apart_from_springs(K: Matrix, B: Matrix, springs: Matrix) -> tuple[Matrix, M
     first of y, and none move those after the last spring, so that factors are graded.
     """
     reach = springs * (np.abs(B) ** 2).sum(axis=1)
-    if not reach.max(initial=0.0) > STIFF * K.diagonal().real.max(initial=0.0) > 0:
+    if not reach.max(initial=0.0) > _STIFF * K.diagonal().real.max(initial=0.0) > 0:
         return None
     weight = np.sqrt(np.where(springs > 0, springs, 1.0))
     Q, R, order = sl.qr((weight[:, None] * B).conj().T, pivoting=True)

@@ -34,15 +34,15 @@ from vanelock.rom.system.system import Matrix, System
 
 MODES = 16
 """Modes along which the excess is taken off."""
-MOST = 0.5
+_MOST = 0.5
 """Largest share of its strain energy that is taken off any combination of modes."""
 DOUBT = 0.25
 """Of what is taken off, what remains of it at most (docs/theory/mesh_correction.md)."""
 FRICTIONLESS = 1e-6
 """Of the tangential stiffness, what is left to contacts without friction lest parts float."""
-STRAINED = 1e-8
+_STRAINED = 1e-8
 """Strain energy of a combination of modes, relative to the largest, below which it is none."""
-SPANNED = 1e-6
+_SPANNED = 1e-6
 """Strain energy of a direction among shapes of unit energy below which it is left out."""
 
 
@@ -73,10 +73,10 @@ def spanned(shapes: Sequence[Matrix], K: Floats) -> Floats:
         raise InputError("shapes: given none: needs one or more")
     X = np.hstack([part for x in shapes for part in (x.real, x.imag)])
     energy = np.einsum("ij,ij->j", X, K @ X)
-    strained = energy > STRAINED * energy.max()
+    strained = energy > _STRAINED * energy.max()
     X = X[:, strained] / np.sqrt(energy[strained])
     share, V = np.linalg.eigh(hermitian(X.T @ K @ X))
-    kept = share > SPANNED
+    kept = share > _SPANNED
     return np.asarray(X @ V[:, kept] / np.sqrt(share[kept]))
 
 
@@ -93,7 +93,7 @@ class ModalExcess(Product):
     coefficients : (p, n, m)
         Q_p in joined coordinates.
     share : float
-        The largest part that E_p is of the strain energy of a combination of modes; above `MOST`,
+        The largest part that E_p is of the strain energy of a combination of modes; above `_MOST`,
         where no more than that is taken off, the mesh is too coarse to say.
     """
 
@@ -165,12 +165,12 @@ def modal_excess(
     for E, KX in zip(parts, forces, strict=True):
         G = hermitian(shapes.conj().T @ KX)
         energy, V = np.linalg.eigh(G)
-        strained = energy > STRAINED * energy.max()
+        strained = energy > _STRAINED * energy.max()
         W = V[:, strained] / np.sqrt(energy[strained])  # Wᴴ G W = 1
         share, U = np.linalg.eigh(hermitian(W.conj().T @ E @ W))
         most = max(most, float(share.max(initial=0.0)))
         back = G @ W @ U
-        kept.append(hermitian(back * share.clip(max=MOST) @ back.conj().T))
+        kept.append(hermitian(back * share.clip(max=_MOST) @ back.conj().T))
         coefficients.append(KX @ W @ W.conj().T)
     return ModalExcess(frequency, np.array(kept), np.array(coefficients), most)
 

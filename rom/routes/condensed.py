@@ -11,8 +11,22 @@ masters held is solved by block elimination:
 
 So a nodal diameter costs one dense Cholesky factorisation of its faces, instead of a sparse complex
 one of the sector, and one real forward and backward sweep for each real column.
+
+Loads at rest have static answers as further vectors. With the masters held, a load f has the answer
+K_ss⁻¹ f_s. Where that is among the vectors, and with
+
+    f_m + Ψᴴ f_s    on the masters,    Bᴴ f_s    on the vectors B,
+
+the reduced part's displacement at rest is the full one's, whatever it is joined to: K has no term
+between masters and vectors. The masters' own is exact without further vectors.
+
+The route "cyclic" is cyclic symmetry on the sparse matrices, then Craig-Bampton: at each nodal
+diameter the right face follows the left one, and what is left is a part like any other whose
+matrices are complex: its masters are those of contacts, loads and outputs alone, its
+fixed-interface modes are cyclic ones, and no interface remains to be reduced.
 """
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,15 +34,18 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from vanelock.common.arrays import Integers
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem import Interior, SingularError, free_motion
-from vanelock.rom.fixed_interface.held import hermitian
-from vanelock.rom.fixed_interface.inertia import BoundaryAnswers
+from vanelock.rom.component import Component
+from vanelock.rom.fixed_interface.basis import Candidates, Projected, projected
+from vanelock.rom.fixed_interface.held import HeldPart, hermitian
+from vanelock.rom.fixed_interface.inertia import BoundaryAnswers, SectorInertia
+from vanelock.rom.fixed_interface.selection import Selection
 from vanelock.rom.routes.problem import Problem, condense, cyclic_constraint
-from vanelock.rom.system.system import Matrix
+from vanelock.rom.system.system import Matrix, common_band
 
-FREE = 1e-11
+_FREE = 1e-11
 """Stiffness that the other dofs leave of one, relative to it, below which it moves freely."""
 
 
@@ -89,14 +106,14 @@ class Condensed:
         shape = (n, faces + len(self.slaves))
         return sp.csc_array((values, (rows, columns)), shape=shape)
 
-    def held(self, nodal_diameter: int) -> "Sector":
+    def held(self, nodal_diameter: int) -> "_Sector":
         """The sector's stiffness at a nodal diameter, its masters held."""
         W, S = self.follow(nodal_diameter), self.stiffness(nodal_diameter)
         left = slice(W.shape[1])
         factor = definite_factor(S[left, left])
         if factor is None:
             raise InputError(self._free_motion(nodal_diameter, S[left, left]))
-        return Sector(self, W, S, factor)
+        return _Sector(self, W, S, factor)
 
     def _constraint(self, others: int, nodal_diameter: int) -> sp.csr_array:
         sectors = self.problem.model.part.sectors
@@ -106,7 +123,7 @@ class Condensed:
         """What moves freely at a nodal diameter although the masters are held."""
         scale = 1 / np.sqrt(np.diagonal(on_face).real)
         values, V = sl.eigh(scale[:, None] * on_face * scale)
-        free = V[:, : max(1, int(np.sum(values < FREE)))] * scale[:, None]
+        free = V[:, : max(1, int(np.sum(values < _FREE)))] * scale[:, None]
         moved = np.concatenate(
             [self.follow(nodal_diameter) @ free, np.zeros((len(self.problem.rows), free.shape[1]))]
         )
@@ -118,25 +135,13 @@ class Condensed:
 
 
 @dataclass(frozen=True)
-class Sector:
-    """A sector at a nodal diameter with its masters held, in the order of `Condensed.transform`.
-
-    Attributes
-    ----------
-    part : Condensed
-        The part.
-    follow : (6b, 3b) sparse
-        W.
-    condensed : (3b + m, 3b + m)
-        S at the nodal diameter.
-    factor : (3b, 3b)
-        Cholesky factor of its part of the left face.
-    """
+class _Sector:
+    """A sector at a nodal diameter with its masters held, in the order of `Condensed.transform`."""
 
     part: Condensed
-    follow: sp.csr_array
-    condensed: Matrix
-    factor: Matrix
+    follow: sp.csr_array  # (6b, 3b), W
+    condensed: Matrix  # (3b + m, 3b + m), S at the nodal diameter
+    factor: Matrix  # (3b, 3b), Cholesky factor of its part of the left face
 
     @property
     def stiffness(self) -> Matrix:
@@ -169,9 +174,112 @@ def definite_factor(A: Matrix) -> Matrix | None:
     except sl.LinAlgError:
         return None
     left = np.diagonal(factor).real ** 2 / np.diagonal(A).real
-    return factor if left.min(initial=1.0) > FREE else None
+    return factor if left.min(initial=1.0) > _FREE else None
 
 
 def condensed(problem: Problem) -> Condensed:
     """Condense a part to its faces and masters: one real factorisation."""
     return Condensed(problem, *condense(problem))
+
+
+Loads = Mapping[str, Floats]
+
+
+@dataclass(frozen=True)
+class _HeldLoads:
+    """Loads at rest where the masters are held."""
+
+    names: tuple[str, ...]  # of the loads, l of them
+    masters: Matrix  # (m, l), forces that the part hands on to its masters, N
+    slaves: Matrix  # (s, l), on the dofs of the fixed-interface vectors, N
+
+    def answered(self, chosen: Candidates, part: HeldPart) -> tuple[Candidates, Matrix]:
+        """The vectors with the answers that they do not hold; the answers (s, l) to the loads."""
+        answers = part.held.solve(self.slaves)
+        return chosen.answering(part, self.slaves, answers), answers
+
+    def reduced(self, part: HeldPart, products: Projected, answers: Matrix) -> dict[str, Matrix]:
+        """(m + a,) of each load in the coordinates of masters and vectors.
+
+        The vectors' shares are Ω² B⁺ K_ss⁻¹ f_s, which is Bᴴ f_s for exact modes, and gives the
+        exact answer for those that are exact to a tolerance.
+        """
+        B = products.vectors()
+        MB = part.M_ss @ B
+        shares = sl.solve(hermitian(B.conj().T @ MB), MB.conj().T @ answers, assume_a="pos")
+        forces = products.omega_squared[:, None] * shares
+        found = np.concatenate([self.masters, forces])
+        return {name: found[:, i] for i, name in enumerate(self.names)}
+
+
+def held_loads(shared: Condensed, loads: Loads, sector: _Sector | None = None) -> _HeldLoads:
+    """Loads on the free dofs of a model, for a part in one piece or a sector at a diameter."""
+    problem = shared.problem
+    f = np.column_stack([_of_dofs(problem, name, load) for name, load in loads.items()])
+    slaves = f[shared.slaves]
+    carried = f[problem.boundary_rows] + shared.interior.restrict(slaves)
+    faces, masters = carried[: shared.faces], carried[shared.faces :]
+    if sector is not None:
+        masters = masters + sector.moved().conj().T @ faces
+        slaves = np.concatenate([sector.follow.conj().T @ f[problem.face_rows], slaves])
+    return _HeldLoads(tuple(loads), masters, slaves)
+
+
+def _of_dofs(problem: Problem, name: str, load: Floats) -> Floats:
+    """(n,) load on the dofs of a problem from that on the model's."""
+    given, n = np.asarray(load, float), problem.model.K.shape[0]
+    if given.shape != (n,):
+        raise InputError(f"loads[{name!r}]: shape {given.shape}: needed is ({n},), the free dofs")
+    if not np.isfinite(given).all():
+        raise InputError(f"loads[{name!r}]: must be finite")
+    return given if problem.means is None else np.asarray(problem.means.T @ given)
+
+
+def cyclic_first(
+    shared: Condensed, wanted: Selection, diameters: Iterable[int], loads: Loads | None = None
+) -> Component:
+    """Reduce a cyclic part at nodal diameters; all keep equally many fixed-interface vectors.
+
+    Static answers to loads at rest are among those of nodal diameter 0.
+    """
+    problem = shared.problem
+    parts, vectors, bands = {}, {}, []
+    at_rest = None
+    for k in diameters:
+        parts[k] = at_diameter(shared, k)
+        vectors[k], band = wanted.of(parts[k])
+        bands.append(band)
+        if k == 0 and loads:
+            sector = parts[k].held
+            assert isinstance(sector, _Sector)
+            at_rest = held_loads(shared, loads, sector)
+            vectors[k], answers = at_rest.answered(vectors[k], parts[k])
+    count = max(found.count for found in vectors.values())
+    products = {k: projected(part, vectors[k].filled(part, count)) for k, part in parts.items()}
+    return Component(
+        masters=problem.masters,
+        cyclic=True,
+        route="cyclic",
+        interface_modes=0,
+        fixed_modes=count,
+        diameters={k: p.reduced(p.vectors()) for k, p in products.items()},
+        boundary_nodes=problem.masters.nodes,
+        band=common_band(bands),
+        loads=None if at_rest is None else at_rest.reduced(parts[0], products[0], answers),
+    )
+
+
+def at_diameter(shared: Condensed, nodal_diameter: int) -> HeldPart:
+    """The sector at a nodal diameter, its masters held."""
+    held = shared.held(nodal_diameter)
+    masters = shared.answers.at(held.moved())
+    W = held.follow.conj().T
+    half = sl.solve_triangular(held.factor, W @ masters.reaching, lower=True)
+    return HeldPart(
+        held,
+        M_ss=shared.answers.mass(held.follow),
+        K_mm=hermitian(held.stiffness),
+        M_mm=hermitian(masters.mass),
+        inertia=SectorInertia(W @ masters.on_faces, masters.blocks, masters.coefficients),
+        compliance=hermitian(masters.energy + half.conj().T @ half),
+    )

@@ -54,7 +54,7 @@ def check_count(count: int, faces: int) -> None:
         raise InputError(f"interface_modes = {count}: allowed are 1 to {faces}, the dofs of a face")
 
 
-COLUMNS = 128  # constraint modes at a time: each block is multiplied with all of them
+_COLUMNS = 128  # constraint modes at a time: each block is multiplied with all of them
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
     K_mm, M_mm = K[m][:, m].toarray(), M[m][:, m].toarray()
     K_ms, M_ms = K_sm.T.tocsr(), M_sm.T.tocsr()
     Psi = np.empty((len(s), len(m)), order="F")
-    blocks = [slice(start, start + COLUMNS) for start in range(0, len(m), COLUMNS)]
+    blocks = [slice(start, start + _COLUMNS) for start in range(0, len(m), _COLUMNS)]
     for block in blocks:
         Psi[:, block] = -factor.solve(K_sm[:, block].toarray())
         K_mm[:, block] += K_ms @ Psi[:, block]

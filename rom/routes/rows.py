@@ -20,12 +20,12 @@ from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import phase_factor
 from vanelock.fem import schur_complement
 from vanelock.rom.component import Reduced
+from vanelock.rom.fixed_interface.basis import Projected, projected
 from vanelock.rom.fixed_interface.held import HeldMatrices, HeldPart, held_part, hermitian
-from vanelock.rom.fixed_interface.projection import Projected, projected
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.system.system import Matrix
 
-ANSWERS = 2
+_ANSWERS = 2
 """Static answers for a load: to itself, and to the inertia of the one before."""
 
 
@@ -137,7 +137,7 @@ def reduce_rows(
     rest = np.setdiff1d(np.arange(K.shape[0]), rows)
     if loads is not None:
         forces = loads[rest].toarray()
-        for _ in range(ANSWERS):
+        for _ in range(_ANSWERS):
             answers = part.held.solve(forces)
             chosen = chosen.answering(part, forces, answers)
             forces = part.M_ss @ answers

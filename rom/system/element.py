@@ -1,5 +1,9 @@
-"""A nonlinear element between coordinates that follows a law of its own."""
+"""Nonlinear elements between coordinates, by a law that has a name or one's own.
 
+A law is a function as `Element.force` describes it.
+"""
+
+import math
 import operator
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,16 +15,70 @@ from numpy.typing import ArrayLike
 from vanelock.common.arguments import OfKind
 from vanelock.common.arrays import Array, Floats, as_array
 from vanelock.common.errors import InputError
-from vanelock.rom.system import element_laws
+
+
+def _cubic_spring(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+    """F = k u³."""
+    out[0] = p[0] * u[0] ** 3
+
+
+def _stop(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+    """F = k max(u - gap, 0)."""
+    out[0] = p[0] * max(u[0] - p[1], 0.0)
+
+
+def _quadratic_damper(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+    """F = c |u̇| u̇."""
+    out[0] = p[0] * abs(rate[0]) * rate[0]
+
+
+def _tanh_friction(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+    """F = F tanh(u̇/ε): Coulomb friction of the limit F, smooth within the velocity ε."""
+    out[0] = p[0] * math.tanh(rate[0] / p[1])
+
+
+def _jenkins(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+    """Σ of sliders, each a spring k in series with friction of the limit F; p = (k, F, k, F, ...).
+
+    Several in parallel, their limits spread, are Iwan's model. State of a slider: its place.
+    """
+    out[0] = 0.0
+    for i in range(len(state)):
+        k, limit = p[2 * i], p[2 * i + 1]
+        force = k * (u[0] - state[i])
+        if abs(force) > limit:
+            force = math.copysign(limit, force)
+            state[i] = u[0] - force / k
+        out[0] += force
+
+
+@dataclass(frozen=True)
+class _ElementLaw:
+    """A law, what it is given and how much it remembers."""
+
+    force: Callable[[Floats, Floats, Floats, Floats, Floats], None]
+    parameters: tuple[str, ...]  # with their units
+    memory: int = 0  # length of the state, for each set of parameters where they may repeat
+    repeats: bool = False
+
+
+_LAWS = {
+    "cubic_spring": _ElementLaw(_cubic_spring, ("k (N/m3)",)),
+    "stop": _ElementLaw(_stop, ("k (N/m)", "gap (m)")),
+    "quadratic_damper": _ElementLaw(_quadratic_damper, ("c (N s2/m2)",)),
+    "tanh_friction": _ElementLaw(_tanh_friction, ("limit (N)", "velocity (m/s)")),
+    "jenkins": _ElementLaw(_jenkins, ("k (N/m)", "limit (N)"), memory=1, repeats=True),
+}
+
 
 Place: TypeAlias = int | tuple[int | None, int | None] | Array
 """A displacement: see `Contact`."""
 Force: TypeAlias = Callable[[Floats, Floats, Floats, Floats, Floats], None]
 """See `Element.force`."""
 
-TRIALS = 0.0, 1e-6, -1e-6, 1.0, -1.0
+_TRIALS = 0.0, 1e-6, -1e-6, 1.0, -1.0
 """Displacements, m, and velocities, m/s, at which a law is tried."""
-MOST = 1000
+_MOST = 1000
 """A memory that a law is tried with where it uses more than it says."""
 
 
@@ -82,9 +140,9 @@ class Element(OfKind):
 
     def _take(self, law: str) -> None:
         """Check what a named law is given."""
-        if law not in element_laws.LAWS:
-            self._refuse(f"force = {law!r}: allowed: {', '.join(element_laws.LAWS)}")
-        known, given = element_laws.LAWS[law], np.asarray(self.parameters)
+        if law not in _LAWS:
+            self._refuse(f"force = {law!r}: allowed: {', '.join(_LAWS)}")
+        known, given = _LAWS[law], np.asarray(self.parameters)
         wanted = ", ".join(known.parameters)
         repeats = known.repeats and len(given) % len(known.parameters) == 0 and len(given)
         if len(given) != len(known.parameters) and not repeats:
@@ -97,14 +155,14 @@ class Element(OfKind):
     def _try(self, memory: int) -> None:
         """Call the law as it is written: compiled, it would read and write beyond its arrays."""
         d = len(self.places)
-        for size in TRIALS:
+        for size in _TRIALS:
             u, state = np.full(d, size), np.zeros(memory)
             try:
                 with np.errstate(all="ignore"):
                     self.function(u, u.copy(), state, np.asarray(self.parameters), np.zeros(d))
             except IndexError as error:
                 if memory == self.memory:
-                    self._try(MOST)  # refuses what is not of the memory
+                    self._try(_MOST)  # refuses what is not of the memory
                     self._refuse(f"memory = {memory}: force uses more of state ({error})")
                 self._refuse(f"force reads or writes beyond what it is given ({error})")
             except Exception:  # no number there, or what the compiler says
@@ -117,7 +175,7 @@ class Element(OfKind):
     def function(self) -> Force:
         """The law, not compiled."""
         if isinstance(self.force, str):
-            return element_laws.LAWS[self.force].force
+            return _LAWS[self.force].force
         # What Numba has compiled already is compiled once more, with the types that it meets here.
         function: Force = getattr(self.force, "py_func", self.force)
         return function

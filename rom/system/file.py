@@ -8,20 +8,20 @@ import numpy as np
 from vanelock.common.arrays import Complex
 from vanelock.common.errors import InputError
 from vanelock.common.product import packed
-from vanelock.rom.system.consistency import check
+from vanelock.rom.system.coordinates import check
 from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 S = TypeVar("S", bound=System)
 
-FORMAT = "vanelock-system"
-VERSION = 1
+_FORMAT = "vanelock-system"
+_VERSION = 1
 
 
 def write_system(system: System, group: h5py.Group) -> None:
     """Write a system into a group."""
-    group.attrs["format"] = FORMAT
-    group.attrs["version"] = VERSION
+    group.attrs["format"] = _FORMAT
+    group.attrs["version"] = _VERSION
     group.attrs["sectors"] = system.sectors
     group.attrs["engine_order"] = system.engine_order
     units = {"K": "N/m", "M": "kg", "C": "N s/m"}
@@ -70,14 +70,14 @@ def write_system(system: System, group: h5py.Group) -> None:
 def read_system(kind: type[S], group: h5py.Group) -> S:
     """Read a system from a group."""
     where = group.file.filename
-    if group.attrs.get("format") != FORMAT:
+    if group.attrs.get("format") != _FORMAT:
         inner = group.get("system")
-        held = isinstance(inner, h5py.Group) and inner.attrs.get("format") == FORMAT
+        held = isinstance(inner, h5py.Group) and inner.attrs.get("format") == _FORMAT
         hint = "; a results file holds it in its group /system" if held else ""
-        raise InputError(f"{where}: expected the format {FORMAT!r} in its attributes{hint}")
+        raise InputError(f"{where}: expected the format {_FORMAT!r} in its attributes{hint}")
     version = int(group.attrs.get("version", 0))
-    if version != VERSION:
-        raise InputError(f"{where}: format version {version}, this program reads {VERSION}")
+    if version != _VERSION:
+        raise InputError(f"{where}: format version {version}, this program reads {_VERSION}")
 
     def optional(inner: h5py.Group, name: str) -> Complex | None:
         return inner[name][()] if name in inner else None

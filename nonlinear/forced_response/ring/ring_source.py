@@ -25,7 +25,7 @@ from vanelock.nonlinear.balance.stuck_modes import HarmonicModes, StuckModes, st
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.forced_response.ring.unlike import SectorModes, Unlike
 from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
-from vanelock.rom.system.consistency import check, check_ring
+from vanelock.rom.system.coordinates import check, check_ring
 from vanelock.rom.system.system import Contacts, System
 
 

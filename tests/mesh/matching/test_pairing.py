@@ -12,7 +12,7 @@ from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.cells import SOLIDS
 from vanelock.mesh.matching.pairing import mates
 from vanelock.mesh.matching.side import own_part
-from vanelock.rom.masters import choose
+from vanelock.rom.component import choose
 
 
 def matched(found, sectors=SECTORS, **options):

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     frequency_response,
     peak_errors,
 )
-from vanelock.rom.errors.neglected import Neglected
+from vanelock.rom.errors import Neglected
 
 Make = Callable[..., System]
 Floats = NDArray[np.float64]

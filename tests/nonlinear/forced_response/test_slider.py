@@ -14,7 +14,7 @@ from vanelock.nonlinear import (
     static_response,
     time_response,
 )
-from vanelock.rom.system.consistency import check
+from vanelock.rom.system.coordinates import check
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 Make = Callable[..., System]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock import rom
-from vanelock.rom.routes.cyclic_first import at_diameter
+from vanelock.rom.routes.condensed import at_diameter
 
 
 @pytest.mark.parametrize("order", [(0, 1, 3, 4), (4, 3, 1, 0)], ids=["up", "down"])

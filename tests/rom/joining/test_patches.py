@@ -14,9 +14,9 @@ from tests.rom.block_in_rim import patched
 from vanelock import fem, rom
 from vanelock.common.errors import InputError
 from vanelock.mesh.contact_patches import Patch, averages, plane
+from vanelock.rom.component import choose, everything
 from vanelock.rom.joining.connections import tied_nodes
-from vanelock.rom.joining.patches import patch_transform, patch_weights, with_means
-from vanelock.rom.masters import choose, everything
+from vanelock.rom.routes.problem import patch_transform, patch_weights, with_means
 from vanelock.stages.parts.segment import Joint, Segment
 
 HOOKS = ("hook_front", "hook_rear")

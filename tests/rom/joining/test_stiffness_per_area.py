@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.rom.joining.elements import properties
-from vanelock.rom.masters import Masters
+from vanelock.rom.component import Masters
+from vanelock.rom.joining.connections import properties
 from vanelock.stages.parts.segment import Joint
 
 AREAS = {"hook_front": np.array([1e-6, 2e-6, 4e-6]), "hook_rear": np.array([3e-6])}

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     frequency_response,
     linear_response,
 )
-from vanelock.rom.system.consistency import check
+from vanelock.rom.system.coordinates import check
 from vanelock.rom.system.element import spring_along
 
 ROWS = [[[1], [0], [0]]]

@@ -24,7 +24,7 @@ from vanelock.mesh import contact_patches as lay
 from vanelock.mesh.contact_patches import Patch, averages, cylinder, plane
 from vanelock.mesh.geometry import contact_places as mesh_sets
 from vanelock.mesh.tetrahedra import quadratic_shapes
-from vanelock.rom.joining.patches import with_means
+from vanelock.rom.routes.problem import with_means
 from vanelock.stages.parts.segment import Joint
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"

@@ -21,7 +21,7 @@ from vanelock.input.schema.scene import (
     TieKeys,
 )
 from vanelock.rom import Element
-from vanelock.rom.joining.elements import Load, Output, Tie, Touching
+from vanelock.rom.joining.connections import Load, Output, Tie, Touching
 from vanelock.stages.matrices.nodal_forces import NodalForces, read_forces
 
 Integers = NDArray[np.int64]

@@ -10,7 +10,7 @@ from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.component import Reduced
-from vanelock.rom.joining.elements import Load, Output
+from vanelock.rom.joining.connections import Load, Output
 from vanelock.stages.matrices.nodal_forces import NodalForces
 
 Integers = NDArray[np.int64]

@@ -18,7 +18,7 @@ from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys,
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Assembly, Element, System
-from vanelock.rom.system.consistency import check_ring
+from vanelock.rom.system.coordinates import check_ring
 from vanelock.stages.matrices import pieces
 from vanelock.stages.matrices.gather import Gathered, gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions

@@ -21,8 +21,7 @@ from vanelock.rom import (
     travelling_load,
 )
 from vanelock.rom.component import carrying
-from vanelock.rom.joining.connections import HasMasters
-from vanelock.rom.joining.elements import Joinable, Touching
+from vanelock.rom.joining.connections import HasMasters, Joinable, Touching
 from vanelock.rom.system.system import Matrix
 
 HOOK_SETS = ("hook_front", "hook_rear")

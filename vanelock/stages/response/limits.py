@@ -25,7 +25,7 @@ from vanelock.rom import (
     mac,
     unheld_motions,
 )
-from vanelock.rom.errors.frequency_errors import ReducedPart
+from vanelock.rom.errors import ReducedPart
 from vanelock.rom.system.system import Matrix
 
 SHOWN = 6

@@ -4,7 +4,7 @@ import numpy as np
 
 from vanelock.files import load_study
 from vanelock.input.schema.scene import LoadKeys, Scene
-from vanelock.rom.joining.elements import Load
+from vanelock.rom.joining.connections import Load
 from vanelock.stages.matrices.gather import Gathered
 from vanelock.stages.matrices.nodal_forces import NodalForces
 from vanelock.stages.parts.load_lines import load_lines

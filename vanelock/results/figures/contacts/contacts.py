@@ -13,7 +13,7 @@ from vanelock.nonlinear import Response
 from vanelock.quantities.run_result import Floats, RunResult
 from vanelock.report import Picture
 from vanelock.results.figures.contacts.preload import numbers
-from vanelock.rom.joining.elements import properties
+from vanelock.rom.joining.connections import properties
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.plan import Planned

@@ -1,4 +1,9 @@
-"""From reduced coordinates back to the displacement, strain and stress of every node."""
+"""From reduced coordinates to the displacement, strain and stress of every node of any sector.
+
+Sector j moves as sector 0 turned by 2πj/N about the engine axis and later by the phase j φ,
+φ = 2π ND/N: u_j = R_z(2πj/N) u_0 e^{-ijφ}, and so do strain and stress. A functional that is
+attached to the part, such as a strain gauge, turns with it and takes the phase alone.
+"""
 
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -8,39 +13,30 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
+from vanelock import fem
 from vanelock.common.arrays import Array, Complex
+from vanelock.common.cyclic import phase_factor, turn
 from vanelock.common.errors import InputError
 from vanelock.common.process.memory import latest
 from vanelock.fem import Model, factorise
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.held import Solve
-from vanelock.rom.full_fields import fields
 from vanelock.rom.routes.condensed import Condensed, condensed
 from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.system.system import Matrix
 
-KEPT = 2
+_KEPT = 2
 """Nodal diameters whose factors of the faces are kept: that of rest and another."""
 
 
 @dataclass(frozen=True)
-class Statics:
-    """How a part follows its masters statically at a nodal diameter.
+class _Statics:
+    """How a part follows its masters statically at a nodal diameter."""
 
-    Attributes
-    ----------
-    solve : callable
-        K_ss⁻¹ b.
-    K_sm : (s, m) sparse
-        Stiffness between slaves and masters.
-    masters, slaves : (n, m), (n, s) sparse
-        The part's free dofs from those of masters and of slaves.
-    """
-
-    solve: Solve
-    K_sm: sp.csr_array
-    masters: sp.csr_array
-    slaves: sp.csr_array
+    solve: Solve  # K_ss⁻¹ b
+    K_sm: sp.csr_array  # (s, m), stiffness between slaves and masters
+    masters: sp.csr_array  # (n, m)
+    slaves: sp.csr_array  # (n, s)
 
 
 @dataclass(frozen=True)
@@ -60,7 +56,7 @@ class Recovery:
 
     component: Component
     problem: Problem
-    _statics: dict[int, Statics] = field(default_factory=dict, repr=False)
+    _statics: dict[int, _Statics] = field(default_factory=dict, repr=False)
     _shared: list[Condensed] = field(default_factory=list, repr=False)
 
     @property
@@ -78,7 +74,7 @@ class Recovery:
         nodal_diameter : int
             The diameter at which they are.
         sector : int
-            The sector, see `vanelock.rom.full_fields.fields`; coordinates are those of sector 0.
+            The sector, see `vanelock.rom.full_fields`; coordinates are those of sector 0.
         """
         q = np.asarray(coordinates)
         name, size = self.component.masters.part, self.component.size
@@ -93,7 +89,9 @@ class Recovery:
         u = self.problem.field(np.asarray(free, complex)).reshape(
             *self.model.dofs.shape, *q.shape[1:]
         )
-        return fields.in_sector(u, nodal_diameter, self.model.part.sectors, sector)
+        sectors = self.model.part.sectors
+        phase = phase_factor(nodal_diameter * sector, sectors)
+        return np.asarray(np.einsum("ij,nj...->ni...", turn(sectors, sector) * phase, u))
 
     def adjoint(self, functional: Any, nodal_diameter: int) -> Complex:
         """Rows (g, n) in reduced coordinates of linear functionals of sector 0's displacements.
@@ -116,8 +114,12 @@ class Recovery:
         return np.asarray(rows if basis is None else rows @ basis)
 
     def strain(self, coordinates: Complex, nodal_diameter: int, sector: int = 0) -> Complex:
-        """Strain at the nodes, (nodes, 6) or (nodes, 6, k), see `fem.strain`."""
-        return fields.strain(self, coordinates, nodal_diameter, sector)
+        """Strain at the nodes, (nodes, 6) or (nodes, 6, k), see `fem.strain`.
+
+        On the faces that neighbouring sectors share, the neighbour's elements count as well.
+        """
+        found = self._strain(coordinates, nodal_diameter)
+        return self._turned(found, nodal_diameter, sector, shear=2.0)
 
     def stress(
         self,
@@ -131,21 +133,49 @@ class Recovery:
         Thermal strain `growth`, one number or (nodes,), is taken off: give it for the motion at
         rest, of which heat is a load.
         """
-        return fields.stress(self, coordinates, nodal_diameter, sector, growth)
+        elastic = self._strain(coordinates, nodal_diameter, growth)
+        found = fem.hooke(self.model.material, elastic)
+        return self._turned(found, nodal_diameter, sector, shear=1.0)
 
     def rows(self, functional: Any, nodal_diameter: int, sector: int = 0) -> Complex:
         """Rows (g, n) such that rows @ coordinates are functionals (g, 3·nodes), such as gauges.
 
         One solve a functional serves every point of a response.
         """
-        return fields.rows(self, functional, nodal_diameter, sector)
+        free = fem.free_rows(self.model, functional)
+        phase = phase_factor(nodal_diameter * sector, self.model.part.sectors)
+        return np.asarray(phase * self.adjoint(free, nodal_diameter))
 
-    def statics(self, nodal_diameter: int) -> Statics:
+    def _strain(
+        self, coordinates: Complex, nodal_diameter: int, growth: ArrayLike | None = None
+    ) -> Complex:
+        part = self.model.part
+        u = self.displacement(coordinates, nodal_diameter)
+        total, volume = fem.strain_sums(part, u, growth)
+        if self.component.cyclic:
+            # right[i] of this sector is left[i] of the next, where the field is turned and delayed.
+            left, right = part.nodes("left"), part.nodes("right")
+            off_axis = left != right
+            left, right = left[off_axis], right[off_axis]
+            phase = phase_factor(nodal_diameter, part.sectors)
+            ahead, behind = turn(part.sectors), turn(part.sectors, -1)
+            at_left = total[left] + fem.turned(total[right], behind, shear=2.0) / phase
+            total[right] = fem.turned(at_left, ahead, shear=2.0) * phase
+            total[left] = at_left
+            volume[left] = volume[right] = volume[left] + volume[right]
+        return np.asarray(total / volume.reshape(-1, *(1,) * (total.ndim - 1)))
+
+    def _turned(self, tensors: Complex, nodal_diameter: int, sector: int, shear: float) -> Complex:
+        sectors = self.model.part.sectors
+        phase = phase_factor(nodal_diameter * sector, sectors)
+        return np.asarray(phase * fem.turned(tensors, turn(sectors, sector), shear))
+
+    def statics(self, nodal_diameter: int) -> _Statics:
         """The part at a nodal diameter, its masters held."""
         cyclic = self.component.route == "cyclic"
         k = nodal_diameter % self.model.part.sectors if cyclic else 0
         made = partial(self._sector, k) if cyclic else self._piece
-        return latest(self._statics, k, made, KEPT)
+        return latest(self._statics, k, made, _KEPT)
 
     def _vectors(self, nodal_diameter: int) -> Matrix:
         found = self.component.at(nodal_diameter).vectors
@@ -154,7 +184,7 @@ class Recovery:
             raise InputError(f"{self.component.masters.part}: it holds no fixed-interface vectors")
         return found
 
-    def _piece(self) -> Statics:
+    def _piece(self) -> _Statics:
         """The part by itself; its cyclic faces are masters where it has them."""
         given, n = self.problem, self.problem.K.shape[0]
         m = given.boundary_rows
@@ -162,9 +192,9 @@ class Recovery:
         K_s = given.K[s]
         unit = sp.eye_array(n, format="csc")
         factor = self._shared[0].interior if self._shared else factorise(K_s[:, s].tocsc())
-        return Statics(factor.solve, K_s[:, m].tocsr(), unit[:, m].tocsr(), unit[:, s].tocsr())
+        return _Statics(factor.solve, K_s[:, m].tocsr(), unit[:, m].tocsr(), unit[:, s].tocsr())
 
-    def _sector(self, nodal_diameter: int) -> Statics:
+    def _sector(self, nodal_diameter: int) -> _Statics:
         """The sector at a nodal diameter, its right face following the left one."""
         if not self._shared:
             self._shared.append(condensed(self.problem))
@@ -174,7 +204,7 @@ class Recovery:
         unit = sp.eye_array(given.K.shape[0], format="csc")
         K_sm = sp.csr_array(T.conj().T @ given.K[:, given.rows])
         held = shared.held(nodal_diameter)
-        return Statics(held.solve, K_sm, unit[:, given.rows].tocsr(), T.tocsr())
+        return _Statics(held.solve, K_sm, unit[:, given.rows].tocsr(), T.tocsr())
 
 
 def recovery(component: Component, model: Model, prepared: Condensed | None = None) -> Recovery:

@@ -27,15 +27,41 @@ import scipy.linalg as sl
 from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.rom.component import Reduced
-from vanelock.rom.errors.neglected import Neglected
 from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.joining.linear_modes import linear_damping, linear_modes, linear_stiffness
 from vanelock.rom.system.system import Matrix, System
 
-BEYOND = 5
+_BEYOND = 5
 """Modes beyond those asked for that may act on them."""
-ROUND_OFF = 1e-13
+_ROUND_OFF = 1e-13
 """Of the largest ratio of a coordinate's stiffness to its mass: an ω² below it is zero."""
+
+
+@dataclass(frozen=True)
+class Neglected:
+    """By how much a joined model at one nodal diameter is too stiff, see `errors.frequency_errors`.
+
+    Attributes
+    ----------
+    parts : tuple of ((m,) int, (3, m, m), float)
+        For each part its place among the joined coordinates, its forms G, and the circular
+        frequency up to which it keeps all fixed-interface modes, rad/s.
+    """
+
+    parts: tuple[tuple[Integers, Matrix, float], ...]
+
+    def force(self, omega: float, x: Matrix) -> Matrix:
+        """Forces (n,) that the missing compliance amounts to at the joined coordinates (n,), N.
+
+        Beyond a part's own limit the estimate is a guess: the nearest ten per cent stand for it.
+        """
+        total = np.zeros(len(x), complex)
+        for dofs, (G0, G1, G2), complete in self.parts:
+            q = x[dofs]
+            pushed = G0 @ q - omega**2 * (G1 @ q) + omega**4 * (G2 @ q)
+            near = max(abs(1 - (omega / complete) ** 2), _NEAR) if complete else _NEAR
+            total[dofs] += pushed / near
+        return total
 
 
 class ReducedPart(Protocol):
@@ -111,11 +137,11 @@ def _errors(
     n = len(matrices.K)
     if not 1 <= count <= n:
         raise InputError(f"{count} modes of a system of {n} coordinates")
-    beyond = min(n, count + BEYOND)
+    beyond = min(n, count + _BEYOND)
     frequency, shapes = linear_modes(system, nodal_diameter, beyond, closed)
     squared = (2 * np.pi * frequency) ** 2
     highest = np.max(np.diagonal(matrices.K).real / np.diagonal(matrices.M).real)
-    squared[squared < ROUND_OFF * highest] = 0  # rigid-body motions, which every part has exactly
+    squared[squared < _ROUND_OFF * highest] = 0  # rigid-body motions, which every part has exactly
     shares, lowered = np.zeros((len(parts), count)), np.zeros(count)
     for j in range(count):
         if squared[j] == 0:
@@ -224,3 +250,7 @@ def _form(reduced: Reduced, squared: float) -> Matrix:
     assert reduced.neglected is not None
     G0, G1, G2 = reduced.neglected
     return np.asarray(G0 - squared * G1 + squared**2 * G2)
+
+
+_NEAR = 0.1
+"""Least distance 1 - θ/Ω² from a left-out mode that estimates count with."""

@@ -1,1 +1,0 @@
-"""Errors of reduced models, by residuals and by the unreduced sector."""

@@ -1,1 +1,0 @@
-"""From reduced coordinates back to displacement, strain and stress of every node."""
