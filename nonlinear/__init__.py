@@ -7,7 +7,7 @@ from typing import Any
 from vanelock.common import lazy
 
 _modules = {
-    "Audit": "verification.audit",
+    "Audit": "audit",
     "Contact": ".rom.system.coordinates",
     "Contacts": ".rom.system.system",
     "Element": ".rom.system.element",
@@ -21,7 +21,7 @@ _modules = {
     "Diameter": ".rom.system.system",
     "Force": ".rom.system.system",
     "Hysteresis": "following.hysteresis",
-    "PointStore": "forced_response.solved_points",
+    "PointStore": "forced_response.frequency_sweep",
     "OPEN": "contact.law",
     "Options": "forced_response.options",
     "ParameterResponse": "following.parameter_response",
@@ -41,7 +41,7 @@ _modules = {
     "SOURCES": "adaptive.error_estimates",
     "Shares": "adaptive.points",
     "adaptive_response": "adaptive.adaptive_response",
-    "audit_response": "verification.audit",
+    "audit_response": "audit",
     "contact_loop": "forced_response.hysteresis_loop",
     "frequency_response": "forced_response.frequency_response",
     "HarmonicModes": "balance.stuck_modes",

@@ -84,7 +84,7 @@ def test_no_source_runs_what_a_file_says():
 
 def test_compiled_kernels_are_the_user_s_own():
     """They are loaded as code: beside the sources or in the user's cache, not in a run's folder."""
-    from vanelock.nonlinear.fourier.kernels import _folder
+    from vanelock.nonlinear.fourier import _folder
 
     kept = _folder()
     assert kept is not None

@@ -13,7 +13,7 @@ import scipy.linalg as la
 from numpy.typing import NDArray
 
 from vanelock.nonlinear import Contacts, Diameter, Force, System
-from vanelock.nonlinear.fourier.kernels import kernel
+from vanelock.nonlinear.fourier import kernel
 
 Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]

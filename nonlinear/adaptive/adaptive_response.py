@@ -23,7 +23,13 @@ from vanelock.nonlinear.adaptive.sampling import (
     places_of_jumps,
     with_measured_maxima,
 )
-from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, Progress
+from vanelock.nonlinear.forced_response.frequency_sweep import (
+    PointsDone,
+    PointStore,
+    Progress,
+    SolvedPoints,
+)
+from vanelock.nonlinear.forced_response.linear_response import check_bound, check_top
 from vanelock.nonlinear.forced_response.options import (
     Options,
     check_band,
@@ -33,15 +39,12 @@ from vanelock.nonlinear.forced_response.options import (
     excited,
 )
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
-from vanelock.nonlinear.forced_response.solved_points import PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import with_static_mean
-from vanelock.nonlinear.forced_response.undamped import check_bound, check_top
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, resized
+from vanelock.nonlinear.fourier import TURN, one_thread, resized
 from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
 
-FEWEST = 128
+_FEWEST = 128
 """Samples of a period to begin with, where the law is sampled."""
 
 

@@ -36,20 +36,19 @@ from vanelock.nonlinear.forced_response.response import (
     chosen_points,
     half_peak_to_peak,
 )
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_complex, to_real
-from vanelock.nonlinear.newton.law_jacobian import response_to
+from vanelock.nonlinear.fourier import TURN, one_thread, resized, to_complex, to_real
 from vanelock.nonlinear.newton.linearised import Linearised, linearise
 from vanelock.nonlinear.newton.newton import Solution, active_rows, scales, solve
+from vanelock.nonlinear.newton.preconditioner import response_to
 from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
 
 SOURCES = ("harmonics", "modes", "mesh", "samples")
 BEYOND = 2
 """Harmonics beyond H with which the error of a solution is estimated."""
-EXACT = 1e-3
+_EXACT = 1e-3
 """Relative accuracy of the linear solutions behind an estimate."""
-FAINT = 1e-3
+_FAINT = 1e-3
 """Of the largest modal amplitude, below which a harmonic's share in an error is left out."""
 
 
@@ -123,7 +122,7 @@ class Estimator:
             return np.full(len(amplitudes), np.nan, complex)
         return self._output(wide, answer)
 
-    def _left_out(self) -> "Force | None":
+    def _left_out(self) -> "_Force | None":
         """Modal forces that the compliance missing from the reduced parts amounts to."""
         if (neglected := self.neglected) is None:
             return None
@@ -135,7 +134,7 @@ class Estimator:
 
         return force
 
-    def _too_stiff(self) -> "Force | None":
+    def _too_stiff(self) -> "_Force | None":
         """The same for the meshes."""
         if (mesh_error := self.mesh_error) is None:
             return None
@@ -150,7 +149,7 @@ class Estimator:
         return force
 
     def _softer(
-        self, state: "_Wide", amplitudes: list[Complex], force: "Force | None", harmonics: int
+        self, state: "_Wide", amplitudes: list[Complex], force: "_Force | None", harmonics: int
     ) -> Complex | None:
         """The monitored output if modal forces in the harmonics 1 ... H were added."""
         if force is None:
@@ -159,7 +158,7 @@ class Estimator:
         moved = [np.zeros(len(amplitude), complex) for amplitude in amplitudes]
         largest = max(np.abs(amplitude).max(initial=0.0) for amplitude in amplitudes[1:])
         for h in range(1, harmonics + 1):
-            if np.abs(amplitudes[h]).max(initial=0.0) < FAINT * largest:
+            if np.abs(amplitudes[h]).max(initial=0.0) < _FAINT * largest:
                 continue
             added = force(wide, h, omega, amplitudes[h])
             moved[h] = wide.at(h).solve(h * omega, added)
@@ -177,7 +176,7 @@ class Estimator:
         return None if step is None else self._of_deviation(state, state.w + step)
 
 
-Force = Callable[[Structure, int, float, Complex], Complex]
+_Force = Callable[[Structure, int, float, Complex], Complex]
 
 
 class _Wide:
@@ -207,7 +206,7 @@ class _Wide:
             return gap
         right = np.zeros(gap.size)
         right[self.rows] = gap.reshape(-1)[self.rows]
-        step = self._linear.solve(right, EXACT)
+        step = self._linear.solve(right, _EXACT)
         return None if step is None else step.reshape(gap.shape)
 
     def answer_to_motion(self, moved: list[Complex]) -> list[Complex] | None:
@@ -219,7 +218,7 @@ class _Wide:
         seen = to_real(np.stack(rows)).reshape(self.w.shape)
         right = np.zeros(seen.size)
         right[self.rows] = response_to(self.deviation, self.rows, seen)
-        step = self._linear.solve(right, EXACT)
+        step = self._linear.solve(right, _EXACT)
         if step is None:
             return None
         pulled = to_complex(step.reshape(-1, self.w.shape[2])) * wide.stiffness
@@ -234,7 +233,7 @@ def half(q: Complex) -> float:
     return float(half_peak_to_peak(q[:, None])[0])
 
 
-SMALL = 0.02
+_SMALL = 0.02
 """Relative change that first order is trusted with: near a fold a step may be of any length."""
 
 
@@ -295,7 +294,7 @@ def neglected_harmonics(
     estimator, more = Estimator(levels, output), response.harmonics + BEYOND
     estimate = estimator.estimate(replace(found, parameter=omega), response.harmonics)
     change = estimate.change[SOURCES.index("harmonics")]
-    if not abs(change) <= SMALL * estimate.amplitude:
+    if not abs(change) <= _SMALL * estimate.amplitude:
         wide, start = levels.guessing(more), resized(found.w, more)
         held = fixed(wide.at(omega), wide.friction)
         again = solve(held, start, 0.0, tolerance=options.tolerance, kept=None)

@@ -16,9 +16,8 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, unheard
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, SolvedPoints, unheard
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.forced_response.solved_points import SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import at_rest
 from vanelock.nonlinear.newton.linearised import KeptBasis, to_be_made
 from vanelock.nonlinear.newton.newton import Solution

@@ -16,14 +16,14 @@ from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.forced_response.response import Response
 
-CLOSER = 4.0
-NEAR = 0.2
+_CLOSER = 4.0
+_NEAR = 0.2
 """Of its share, how much higher than every point the curve may be."""
 SIMILAR = 0.9
 """Of the largest value, above which every maximum is located."""
 HIGH = 0.7
 """Of the largest value, above which a curve is high."""
-FINE = 32
+_FINE = 32
 """Places looked at between two points for the highest."""
 
 
@@ -69,13 +69,13 @@ class Interpolant:
         for i in range(1, p - 1):
             both = lengths[i - 1] + lengths[i]
             for j in (i - 1, i):
-                estimate = abs(missed[i]) / CLOSER * (2 * lengths[j] / both) ** 2
+                estimate = abs(missed[i]) / _CLOSER * (2 * lengths[j] / both) ** 2
                 error[j] = max(error[j], estimate)
         return error
 
     def tops(self) -> tuple[Floats, Floats]:
         """(p - 1,) the highest place of each piece, and (p - 1,) its value there."""
-        share = np.linspace(0, 1, FINE + 1)
+        share = np.linspace(0, 1, _FINE + 1)
         fine = self.x[:-1, None] + np.diff(self.x)[:, None] * share
         y = self.at(fine.reshape(-1)).reshape(fine.shape)
         i = np.argmax(y, axis=1)[:, None]
@@ -84,7 +84,7 @@ class Interpolant:
     def maxima(self, share: float) -> tuple[Floats, Booleans]:
         """(p - 1,) the highest place of each piece; whether it is a maximum that no point has."""
         places, values = self.tops()
-        higher = values - np.maximum(self.y[:-1], self.y[1:]) > NEAR * share * values
+        higher = values - np.maximum(self.y[:-1], self.y[1:]) > _NEAR * share * values
         return places, higher & (values > SIMILAR * self.y.max(initial=0.0))
 
     def wanted(self, share: float, closest: float, widest: float = np.inf) -> Floats:

@@ -14,28 +14,28 @@ from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.frequency_response import joined
-from vanelock.nonlinear.fourier.trigonometric import resized
+from vanelock.nonlinear.fourier import resized
 from vanelock.nonlinear.newton.newton import Solution, solve
 
 T = TypeVar("T")
 
-MOST = 31
+_MOST = 31
 """Harmonics beyond which none is tried."""
-SLIPPING = 3
+_SLIPPING = 3
 """Fewest harmonics where a contact slides or opens: from one, a step towards more says little."""
-FEWER = 1 / 30
+_FEWER = 1 / 30
 """Of its share, the error below which a neighbour is tried with fewer harmonics."""
-LOW = 0.3
+_LOW = 0.3
 """Of the largest amplitude, what a smaller one's error is referred to."""
-SHIFT = 0.03
+_SHIFT = 0.03
 """Of the allowed relative error, what a shift in frequency may take."""
-FURTHER = 4
+_FURTHER = 4
 """Harmonics beyond those of a maximum with which it is compared."""
-RESONANT = 0.015
+_RESONANT = 0.015
 """Largest relative change of a peak seen by a harmonic further ahead that meets a resonance."""
-FURTHEST = 6
+_FURTHEST = 6
 """Harmonics beyond, if less than that is asked for: each at its own nodal diameter."""
-TAIL = 1.3
+_TAIL = 1.3
 """What is left out by these, and beyond them, relative to the former."""
 TINY = float(np.finfo(float).tiny)
 
@@ -135,7 +135,7 @@ class Pointwise:
             point = replace(point, estimate=estimate, wanted=self._wanted(found, estimate, H))
             if not self._needs_harmonics(found, estimate, H):
                 break
-            H = min(H + BEYOND, MOST)
+            H = min(H + BEYOND, _MOST)
             fewer, found = point, None
         spent = time.process_time() - begin
         return replace(point, solution=replace(point.solution, seconds=spent))
@@ -155,9 +155,9 @@ class Pointwise:
                 point = replace(point, estimate=estimate, measured=True)
                 if abs(measured) <= self.shares.harmonics * max(point.amplitude, TINY):
                     return point
-            if not self.chooses_harmonics or point.harmonics >= MOST:
+            if not self.chooses_harmonics or point.harmonics >= _MOST:
                 return point
-            more = min(point.harmonics + BEYOND, MOST)
+            more = min(point.harmonics + BEYOND, _MOST)
             raised = self.point(point.omega, [point], None, more)
             if not raised.solution.converged:
                 return point
@@ -173,15 +173,15 @@ class Pointwise:
         assert point.estimate is not None
         if np.all(point.solution.deviation.state == STUCK):
             return 0.0
-        sure = self.chooses_harmonics and self.shares.harmonics < RESONANT
-        H = point.harmonics + (FURTHEST if sure else FURTHER)
+        sure = self.chooses_harmonics and self.shares.harmonics < _RESONANT
+        H = point.harmonics + (_FURTHEST if sure else _FURTHER)
         self.levels.structure(H if sure else point.harmonics + BEYOND)
         family = self.levels.guessing(H)
         found = self._again(point, family, self.shares.harmonics * 1e-2)
         if not found.converged:
             return None
         q = self.estimator.output(family.structure, point.omega, found.w)
-        return TAIL * (half(q) - point.amplitude)
+        return _TAIL * (half(q) - point.amplitude)
 
     def joined(self, a: Point, b: Point) -> bool:
         """Whether the path of solutions leads from one to the other, as many harmonics in both."""
@@ -190,30 +190,30 @@ class Pointwise:
         return len(found) == 2 and joined(self.levels.solver(H), *found)
 
     def _needs_harmonics(self, found: Solution, estimate: Estimate, H: int) -> bool:
-        if not self.chooses_harmonics or H >= MOST:
+        if not self.chooses_harmonics or H >= _MOST:
             return False
-        if H < SLIPPING and np.any(found.deviation.state != STUCK):
+        if H < _SLIPPING and np.any(found.deviation.state != STUCK):
             return True
         return self._truncation(estimate, found.omega) > self.shares.harmonics
 
     def _wanted(self, found: Solution, estimate: Estimate, H: int) -> int:
         """The number of harmonics that a neighbour should begin with."""
-        few = self._truncation(estimate, found.omega) < FEWER * self.shares.harmonics
+        few = self._truncation(estimate, found.omega) < _FEWER * self.shares.harmonics
         if not self.chooses_harmonics or not few:
             return H
         slips = np.any(found.deviation.state != STUCK)
-        return min(H, max(H - BEYOND, self.least, SLIPPING if slips else 1))
+        return min(H, max(H - BEYOND, self.least, _SLIPPING if slips else 1))
 
     def _truncation(self, estimate: Estimate, omega: float) -> float:
         """Error by neglected harmonics, what a small shift in frequency changes forgiven."""
         steep = abs(estimate.slope) if np.isfinite(estimate.slope) else 0.0
-        forgiven = 1 + SHIFT * steep * omega / max(estimate.amplitude, TINY)
+        forgiven = 1 + _SHIFT * steep * omega / max(estimate.amplitude, TINY)
         return self._off(estimate, "harmonics") / forgiven
 
     def _off(self, estimate: Estimate, source: str) -> float:
         """Change by a source relative to A or, where A is small, a share of the largest so far."""
         change = float(estimate.change[SOURCES.index(source)])
-        size = max(estimate.amplitude, LOW * self._largest, TINY)
+        size = max(estimate.amplitude, _LOW * self._largest, TINY)
         return abs(change) / size if np.isfinite(change) else np.inf
 
     def _lifted(self, points: Sequence[Point], H: int) -> list[Solution]:

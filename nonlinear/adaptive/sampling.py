@@ -24,34 +24,34 @@ from vanelock.nonlinear.adaptive.error_estimates import BEYOND
 from vanelock.nonlinear.adaptive.interpolant import HIGH, SIMILAR, Interpolant
 from vanelock.nonlinear.adaptive.points import TINY, Point, Pointwise
 from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, StepControl
-from vanelock.nonlinear.forced_response.undamped import check_bound
+from vanelock.nonlinear.forced_response.linear_response import check_bound
 
-OTHER = 0.04
+_OTHER = 0.04
 """Relative distance of an amplitude from the line through a neighbour that suggests a jump."""
-BEND = 0.4
+_BEND = 0.4
 """How far, relatively, a step of the sweep may leave the line through the last two points."""
-COARSE = 2.0
+_COARSE = 2.0
 """How many times longer the steps of the second sweep are where the first met no jump."""
-JUMP = 400
+_JUMP = 400
 """Parts of the range: how closely a jump of the response is located."""
-WIDEST = 48
+_WIDEST = 48
 """Parts of the range: how far apart points may be where the curve is high."""
-BANDS = 2
+_BANDS = 2
 """Half-power bandwidths of the structure: how far apart they may be there at most."""
 CROWD = 200
 """Points of a curve beyond which none is added; of the second half, the high ones come first."""
-ROUNDS = 20
-STEADY = 5
+_ROUNDS = 20
+_STEADY = 5
 """Harmonics of sweeps that take the same number all the way, if all points need no more."""
-FINE = 0.4
+_FINE = 0.4
 """How many times longer their steps are than those of the first sweep."""
-PEAK = 0.8
+_PEAK = 0.8
 """Of the largest amplitude, above which a point belongs to the peak."""
 UNBOUND = "frequencies: no largest amplitude was found in them"
 """What is said of a range whose curve has none."""
 
 
-def bend(history: Sequence[Point], point: Point) -> float:
+def _bend(history: Sequence[Point], point: Point) -> float:
     """Relative distance of a new amplitude from the line through the last two."""
     if len(history) < 2:
         return 0.0
@@ -66,7 +66,7 @@ def _may_jump(a: Point, b: Point) -> bool:
         return True
     distance = b.omega - a.omega
     mean = 0.5 * (a.slope + b.slope) * distance
-    return abs(b.amplitude - a.amplitude - mean) > OTHER * max(a.amplitude, b.amplitude)
+    return abs(b.amplitude - a.amplitude - mean) > _OTHER * max(a.amplitude, b.amplitude)
 
 
 def places_of_jumps(pointwise: Pointwise, points: Sequence[Point]) -> Integers:
@@ -110,7 +110,7 @@ class Exploring:
     @property
     def closest(self) -> float:
         """Distance of neighbours below which none is put between them, rad/s."""
-        return (self.high - self.low) / JUMP
+        return (self.high - self.low) / _JUMP
 
     @property
     def damping_ratio(self) -> float:
@@ -120,14 +120,14 @@ class Exploring:
     @property
     def widest(self) -> float:
         """Distance of neighbours where the curve is high: a peak may hide in more, rad/s."""
-        apart = (self.high - self.low) / WIDEST
+        apart = (self.high - self.low) / _WIDEST
         band = 2 * self.damping_ratio * self.low
-        return min(apart, max(BANDS * band, self.closest)) if band else apart
+        return min(apart, max(_BANDS * band, self.closest)) if band else apart
 
     def curve(self) -> list[Point]:
         """The points of the curve, ascending; the last ones tried where some did not converge."""
         points = self._graded(self._begun())
-        for _ in range(ROUNDS):
+        for _ in range(_ROUNDS):
             curve, share = self._drawn(points), self.pointwise.shares.frequencies
             lost = [p.omega for p in points if p.estimate is None]
             missed = np.pad(curve.maxima(share)[1], 1)  # none beyond the ends
@@ -166,7 +166,7 @@ class Exploring:
             return sorted([first, *self._swept(first, ends[1])], key=lambda p: p.omega)
         first = self.pointwise.point(self.low, [])
         points = [first, *self._swept(first, self.high)]
-        coarse = 1.0 if self.broken else COARSE
+        coarse = 1.0 if self.broken else _COARSE
         back = self._swept(points[-1], self.low, coarse=coarse)
         points = self._merged(points, [points[-1], *back][::-1])
         points = self._upper(points)
@@ -186,7 +186,7 @@ class Exploring:
 
         Unless it may jump, it ends where the branch does. Coarse ones are so many times longer.
         """
-        allowed, span = BEND * coarse**2, self.high - self.low
+        allowed, span = _BEND * coarse**2, self.high - self.low
         finest = coarse * max(self.damping_ratio * self.low / 10, span / 2000)
         longest = coarse * span / 12
         steps = StepControl(first.omega, end, coarse * span / 30, finest, longest, (0.3, 2.0))
@@ -204,7 +204,7 @@ class Exploring:
                 if not steps.shortened(closest, closest):
                     return
                 continue
-            error = 0.0 if easy is None and known else bend(history, point) / allowed
+            error = 0.0 if easy is None and known else _bend(history, point) / allowed
             if not steps.taken(omega, error):
                 continue
             self.broken |= error > 1.0 or (easy is None and bool(known))
@@ -231,14 +231,14 @@ class Exploring:
         if not all(p.solution.converged for p in beside) or _may_jump(beside[0], beside[-1]):
             return False
         height = self._drawn(beside).at(np.array([point.omega]))[0]
-        return bool(height > (1 + OTHER) * point.amplitude)
+        return bool(height > (1 + _OTHER) * point.amplitude)
 
     def _steadily(self, points: list[Point]) -> list[Point]:
         """Larger solutions that sweeps with the same number of harmonics all the way lead to."""
-        steady = replace(self, pointwise=self.pointwise.with_harmonics(STEADY), left=set())
+        steady = replace(self, pointwise=self.pointwise.with_harmonics(_STEADY), left=set())
         first = steady.pointwise.point(self.low, [])
-        up = [first, *steady._swept(first, self.high, coarse=FINE)]
-        down = [up[-1], *steady._swept(up[-1], self.low, coarse=FINE)]
+        up = [first, *steady._swept(first, self.high, coarse=_FINE)]
+        down = [up[-1], *steady._swept(up[-1], self.low, coarse=_FINE)]
         for sweep in (up, down[::-1]):
             for top in self._tops(sweep, points):
                 begun = self.pointwise.point(top.omega, [top])
@@ -251,7 +251,7 @@ class Exploring:
     def _above(self, ones: Sequence[Point], points: Sequence[Point]) -> Booleans:
         """Which of some points lie surely above the curve through others."""
         heights = self._drawn(points).at(np.array([p.omega for p in ones]))
-        return np.array([p.amplitude for p in ones]) > (1 + OTHER) * heights
+        return np.array([p.amplitude for p in ones]) > (1 + _OTHER) * heights
 
     def _tops(self, sweep: Sequence[Point], points: Sequence[Point]) -> list[Point]:
         """The highest point of each stretch of a sweep that lies above the curve."""
@@ -286,7 +286,7 @@ class Exploring:
             branch: list[Point] = []
             for point in self._swept(here, end, jumps=False):
                 height = curve.at(np.array([point.omega]))[0]
-                if abs(point.amplitude - height) <= OTHER * height:
+                if abs(point.amplitude - height) <= _OTHER * height:
                     break
                 if point.amplitude > height:
                     branch.append(point)
@@ -312,7 +312,7 @@ class Exploring:
             least = max((p.harmonics for p in beside), default=0) - BEYOND
             jumps = [p.harmonics for p in beside if _may_jump(points[i], p)]
             least = max([least, *jumps])  # perhaps no jump, but a harmonic too few
-            if points[i].amplitude > PEAK * top.amplitude:
+            if points[i].amplitude > _PEAK * top.amplitude:
                 least = max(least, top.harmonics)
             if points[i].harmonics < least and points[i].solution.converged:
                 known = [p for p in beside[-1:] if p.solution.converged]

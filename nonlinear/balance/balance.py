@@ -30,11 +30,11 @@ from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.receptance_columns import Columns, no_columns
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
-from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
+from vanelock.nonlinear.fourier import to_complex, to_real
 from vanelock.rom.system.coordinates import check
 from vanelock.rom.system.system import System
 
-Compute: TypeAlias = Callable[[Integers], Array]
+_Compute: TypeAlias = Callable[[Integers], Array]
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,7 @@ class Structure:
         return (modes.rows @ shares).T * self.stiffness[wanted, None]
 
     def assembled(
-        self, omega: float, vibrations: Iterable[Array], compute: tuple[Compute, ...]
+        self, omega: float, vibrations: Iterable[Array], compute: tuple[_Compute, ...]
     ) -> Balance:
         """A balance from ũ_h and the columns of R̂_h of the harmonics h = 1 ... H."""
         still = partial(self.columns, 0, 0.0)
@@ -323,8 +323,8 @@ def structure(
     return Structure(system, harmonics, diameters, {k: modes[k] for k in diameters})
 
 
-DIRECTIONS = 4
-FINEST = 1e-4
+_DIRECTIONS = 4
+_FINEST = 1e-4
 """The static balance, or the vibrating one, is compared with the other times this if smaller."""
 
 
@@ -336,7 +336,7 @@ def whole_residual(
     signs = np.random.default_rng(0)
     for h, amplitudes in enumerate(modal):
         modes, matrices = structure.at(h), structure.system.at(structure.nodal_diameters[h])
-        some = signs.choice([-1.0, 1.0], (amplitudes.shape[1], DIRECTIONS))
+        some = signs.choice([-1.0, 1.0], (amplitudes.shape[1], _DIRECTIONS))
         z, x = modes.shapes @ some, amplitudes @ modes.shapes.T
         s = h * omegas[:, None]
         rows = structure.system.contact_rows(structure.nodal_diameters[h]).reshape(-1, len(z))
@@ -359,6 +359,6 @@ def whole_residual(
             offset = structure.stiffness * structure.system.contacts.offset.reshape(-1)
             size[0] = np.maximum(size[0], np.abs(offset @ pull).max(initial=0.0))
     moving = size[1:].max(axis=0, initial=0.0)
-    scale = np.stack([np.maximum(size[0], FINEST * moving), np.maximum(moving, FINEST * size[0])])
+    scale = np.stack([np.maximum(size[0], _FINEST * moving), np.maximum(moving, _FINEST * size[0])])
     scale[scale == 0] = 1.0
     return np.asarray(np.maximum(left[0] / scale[0], left[1:].max(axis=0, initial=0.0) / scale[1]))

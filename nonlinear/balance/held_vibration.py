@@ -31,10 +31,10 @@ import scipy.linalg as la
 from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.stuck_modes import NEAR, StuckModes
-from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
+from vanelock.nonlinear.fourier import to_complex, to_real
 
 
-class ExcitedModes:
+class _ExcitedModes:
     """One harmonic's structure at s = hω, excited by itself, ready to be solved."""
 
     def __init__(self, modes: StuckModes, s: float, xi: float, border: Array | None = None) -> None:
@@ -114,10 +114,10 @@ class HeldVibration:
     everywhere: bool = True
 
     @cached_property
-    def excited(self) -> list[ExcitedModes]:
+    def excited(self) -> list[_ExcitedModes]:
         """Those of the harmonics h = 1 ... H."""
         return [
-            ExcitedModes(self.structure.at(h), h * self.omega, xi, self.shape if h == 1 else None)
+            _ExcitedModes(self.structure.at(h), h * self.omega, xi, self.shape if h == 1 else None)
             for h, xi in enumerate(self._excitations, 1)
         ]
 

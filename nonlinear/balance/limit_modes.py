@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from vanelock.nonlinear.balance.stuck_modes import StuckModes
 
 
-TINY = np.finfo(float).tiny
-NEAR = 9.0
+_TINY = np.finfo(float).tiny
+_NEAR = 9.0
 """Of s², below which the square of a mode's frequency is near."""
 FEW = 100
 """Modes up to which the balance is solved as it stands, which is quicker."""
-SMALL, MOST = 1e-13, 60
+_SMALL, _MOST = 1e-13, 60
 """Relative change at which a repetition ends, and repetitions before all modes are coupled."""
 
 
@@ -73,7 +73,7 @@ class LimitModes:
         else:
             y = self._repeated(s, diagonal, force)
         left = np.abs(self._left(s, diagonal, force, y))
-        scale = np.abs(np.stack([diagonal * y, force])).max(axis=(0, 1), initial=TINY)
+        scale = np.abs(np.stack([diagonal * y, force])).max(axis=(0, 1), initial=_TINY)
         return self._back(y), left.max(axis=0, initial=0.0) / scale
 
     def _repeated(self, s: Floats, diagonal: Floats, force: Array) -> Array:
@@ -91,12 +91,12 @@ class LimitModes:
 
         going = np.arange(len(s))
         y = step(force, going)
-        for _ in range(MOST):
+        for _ in range(_MOST):
             rest = self._left(s[going], diagonal[:, going], force[:, going], y[:, going])
             change = step(rest, going)
             y[:, going] += change
             size = np.abs(y[:, going]).max(axis=0, initial=0.0)
-            going = going[np.abs(change).max(axis=0, initial=0.0) > SMALL * size]
+            going = going[np.abs(change).max(axis=0, initial=0.0) > _SMALL * size]
             if not len(going):
                 break
         for i in going:
@@ -115,7 +115,7 @@ class LimitModes:
 
     def _near(self, s: float, diagonal: Floats) -> tuple[NDArray[np.intp], Any]:
         """Modes that are near at s, rad/s, and factors of their coupled dynamic stiffness."""
-        near = np.flatnonzero(self.static < NEAR * s**2 * self.compliance)
+        near = np.flatnonzero(self.static < _NEAR * s**2 * self.compliance)
         block = 1j * s * self.damping[np.ix_(near, near)]
         block[np.diag_indices_from(block)] += diagonal[near]
         return near, la.lu_factor(block) if len(near) else None

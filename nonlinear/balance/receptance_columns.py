@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vanelock.common.arrays import Array, Floats, Integers
-from vanelock.nonlinear.fourier.kernels import kernel
+from vanelock.nonlinear.fourier import kernel
 
 
 class HeldColumns:

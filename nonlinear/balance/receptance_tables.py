@@ -23,11 +23,11 @@ from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_columns import combine
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 
-COLUMNS = 128  # of receptances that are worked out at a time
-MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
+_COLUMNS = 128  # of receptances that are worked out at a time
+_MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
 
 
-class FarColumns:
+class _FarColumns:
     """Columns of what the far modes add to R̂ at the nodes of the range; computed when asked for.
 
     `rows` (3c, n): of the far modes; `pull` (n, 3c): modal forces of unit displacements of the
@@ -54,8 +54,8 @@ class FarColumns:
                 room = np.empty((min(2 * count, len(self._place)), *self._held.shape[1:]), complex)
                 room[: self._count] = self._held[: self._count]
                 self._held = room
-            for start in range(0, len(missing), COLUMNS):
-                some = missing[start : start + COLUMNS]
+            for start in range(0, len(missing), _COLUMNS):
+                some = missing[start : start + _COLUMNS]
                 fresh = _product(self._pull.T[some, None] / self._dynamic, self._rows.T)
                 first = self._count + start
                 self._held[first : first + len(some)] = self.sprung(fresh)
@@ -87,7 +87,7 @@ class FarColumns:
         return coupled
 
 
-class FarModes(NamedTuple):
+class _FarModes(NamedTuple):
     """What far modes contribute, whatever the excitation.
 
     `low`: number of modes that are summed at every frequency instead; `dynamic` (k, n): modal
@@ -97,20 +97,20 @@ class FarModes(NamedTuple):
 
     low: int
     dynamic: Array
-    columns: FarColumns
+    columns: _FarColumns
     near: tuple[Array, Array] | None
 
 
 @dataclass(frozen=True)
-class ReceptanceTable:
+class _ReceptanceTable:
     """What one harmonic's far modes contribute, at the nodes of the range.
 
-    `low`, `columns`, `near`: as of `FarModes`; `linear` (3c, k): their ũ under the excitation at 1
+    `low`, `columns`, `near`: as of `_FarModes`; `linear` (3c, k): their ũ under the excitation at 1
     rad/s; None where the harmonic is not excited.
     """
 
     low: int
-    columns: FarColumns
+    columns: _FarColumns
     near: tuple[Array, Array] | None
     linear: Array | None
 
@@ -131,7 +131,7 @@ class Tabulated:
     limits: tuple[float, float]
     nodes: Floats
     weights: Floats
-    tables: tuple[ReceptanceTable, ...]
+    tables: tuple[_ReceptanceTable, ...]
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency."""
@@ -215,11 +215,11 @@ class Deferred:
         if self.asked <= self.patience:
             return self.structure.balance(omega)
         if self._source is None:
-            self._source = balances(self.structure, *self.limits, MANY)
+            self._source = balances(self.structure, *self.limits, _MANY)
         return self._source.balance(omega)
 
 
-MANY = 1000
+_MANY = 1000
 """Balances expected, once they are many."""
 
 
@@ -227,7 +227,7 @@ def balances(
     structure: Structure, lowest: float, highest: float, points: int
 ) -> Structure | Tabulated:
     """What gives the balances of some points in a range of ω, rad/s: tables where cheaper."""
-    low, high = (1 - MARGIN) * lowest, (1 + MARGIN) * highest
+    low, high = (1 - _MARGIN) * lowest, (1 + _MARGIN) * highest
     coupled = any(modes.coupled_damping is not None for modes in structure.modes.values())
     # A pole is at least three times the highest frequency from zero, worst on the real axis;
     # Bernstein's ellipse through it.
@@ -252,7 +252,7 @@ def balances(
     return Tabulated(structure, (low, high), nodes, weights, tables)
 
 
-def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> ReceptanceTable:
+def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> _ReceptanceTable:
     """The far modes of a harmonic at the nodes.
 
     Modes that several systems share keep them: sweeps change the excitation and friction.
@@ -262,25 +262,25 @@ def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> Rece
     if known is None or known[0] != key:
         known = key, _far_modes(modes, structure.stiffness, low, harmonic * nodes)
         modes.tables[harmonic] = known
-    far: FarModes = known[1]
+    far: _FarModes = known[1]
     linear = None
     if force is not None:
         linear = modes.rows[:, low:] @ (structure.unit_forces[harmonic][low:] / far.dynamic).T
         linear = far.columns.sprung(linear.T[None])[0].T
-    return ReceptanceTable(low, far.columns, far.near, linear)
+    return _ReceptanceTable(low, far.columns, far.near, linear)
 
 
-def _far_modes(modes: StuckModes, stiffness: Floats, low: int, nodes: Floats) -> FarModes:
+def _far_modes(modes: StuckModes, stiffness: Floats, low: int, nodes: Floats) -> _FarModes:
     """The modes from `low` on at the nodes, rad/s."""
     dynamic = np.stack([modes.dynamic(s)[low:] for s in nodes])
-    columns = FarColumns(modes.rows[:, low:], modes.pull[low:] * stiffness, dynamic)
+    columns = _FarColumns(modes.rows[:, low:], modes.pull[low:] * stiffness, dynamic)
     if modes.springs is None:
-        return FarModes(low, dynamic, columns, None)
+        return _FarModes(low, dynamic, columns, None)
     own = modes.opened
     near = modes.rows[:, :low]
     coupled = columns.spring(own, modes.springs[own], near)
     rows = columns.sprung(np.broadcast_to(near.T[:, None], (low, len(nodes), len(near))))
-    return FarModes(low, dynamic, columns, (rows, coupled))
+    return _FarModes(low, dynamic, columns, (rows, coupled))
 
 
 def _product(shares: Array, rows: Array) -> Array:

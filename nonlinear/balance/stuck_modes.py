@@ -34,15 +34,17 @@ from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes
-from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier import one_thread
 from vanelock.rom.joining.linear_modes import apart_from_springs, unheld_motions
 from vanelock.rom.system.system import System
 
-KEPT = 2**24  # entries of condensed springs that are kept, over frequencies
+_KEPT = 2**24  # entries of condensed springs that are kept, over frequencies
 NEAR = 0.1  # modal dynamic stiffness, of 1 at rest, of a mode told apart
-FEW = 5  # times fewer springs than modes, by which factors at each frequency are cheaper than modes
-LEFT_OUT = 1e-10  # of the largest entry of a matrix, by its factors
-MASSLESS = (
+_FEW = (
+    5  # times fewer springs than modes, by which factors at each frequency are cheaper than modes
+)
+_LEFT_OUT = 1e-10  # of the largest entry of a matrix, by its factors
+_MASSLESS = (
     'with the contacts open that the limit "free" opens, and what they alone hold has no mass: '
     'damping of the structure with these open needs mass there; damping/joints = "stuck" does not'
 )
@@ -194,7 +196,7 @@ class StuckModes(Product):
             factors = la.lu_factor(np.diag(flexibility) + answer @ pull, check_finite=False)
             coupled = la.lu_solve(factors, rows[:, near], check_finite=False)
             inner = np.diag(diagonal[near]) + pull[near] @ coupled
-            if len(self._last) >= max(1, KEPT // len(flexibility) ** 2):
+            if len(self._last) >= max(1, _KEPT // len(flexibility) ** 2):
                 self._last.clear()
             self._last[s] = near, factors, coupled, inner
         near, factors, coupled, inner = self._last[s]
@@ -243,7 +245,7 @@ class StuckModes(Product):
             omega = np.sqrt(self.static / self.compliance)
         moves = np.flatnonzero(np.isfinite(omega) & (omega > 0))
         kernel = 1 / (omega[moves, None] + omega[moves])
-        rounding = LEFT_OUT * float(kernel.max(initial=0.0))
+        rounding = _LEFT_OUT * float(kernel.max(initial=0.0))
         lower, pivot, rank, _ = la.lapack.dpstrf(kernel, tol=rounding, lower=1)
         found = np.zeros((len(omega), rank))
         found[moves[pivot - 1]] = np.tril(lower[:, :rank])
@@ -256,7 +258,7 @@ class StuckModes(Product):
             return np.concatenate([none, self.held.solve(s, right[self.rigid :])])
         if s == 0 and self.springs is not None:
             return np.asarray(self._still[0] @ (self._still[0].conj().T @ right))
-        by_modes = self.coupled_damping is not None or FEW * len(self.opened) > len(right)
+        by_modes = self.coupled_damping is not None or _FEW * len(self.opened) > len(right)
         if right.ndim == 1 and s and by_modes:
             return self.closed.solve(np.array([s]), right[:, None])[0][:, 0]
         diagonal = self.dynamic(s)
@@ -321,7 +323,7 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
             base = K + (B.conj().T * np.where(opens, 0.0, k)) @ B + shift * M
             base += (0.5 / slow - shift) * P  # slower than any other
             base = (base + base.conj().T) / 2
-            wrong = MASSLESS if opens.any() else wrong
+            wrong = _MASSLESS if opens.any() else wrong
         values, shapes = la.eigh(M, base)
     except la.LinAlgError:
         raise InputError(f"{where} is not positive definite {wrong}") from None

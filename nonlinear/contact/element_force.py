@@ -2,7 +2,7 @@
 
 The force is taken at instants of the period and projected on the harmonics (Cameron & Griffin
 1989): on uniform samples if their number is given, else where the force itself asks for them
-(`resolved`).
+(`_resolved`).
 
 Derivatives are central differences of the law at each instant; where the law remembers, those of
 its state are carried along. An element with a memory runs round the period until it repeats.
@@ -23,43 +23,43 @@ from numba import float64, types
 
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import (
+from vanelock.nonlinear.fourier import (
     TURN,
     basis,
     derivative,
     grid,
+    kernel,
     roots,
     value_and_slope,
 )
 from vanelock.rom.system.element import Element, Force
 
-LAPS = 64
-REPEATS = 1e-13
+_LAPS = 64
+_REPEATS = 1e-13
 """Of the largest state: how closely it must return."""
-SIGNATURE = types.void(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1])
-PANELS = 16
-HALVINGS = 30
-MOST = 10_000
+_SIGNATURE = types.void(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1])
+_PANELS = 16
+_HALVINGS = 30
+_MOST = 10_000
 """Ends of panels, more than any law needs that rounding does not hide, or whose memory is of more
 than the motion."""
-RESOLVED = 1e-12
+_RESOLVED = 1e-12
 """Of the largest force over all the period, and of the largest state: by how much a panel and its
 halves may differ."""
-NODES = np.array([-1.0, -math.sqrt(3 / 7), 0.0, math.sqrt(3 / 7), 1.0])
-WEIGHTS = np.array([9.0, 49.0, 64.0, 49.0, 9.0]) / 90.0
+_NODES = np.array([-1.0, -math.sqrt(3 / 7), 0.0, math.sqrt(3 / 7), 1.0])
+_WEIGHTS = np.array([9.0, 49.0, 64.0, 49.0, 9.0]) / 90.0
 """Of Lobatto's rule on [-1, 1]."""
-DIFFERENCE = 2e-9
+_DIFFERENCE = 2e-9
 """Step of differences over the largest value: where a slider turns back, two instants may be as
 close, and longer steps would pass the law's kink between them. Rounding leaves 1e-7; steps are
 powers of two, so that it leaves nothing where a state stays as it is, many instants long."""
 
 
 @lru_cache(maxsize=256)
-def compiled(function: Force, name: str) -> Any:
+def _compiled(function: Force, name: str) -> Any:
     """The law, compiled."""
     try:
-        return numba.cfunc(SIGNATURE)(function)
+        return numba.cfunc(_SIGNATURE)(function)
     except (numba.core.errors.NumbaError, TypeError) as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         why = next((line for line in lines if "Error" in line), lines[0])
@@ -67,7 +67,7 @@ def compiled(function: Force, name: str) -> Any:
 
 
 @dataclass(frozen=True)
-class Samples:
+class _Samples:
     """φ and its derivative at instants of the period, and what projects on the harmonics.
 
     `table`, `slope` (s, m): φ and dφ/dθ; `project` (m, s): from values at the instants to
@@ -79,7 +79,7 @@ class Samples:
     project: Floats
 
 
-def _samples_at(harmonics: int, angles: Floats, weights: Floats) -> Samples:
+def _samples_at(harmonics: int, angles: Floats, weights: Floats) -> _Samples:
     """Instants by their angles (s,), and what each counts in an integral over θ."""
     table = basis(harmonics, angles)
     slope = np.zeros_like(table)
@@ -88,11 +88,11 @@ def _samples_at(harmonics: int, angles: Floats, weights: Floats) -> Samples:
     slope[:, 2::2] = -h * table[:, 1::2]
     project = table.T * (weights / np.pi)
     project[0] *= 0.5
-    return Samples(table, slope, project)
+    return _Samples(table, slope, project)
 
 
 @lru_cache(maxsize=64)
-def uniform(harmonics: int, count: int) -> Samples:
+def _uniform(harmonics: int, count: int) -> _Samples:
     """Uniform samples of a period."""
     return _samples_at(harmonics, TURN * np.arange(count) / count, np.full(count, TURN / count))
 
@@ -108,7 +108,7 @@ def _march(
 
 
 def _laps_of(
-    law: Any, element: Element, u: Floats, omega: float, on: Samples
+    law: Any, element: Element, u: Floats, omega: float, on: _Samples
 ) -> tuple[Floats, Floats, Floats, list[Floats]]:
     """Displacements, velocities and the last lap's forces (s, d); states (s, n) of every lap."""
     moved = np.ascontiguousarray(on.table @ u.T)
@@ -118,8 +118,8 @@ def _laps_of(
         before = np.empty((len(moved), element.memory))
         _march(law, moved, rate, np.asarray(element.parameters), state, forces, before)
         laps.append(before)
-        least = REPEATS * np.abs(before).max(initial=0.0)
-        if np.abs(state - before[0]).max(initial=0.0) <= least or len(laps) == LAPS:
+        least = _REPEATS * np.abs(before).max(initial=0.0)
+        if np.abs(state - before[0]).max(initial=0.0) <= least or len(laps) == _LAPS:
             return moved, rate, forces, laps
 
 
@@ -139,13 +139,13 @@ def _panel(
     x, v, f = np.empty(d), np.empty(d), np.empty(d)
     half = 0.5 * (end - begin)
     sums[:] = 0.0
-    for i in range(NODES.size):
-        angle = begin + half * (1.0 + NODES[i])
+    for i in range(_NODES.size):
+        angle = begin + half * (1.0 + _NODES[i])
         for j in range(d):
             x[j], slope = value_and_slope(u[j], angle)
             v[j] = omega * slope
         force(x, v, state, p, f)
-        weight = half * WEIGHTS[i]
+        weight = half * _WEIGHTS[i]
         cos, sin = math.cos(harmonics * angle), math.sin(harmonics * angle)
         for j in range(d):
             sums[0, j] += weight * f[j]
@@ -168,13 +168,13 @@ def _panels(
     d, n = u.shape[0], state.size
     whole, first, second = np.empty((3, d)), np.empty((3, d)), np.empty((3, d))
     coarse, fine = np.empty(n), np.empty(n)
-    waiting = np.empty(HALVINGS + 2)
+    waiting = np.empty(_HALVINGS + 2)
     size = np.abs(state).max() if n else 0.0
     ends[0], count = edges[0], 1
     for i in range(edges.size - 1):
         begin = edges[i]
         waiting[0], left = edges[i + 1], 1
-        shortest = (waiting[0] - begin) * 0.5**HALVINGS
+        shortest = (waiting[0] - begin) * 0.5**_HALVINGS
         while left > 0:
             end = waiting[left - 1]
             middle = 0.5 * (begin + end)
@@ -182,11 +182,11 @@ def _panels(
             _panel(force, u, omega, p, begin, end, coarse, whole)
             _panel(force, u, omega, p, begin, middle, fine, first)
             _panel(force, u, omega, p, middle, end, fine, second)
-            close = np.abs(first + second - whole).max() <= RESOLVED * TURN * largest
+            close = np.abs(first + second - whole).max() <= _RESOLVED * TURN * largest
             for j in range(n):
                 size = max(size, abs(fine[j]))
-                close = close and abs(coarse[j] - fine[j]) <= RESOLVED * size
-            if close or end - begin <= shortest or count > MOST:
+                close = close and abs(coarse[j] - fine[j]) <= _RESOLVED * size
+            if close or end - begin <= shortest or count > _MOST:
                 if count + 2 > ends.size:
                     return count
                 ends[count], ends[count + 1], count = middle, end, count + 2
@@ -199,30 +199,30 @@ def _panels(
     return count
 
 
-def resolved(law: Any, element: Element, u: Floats, omega: float, counts: float) -> Samples:
+def _resolved(law: Any, element: Element, u: Floats, omega: float, counts: float) -> _Samples:
     """Instants that resolve the force of an element; see `periodic_force`."""
     harmonics, parameters = (u.shape[1] - 1) // 2, np.asarray(element.parameters)
-    count = max(PANELS, 4 * harmonics)
-    scanned = _laps_of(law, element, u, omega, uniform(harmonics, 4 * count))
+    count = max(_PANELS, 4 * harmonics)
+    scanned = _laps_of(law, element, u, omega, _uniform(harmonics, 4 * count))
     largest, state = max(float(np.abs(scanned[2]).max()), counts), np.zeros(element.memory)
     edges = TURN * np.arange(count + 1) / count
     if element.memory:
         edges = np.unique(np.concatenate([edges, *(_turns(each) for each in u)]))
-    ends = np.empty(2 * MOST)
-    for _ in range(LAPS):
+    ends = np.empty(2 * _MOST)
+    for _ in range(_LAPS):
         begun = state.copy()
         found = _panels(law, u, omega, parameters, state, largest, edges, ends)
-        if np.abs(state - begun).max(initial=0.0) <= REPEATS * np.abs(state).max(initial=0.0):
+        if np.abs(state - begun).max(initial=0.0) <= _REPEATS * np.abs(state).max(initial=0.0):
             break
-    if element.memory and found > MOST:
+    if element.memory and found > _MOST:
         raise InputError(
             f"Element {element.name!r}: its force changes with every finer division of the period: "
             "what it remembers must be of the motion alone, or samples be given"
         )
     bounds = ends[:found]
     half = 0.5 * np.diff(bounds)[:, None]
-    angles = (bounds[:-1, None] + half * (1 + NODES)).reshape(-1)
-    return _samples_at(harmonics, angles, (half * WEIGHTS).reshape(-1))
+    angles = (bounds[:-1, None] + half * (1 + _NODES)).reshape(-1)
+    return _samples_at(harmonics, angles, (half * _WEIGHTS).reshape(-1))
 
 
 def _turns(u: Floats) -> Floats:
@@ -303,7 +303,7 @@ def _differentiate(
 
 
 @dataclass(frozen=True)
-class PeriodicForce:
+class _PeriodicForce:
     """Coefficients of an element's force, and their derivatives.
 
     `force` (d, m): N; `jacobian` (d, m, d, m): to the coefficients of u, N/m; `by_omega` (d, m): to
@@ -317,37 +317,37 @@ class PeriodicForce:
 
 def periodic_force(
     element: Element, u: Floats, omega: float, samples: int | None = None, counts: float = 0.0
-) -> PeriodicForce:
+) -> _PeriodicForce:
     """The force of an element under periodic displacements."""
-    law = compiled(element.function, element.name)
+    law = _compiled(element.function, element.name)
     harmonics = (u.shape[1] - 1) // 2
     if harmonics == 0 or samples is not None:
-        on = uniform(harmonics, samples or 1)
+        on = _uniform(harmonics, samples or 1)
     else:
-        on = resolved(law, element, np.ascontiguousarray(u), omega, counts)
+        on = _resolved(law, element, np.ascontiguousarray(u), omega, counts)
     return _on(law, element, u, omega, on)
 
 
-def _on(law: Any, element: Element, u: Floats, omega: float, on: Samples) -> PeriodicForce:
+def _on(law: Any, element: Element, u: Floats, omega: float, on: _Samples) -> _PeriodicForce:
     """The force on given samples, and its derivatives."""
     moved, rate, forces, laps = _laps_of(law, element, u, omega, on)
     (s, d), m = moved.shape, u.shape[1]
     sizes = np.concatenate([_sizes(moved), _sizes(rate), _sizes(laps[-1])])
-    steps = 2.0 ** np.floor(np.log2(DIFFERENCE * sizes))
+    steps = 2.0 ** np.floor(np.log2(_DIFFERENCE * sizes))
     parameters = np.asarray(element.parameters)
     states, slopes = np.zeros((element.memory, d * m + 1)), np.empty((s, d, d * m + 1))
-    for lap in range(LAPS):  # once with each lap's own states, on with the last lap's
+    for lap in range(_LAPS):  # once with each lap's own states, on with the last lap's
         begun = states.copy()
         before = laps[min(lap, len(laps) - 1)]
         _differentiate(
             law, moved, rate, parameters, before, steps, on.table, on.slope, omega, states, slopes
         )
-        repeats = np.abs(states - begun).max(initial=0.0) <= REPEATS * np.abs(begun).max(initial=0)
+        repeats = np.abs(states - begun).max(initial=0.0) <= _REPEATS * np.abs(begun).max(initial=0)
         if lap + 1 >= len(laps) and repeats:
             break
     found = np.tensordot(on.project, slopes, axes=(1, 0)).transpose(1, 0, 2)
     jacobian = found[:, :, :-1].reshape(d, m, d, m)
-    return PeriodicForce((on.project @ forces).T, jacobian, found[:, :, -1])
+    return _PeriodicForce((on.project @ forces).T, jacobian, found[:, :, -1])
 
 
 def _sizes(values: Floats) -> Floats:

@@ -30,17 +30,17 @@ import numpy as np
 from vanelock.common.arrays import Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.element_force import periodic_force
-from vanelock.nonlinear.contact.isotropic.located_law import isotropic_located_law
+from vanelock.nonlinear.contact.isotropic_law import isotropic_located_law
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED
 from vanelock.nonlinear.contact.orthogonal_law import located_law, sampled_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS
-from vanelock.nonlinear.fourier.trigonometric import TURN, basis, grid, to_complex
+from vanelock.nonlinear.fourier import TURN, basis, grid, to_complex
 from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts
 
 STUCK, SLIP, OPEN, SLIP_OPEN, ELEMENT = 0, 1, 2, 3, 4
-ROUNDING = 1e-12
-COUNTS = 1e-3
+_ROUNDING = 1e-12
+_COUNTS = 1e-3
 """Of the force of an element's spring in its place: what its own is resolved to at least."""
 
 
@@ -138,7 +138,7 @@ class Law:
         for i, element in self.elements.items():
             d = len(element.places)
             k = self.stiffness[i, :d]
-            counts = COUNTS * float((k * np.abs(u[i, :d]).max(axis=1)).max())
+            counts = _COUNTS * float((k * np.abs(u[i, :d]).max(axis=1)).max())
             found = periodic_force(element, u[i, :d], omega, samples, counts)
             w[i], jacobian[i] = 0.0, 0.0
             w[i, :d] = u[i, :d] - found.force / k[:, None]
@@ -155,7 +155,7 @@ def _work(q: Complex, f: Complex) -> float:
     """Work of forces (H + 1, d) on displacements in a period, J; none where rounding leaves it."""
     each = np.arange(len(q))[:, None] * f * q.conj()
     work = float(each.imag.sum())
-    return np.pi * work if abs(work) > ROUNDING * np.abs(each).sum() else 0.0
+    return np.pi * work if abs(work) > _ROUNDING * np.abs(each).sum() else 0.0
 
 
 @dataclass(frozen=True)

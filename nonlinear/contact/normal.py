@@ -3,8 +3,7 @@
 import numpy as np
 
 from vanelock.common.arrays import Floats
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, add_integrals, gram, value
+from vanelock.nonlinear.fourier import TURN, add_integrals, gram, kernel, value
 
 CLOSED, PARTLY, ALWAYS = 0, 1, 2  # how much of a period a contact is open
 
@@ -18,7 +17,7 @@ def scale(matrix: Floats) -> None:
 
 
 @kernel
-def add_product(matrix: Floats, vector: Floats, out: Floats) -> None:
+def _add_product(matrix: Floats, vector: Floats, out: Floats) -> None:
     """Out += matrix · vector."""
     for j in range(out.size):
         for k in range(vector.size):
@@ -51,5 +50,5 @@ def add_normal(v: Floats, contact: Floats, count: int, w: Floats, jacobian: Floa
         add_integrals(contact[i], last, moments)
     gram(moments, jacobian)
     scale(jacobian)
-    add_product(jacobian, v, w)
+    _add_product(jacobian, v, w)
     return PARTLY

@@ -22,14 +22,14 @@ import numpy as np
 
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, PARTLY, add_normal, place, scale
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import (
+from vanelock.nonlinear.fourier import (
     TURN,
     add_integrals,
     basis_at,
     crossing,
     derivative,
     gram,
+    kernel,
     roots,
     spread,
     value,
@@ -220,13 +220,13 @@ def sampled_law(
 ) -> None:
     """The law on plain samples, contact by contact."""
     for c in range(u.shape[0]):
-        opening[c], slips[c], energy[c] = sampled_contact(
+        opening[c], slips[c], energy[c] = _sampled_contact(
             u[c], alpha[c], stiffness[c], table, w[c], jacobian[c]
         )
 
 
 @kernel
-def sampled_contact(
+def _sampled_contact(
     u: Floats, alpha: Floats, stiffness: Floats, table: Floats, w: Floats, jacobian: Floats
 ) -> tuple[int, bool, float]:
     """W and dw/du of one contact from samples of the period."""

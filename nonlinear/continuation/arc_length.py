@@ -31,7 +31,7 @@ APART = 1e-6
 
 
 @dataclass(frozen=True)
-class Arc:
+class _Arc:
     """Where a path led: the state at the target, None if not there; parameters where it turned."""
 
     solution: Solution | None
@@ -48,10 +48,10 @@ def follow(
     effort: int = 2000,
     shortest: float = SHORTEST,
     away: float = np.inf,
-) -> Arc:
+) -> _Arc:
     """Follow the path of solutions from a converged point until the parameter passes `target`."""
     if target == start.parameter:
-        return Arc(start, (), 0)
+        return _Arc(start, (), 0)
     path, folds, landing = SolutionPath(family, start, target, shortest=shortest), list[float](), 0
     forwards = float(np.sign(path.span))
     for _ in range(limit):
@@ -69,7 +69,7 @@ def follow(
             landing += landed.iterations
             if landed.converged:
                 spent = path.iterations + landing
-                return Arc(replace(landed, iterations=spent), tuple(folds), spent)
+                return _Arc(replace(landed, iterations=spent), tuple(folds), spent)
             if path.taken < 4 * shortest:
                 break
             path.shorten(0.25)  # come closer before landing
@@ -78,7 +78,7 @@ def follow(
         flown = np.abs(ahead.w * path.weight).max(initial=0.0) > CARRIED  # nothing holds it
         if flown or (start.parameter - ahead.parameter) / path.span > away:
             break
-    return Arc(None, tuple(folds), path.iterations + landing)
+    return _Arc(None, tuple(folds), path.iterations + landing)
 
 
 def land(
@@ -114,14 +114,14 @@ def polished(family: Family, point: PathPoint, tolerance: float) -> Solution:
     return replace(rough, converged=rough.residual <= tolerance)
 
 
-Measure = Callable[[Solution, Tangent], float]
+_Measure = Callable[[Solution, Tangent], float]
 
-JUMP = 1e-3
+_JUMP = 1e-3
 """Distance between the last points on either side, relative to that of the ends, that is a jump."""
 
 
 @dataclass(frozen=True)
-class Located:
+class _Located:
     """A point of a path at which a quantity vanishes, or jumps over zero while the path goes on.
 
     `solution`: the last one that was solved; `left`: what is left of the quantity, relative to its
@@ -138,10 +138,10 @@ def locate(
     family: Family,
     before: PathPoint,
     after: PathPoint,
-    measure: Measure,
+    measure: _Measure,
     values: tuple[float, float],
     tolerance: float = TOLERANCE,
-) -> Located | None:
+) -> _Located | None:
     """Find where a quantity passes zero between two neighbouring points of a path."""
     a, b = before.solution, after.solution
     solved: list[tuple[float, Solution, Tangent]] = []
@@ -173,9 +173,9 @@ def locate(
     others = [(values[0], a), (values[1], b), *((each[0], each[1]) for each in solved)]
     other = [each for size, each in others if (size > 0) != (value > 0)][-1]
     gap, span = np.linalg.norm(found.w - other.w), np.linalg.norm(b.w - a.w)
-    if left > JUMP and gap > JUMP * span:
+    if left > _JUMP and gap > _JUMP * span:
         return None
-    return Located(replace(found, iterations=spent), tangent, left, len(solved))
+    return _Located(replace(found, iterations=spent), tangent, left, len(solved))
 
 
 def _bracketed(at: Callable[[float], float], values: tuple[float, float]) -> None:

@@ -12,10 +12,10 @@ import numpy as np
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.contact.law import Deviation, Law
-from vanelock.nonlinear.newton.law_jacobian import response_to
+from vanelock.nonlinear.newton.preconditioner import response_to
 
 
-class BalanceSource(Protocol):
+class _BalanceSource(Protocol):
     """Gives the balances: a structure, its tables, a ring of them."""
 
     @property
@@ -30,7 +30,7 @@ class BalanceSource(Protocol):
 class Frequencies:
     """Problems by circular frequency, rad/s; a `mean` (c, 3), m, is held whatever contacts do."""
 
-    source: BalanceSource
+    source: _BalanceSource
     friction: Law
     mean: Floats | None = None
 

@@ -27,23 +27,23 @@ from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Loads, fixed
-from vanelock.nonlinear.fourier.trigonometric import resized
-from vanelock.nonlinear.newton.law_jacobian import response_to
+from vanelock.nonlinear.fourier import resized
 from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
+from vanelock.nonlinear.newton.preconditioner import response_to
 
-SURPLUS = 1.1
-LEAST = 1e-3  # of the largest displacement, for contacts that hardly move
+_SURPLUS = 1.1
+_LEAST = 1e-3  # of the largest displacement, for contacts that hardly move
 EFFORT = 3000
 """Newton steps by default that a solution may take where no neighbouring one is known."""
-EFFORTS = (300, 3000)  # of them on a path: every one for a while before any for long
-SOFTEST = (1e-2, 1e-4)  # shares of the contacts' stiffness to begin with
-SHORTEST = 1e-6
+_EFFORTS = (300, 3000)  # of them on a path: every one for a while before any for long
+_SOFTEST = (1e-2, 1e-4)  # shares of the contacts' stiffness to begin with
+_SHORTEST = 1e-6
 """Shortest step on a path, relative to all of it: where sticking ends, vibrating parts may be small
 beside the mean, and a path may turn back at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class SoftLaw(Law):
+class _SoftLaw(Law):
     """The law of contacts with the share s of their stiffness."""
 
     share: float
@@ -73,9 +73,9 @@ class Hardening:
         """The balance, the same for all."""
         return self.balance
 
-    def law(self, parameter: float) -> SoftLaw:
+    def law(self, parameter: float) -> _SoftLaw:
         """The law at a value of the parameter."""
-        return SoftLaw(**vars(self.friction), share=self._share(parameter))
+        return _SoftLaw(**vars(self.friction), share=self._share(parameter))
 
     def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dp at fixed w, on the given components of w: (W_s - u)/s · ds/dp."""
@@ -84,7 +84,7 @@ class Hardening:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HeldLaw(Law):
+class _HeldLaw(Law):
     """The law of contacts that are pressed and held back from outside.
 
     Both (c,), m, are added to v, where contacts lift off and where friction is bounded.
@@ -100,7 +100,7 @@ class HeldLaw(Law):
         found = super().__call__(shifted, omega)
         shifted[:, 0, 0] = u[:, 0, 0] + self.pressed
         smooth = replace(self, alpha=np.zeros_like(self.alpha))
-        normal = super(HeldLaw, smooth).__call__(shifted, omega)
+        normal = super(_HeldLaw, smooth).__call__(shifted, omega)
         found.w[:, 0] = normal.w[:, 0]
         found.jacobian[:, 0] = normal.jacobian[:, 0]
         return found
@@ -108,7 +108,7 @@ class HeldLaw(Law):
 
 @dataclass(frozen=True)
 class Release:
-    """Problems at one load, contacts held as by `HeldLaw` at p = 1 and themselves at p = 0."""
+    """Problems at one load, contacts held as by `_HeldLaw` at p = 1 and themselves at p = 0."""
 
     balance: Balance
     friction: Law
@@ -119,10 +119,10 @@ class Release:
         """The balance, the same for all."""
         return self.balance
 
-    def law(self, parameter: float) -> HeldLaw:
+    def law(self, parameter: float) -> _HeldLaw:
         """The law at a value of the parameter."""
         pressed, held = parameter * self.pressed, parameter * self.held
-        return HeldLaw(**vars(self.friction), pressed=pressed, held=held)
+        return _HeldLaw(**vars(self.friction), pressed=pressed, held=held)
 
     def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dp at fixed w, on the given components of w."""
@@ -139,10 +139,10 @@ def release(balance: Balance, law: Law) -> Release:
     size = np.abs(balance.linear).sum(axis=2)
     if law.isotropic:  # friction has to hold both directions at once
         size[:, 1:] = np.hypot(size[:, 1], size[:, 2])[:, None]
-    least = LEAST * size.max(initial=0.0)
-    pressed = SURPLUS * size[:, 0] + least
+    least = _LEAST * size.max(initial=0.0)
+    pressed = _SURPLUS * size[:, 0] + least
     alpha = np.where(law.alpha > 0, law.alpha, np.inf)
-    held = pressed + SURPLUS * ((size[:, 1:] + least) / alpha).max(axis=1)
+    held = pressed + _SURPLUS * ((size[:, 1:] + least) / alpha).max(axis=1)
     pressed[list(law.elements)] = held[list(law.elements)] = 0.0
     return Release(balance, law, pressed, held)
 
@@ -198,7 +198,7 @@ def _attempts(
     yield effort.spent(solve(fixed(balance, top), still, 0.0, tolerance=tolerance))
     raised = yield from _raise_harmonics(balance, law, tolerance, effort)
     ways = [_harden(balance, top), _raise_force(balance, top, raised), _release(balance, top)]
-    for most in EFFORTS:
+    for most in _EFFORTS:
         for starts in ways:
             if effort.left <= 0:
                 return
@@ -244,13 +244,13 @@ class _Way:
     begin: float
     target: float
     limit: int = 15
-    shortest: float = SHORTEST
+    shortest: float = _SHORTEST
 
 
 def _harden(balance: Balance, law: Law) -> list[_Way]:
     """From soft contacts to the true ones, those tried first that are the least soft."""
     start = np.zeros_like(balance.linear)
-    families = (Hardening(balance, law, softest) for softest in SOFTEST)
+    families = (Hardening(balance, law, softest) for softest in _SOFTEST)
     return [_Way(family, start, 0.0, 1.0, limit=40, shortest=1e-5) for family in families]
 
 

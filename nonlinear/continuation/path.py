@@ -26,14 +26,14 @@ from vanelock.nonlinear.newton.newton import (
     solve,
 )
 
-ROUGH = 1e-7  # residual of the points on the way
+_ROUGH = 1e-7  # residual of the points on the way
 SHORTEST = 2e-3
-GROWTH = 3.0  # of a step, at most
-EXACT = 1e-9  # of tangents
-BOUNCE = -0.98
+_GROWTH = 3.0  # of a step, at most
+_EXACT = 1e-9  # of tangents
+_BOUNCE = -0.98
 """Cosine of the angle between a step and where the tangent leads from its end, below which it leads
 straight back: no fold, of which even a sharp one turns w, but a point where branches cross."""
-ACROSS, ROUNDS = 1e-3, 60
+_ACROSS, _ROUNDS = 1e-3, 60
 """Of the parameter: how far beyond an onset that has no tangent a point is looked for, after so
 many rounds of the law, half a step each."""
 
@@ -79,7 +79,7 @@ class Tangent:
 
 @dataclass(frozen=True)
 class PathPoint:
-    """A point of a path, converged to `ROUGH` at least, and where the path goes on from there.
+    """A point of a path, converged to `_ROUGH` at least, and where the path goes on from there.
 
     `along` is dw/ds, m, `rate` dp/ds, `beside` that of the unknowns beside, s in `units`.
     """
@@ -123,7 +123,7 @@ def tangent_at(family: Family, point: Solution, balance: Balance | None = None) 
     stiffness = family.law(point.parameter).stiffness.reshape(-1)
     linear = linearise(balance, point.deviation, rows, weight, border, kept, stiffness)
     right[rows] = family.rate(point.parameter, point.w, point.deviation, rows)
-    moved = linear.solve(right, EXACT)
+    moved = linear.solve(right, _EXACT)
     if moved is None:
         return None
     return Tangent(moved[:n].reshape(point.w.shape), linear.orientation(), moved[n:])
@@ -182,7 +182,7 @@ class SolutionPath:
         units = self._units(solution)
         self._constant = self._constant or float(np.sign(self.span)) * tangent.orientation
         here = self._directed(solution, tangent, units)
-        if stepped and came is not None and _cosine(came.solution, here) < BOUNCE:
+        if stepped and came is not None and _cosine(came.solution, here) < _BOUNCE:
             self._constant *= -1
             here = self._directed(solution, tangent, units)
         self.here = here
@@ -252,7 +252,7 @@ class SolutionPath:
         family = self.family
         if isinstance(family, Bordered):
             family = family.with_beside(beside)
-        found = solve(family, plane.w, plane.parameter, plane, ROUGH, 12, begin.kept)
+        found = solve(family, plane.w, plane.parameter, plane, _ROUGH, 12, begin.kept)
         self.iterations += found.iterations
         moved = here.units.length(
             found.w - plane.w, found.parameter - plane.parameter, found.beside - beside
@@ -279,7 +279,7 @@ class SolutionPath:
 
     def _take(self, length: float, found: Solution) -> None:
         """Note a step, and how long the next one is."""
-        growth = float(np.clip(3.5 / max(found.iterations, 1), 0.5, GROWTH))
+        growth = float(np.clip(3.5 / max(found.iterations, 1), 0.5, _GROWTH))
         self.taken, self.length = length, min(length * growth, self.longest)
 
     def _across(self, here: PathPoint) -> Solution | None:
@@ -287,14 +287,14 @@ class SolutionPath:
 
         On a circle |w| grows there as a root, to which no derivative leads, but the law itself.
         """
-        parameter, w = here.solution.parameter * (1 + ACROSS), here.solution.w
+        parameter, w = here.solution.parameter * (1 + _ACROSS), here.solution.w
         family = at_solution(self.family, here.solution)
         balance, law = family.at(parameter), family.law(parameter)
-        for _ in range(ROUNDS):
+        for _ in range(_ROUNDS):
             w = 0.5 * (w + law(balance.displacement(w), balance.omega).w)
-        found = solve(family, w, parameter, tolerance=ROUGH, kept=here.solution.kept)
+        found = solve(family, w, parameter, tolerance=_ROUGH, kept=here.solution.kept)
         self.iterations += found.iterations
-        length = here.units.length(found.w - here.solution.w, ACROSS * parameter, np.zeros(1))
+        length = here.units.length(found.w - here.solution.w, _ACROSS * parameter, np.zeros(1))
         if not (found.converged and length < 1.0 and self._continues(here.solution, found)):
             return None
         self._take(length, found)
@@ -314,4 +314,4 @@ def _is_back(here: PathPoint, turned: PathPoint) -> bool:
     units = here.units
     along = np.vdot(here.along * units.w, turned.along * units.w)
     others = np.vdot(here.beside * units.beside, turned.beside * units.beside)
-    return float(along + others + here.rate * turned.rate * units.parameter**2) < BOUNCE
+    return float(along + others + here.rate * turned.rate * units.parameter**2) < _BOUNCE

@@ -15,7 +15,7 @@ the modes told apart
 
     S(s) a = 0,      S = diag p(s) - G(s),      G = bᴴ K_c [I - Γ(s) R(s)]⁻¹ Γ(s) b.
 
-Values z that contacts remember over a period (`law_transfer`) are amplitudes, too, their p being
+Values z that contacts remember over a period (`perturbation`) are amplitudes, too, their p being
 1 - κ e^{-2πs}.
 
 Near the values of s of interest G has no poles, however little damped the modes are: on a circle
@@ -31,13 +31,17 @@ from functools import cached_property
 import numpy as np
 
 from vanelock.common.arrays import Array, Complex, Floats
-from vanelock.nonlinear.floquet.law_transfer import Transfer, Transferred
-from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure, Rectangle
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.floquet.perturbation import (
+    PerturbedStructure,
+    Rectangle,
+    Transfer,
+    Transferred,
+)
+from vanelock.nonlinear.fourier import TURN
 
 
 @dataclass(frozen=True)
-class Characteristic:
+class _Characteristic:
     """S(s) of one nodal diameter of perturbations, evaluated in full."""
 
     structure: PerturbedStructure
@@ -134,7 +138,7 @@ class Series:
     `exact`: S in full; `terms` (q, m, m): g_l.
     """
 
-    exact: Characteristic
+    exact: _Characteristic
     centre: complex
     radius: float
     terms: Complex
@@ -165,15 +169,15 @@ class Series:
         return float(size[-2:].max() / max(size.max(), np.finfo(float).tiny))
 
 
-Matrix = Callable[[complex], Complex]
+_Matrix = Callable[[complex], Complex]
 
-NODES = 64
-RANK = 1e-11  # singular values of B_0, to the largest
-SPURIOUS = 1e-4  # what is left of S a, to the norms of both
-ATTEMPTS = ((3.0, 12), (3.0, 24), (8.0, 32), (20.0, 64))
+_NODES = 64
+_RANK = 1e-11  # singular values of B_0, to the largest
+_SPURIOUS = 1e-4  # what is left of S a, to the norms of both
+_ATTEMPTS = ((3.0, 12), (3.0, 24), (8.0, 32), (20.0, 64))
 """How near poles of modes are told apart, and points of the series, until it converges."""
-CONVERGED = 1e-5  # last terms of the series, to the largest
-LARGEST = 500  # modes told apart
+_CONVERGED = 1e-5  # last terms of the series, to the largest
+_LARGEST = 500  # modes told apart
 
 
 @dataclass(frozen=True)
@@ -197,30 +201,30 @@ def zeros(
     centre = (window.left + window.right) / 2
     radius = float(np.hypot(window.right - centre, window.half))  # through the corners
     series: Series | None = None
-    for near, points in ATTEMPTS:
-        characteristic = Characteristic(structure(near), law)
-        if series is not None and characteristic.size > LARGEST:
+    for near, points in _ATTEMPTS:
+        characteristic = _Characteristic(structure(near), law)
+        if series is not None and characteristic.size > _LARGEST:
             break
         series = characteristic.series(centre, radius, points)
-        if series.error < CONVERGED:
+        if series.error < _CONVERGED:
             break
     assert series is not None
     found = [_improved(series, s, a) for s, a in _beyn(series, centre, radius)]
     each = [pair for pair in found if pair is not None]
     known = np.array([s for s, _ in each], complex)
     inside = [pair for pair in each if window.distance(pair[0]) == 0]
-    complete = series.error < CONVERGED and missed(series, window, known) == 0
+    complete = series.error < _CONVERGED and _missed(series, window, known) == 0
     return Zeros(series, inside, complete)
 
 
-def _beyn(matrix: Matrix, centre: float, radius: float) -> Iterator[tuple[complex, Complex]]:
+def _beyn(matrix: _Matrix, centre: float, radius: float) -> Iterator[tuple[complex, Complex]]:
     """Zeros in a circle and their vectors (m,); some beyond it and spurious ones among them."""
-    turn = np.exp(2j * np.pi * (np.arange(NODES) + 0.5) / NODES)
+    turn = np.exp(2j * np.pi * (np.arange(_NODES) + 0.5) / _NODES)
     inverse = np.array([np.linalg.inv(matrix(centre + radius * each)) for each in turn])
-    moments = [np.tensordot(turn**p, inverse, 1) / NODES for p in range(1, 5)]
+    moments = [np.tensordot(turn**p, inverse, 1) / _NODES for p in range(1, 5)]
     first, second = (np.block([moments[p : p + 2], moments[p + 1 : p + 3]]) for p in (0, 1))
     left, size, right = np.linalg.svd(first)
-    rank = int((size > RANK * size.max(initial=0.0)).sum())
+    rank = int((size > _RANK * size.max(initial=0.0)).sum())
     left, right = left[:, :rank], right[:rank].conj().T
     values, vectors = np.linalg.eig(left.conj().T @ second @ right / size[:rank])
     amplitudes = left[: inverse.shape[1]] @ vectors
@@ -231,7 +235,7 @@ def _beyn(matrix: Matrix, centre: float, radius: float) -> Iterator[tuple[comple
 def _improved(series: Series, s: complex, a: Complex) -> tuple[complex, Complex] | None:
     """A zero and its vector of unit norm by two of Newton's steps for both; None if spurious."""
     matrix = series(s)
-    if np.linalg.norm(matrix @ a) > SPURIOUS * np.linalg.norm(matrix) * np.linalg.norm(a):
+    if np.linalg.norm(matrix @ a) > _SPURIOUS * np.linalg.norm(matrix) * np.linalg.norm(a):
         return None
     for _ in range(2):
         moved = np.linalg.solve(series(s), series.slope(s) @ a)
@@ -240,7 +244,7 @@ def _improved(series: Series, s: complex, a: Complex) -> tuple[complex, Complex]
     return s, a
 
 
-def missed(matrix: Matrix, window: Rectangle, known: Complex) -> int:
+def _missed(matrix: _Matrix, window: Rectangle, known: Complex) -> int:
     """Zeros in a window beside the known ones: turns of det S / Π(s - known) along its edge.
 
     Without the known zeros it varies slowly; steps are halved until none turns it by a radian.

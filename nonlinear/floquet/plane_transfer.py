@@ -1,6 +1,6 @@
 """The contact law with isotropic friction linearised about a periodic motion.
 
-As in `law_transfer`, δu = Re[e^{λt} Σ_k u_k e^{ikθ}] and w_j = Σ_k Γ_jk(s) u_k, but the two
+As in `perturbation`, δu = Re[e^{λt} Σ_k u_k e^{ikθ}] and w_j = Σ_k Γ_jk(s) u_k, but the two
 tangential directions answer together. With p = (u1, u2), r = α v and the force along e, t across
 it, pieces of the located path (`disc_path`) have
 
@@ -27,52 +27,39 @@ from typing import NamedTuple
 import numpy as np
 
 from vanelock.common.arrays import Complex, Floats, Integers
-from vanelock.nonlinear.contact.isotropic.disc_integrals import BEGIN, END, KIND, STEP, X, Y
-from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD, SLIPPING
-from vanelock.nonlinear.contact.isotropic.disc_slip import (
+from vanelock.nonlinear.contact.disc_slider import FREE, HELD, SLIPPING
+from vanelock.nonlinear.contact.disc_slip import (
+    BEGIN,
     DR,
     DX,
     DY,
+    END,
     INTEGRALS,
+    KIND,
     NODES,
     SMALLEST,
     STAGES,
+    STEP,
     WEIGHTS,
     R,
+    X,
+    Y,
     motion_at,
 )
-from vanelock.nonlinear.contact.isotropic.located_law import slider_pieces
-from vanelock.nonlinear.floquet.law_transfer import Transferred, law_transfer
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, grid
+from vanelock.nonlinear.contact.isotropic_law import slider_pieces
+from vanelock.nonlinear.floquet.perturbation import Transferred, law_transfer
+from vanelock.nonlinear.fourier import TURN, grid, kernel
 
 
-class SliderSteps(NamedTuple):
-    """One contact's path, piece by piece, the first a step of slip where it never opens.
+class _SliderSteps(NamedTuple):
+    """One contact's path, piece by piece, the first a step of slip where it never opens."""
 
-    Attributes
-    ----------
-    pieces : (p, 3) float
-        HELD, SLIPPING or FREE, from and to, rad.
-    e : (p, 2, 2) float
-        The force's direction at the beginning and the end of slip.
-    touching : (p, 2) float
-        c of dw = dp + c dv, where what is held has touched down.
-    forcing : (p, STAGES, 3) float
-        What dv and dp add to η' at the nodes of slip.
-    answer : (p, STAGES, STAGES + 1) float
-        y at the nodes from what is added there and from y at the beginning.
-    nodes : (p, STAGES, 2) float
-        e at the nodes.
-    remembers : bool
-    """
-
-    pieces: Floats
-    e: Floats
-    touching: Floats
-    forcing: Floats
-    answer: Floats
-    nodes: Floats
+    pieces: Floats  # (p, 3), HELD, SLIPPING or FREE, from and to, rad
+    e: Floats  # (p, 2, 2), the force's direction at the beginning and the end of slip
+    touching: Floats  # (p, 2), c of dw = dp + c dv, where what is held has touched down
+    forcing: Floats  # (p, STAGES, 3), what dv and dp add to η' at the nodes of slip
+    answer: Floats  # (p, STAGES, STAGES + 1)
+    nodes: Floats  # (p, STAGES, 2), e at the nodes
     remembers: bool
 
 
@@ -87,7 +74,7 @@ def _steps(
     answer: Floats,
     nodes: Floats,
 ) -> None:
-    """Fill the arrays of `SliderSteps` from the pieces of a path."""
+    """Fill the arrays of `_SliderSteps` from the pieces of a path."""
     phi, at = np.empty(u.shape[1]), np.empty(6)
     matrix, right = np.empty((STAGES, STAGES)), np.empty((STAGES, STAGES + 1))
     for i in range(rows.shape[0]):
@@ -191,7 +178,7 @@ def _passed(
     return across
 
 
-def _slider_steps(u: Floats, alpha: float, table: Floats) -> SliderSteps | None:
+def _slider_steps(u: Floats, alpha: float, table: Floats) -> _SliderSteps | None:
     """The path of one contact's slider; None where it sticks for good."""
     rows = slider_pieces(u, alpha, table)
     kinds = rows[:, KIND]
@@ -213,11 +200,11 @@ def _slider_steps(u: Floats, alpha: float, table: Floats) -> SliderSteps | None:
     )
     _steps(rows, u, alpha, *arrays)
     pieces = np.ascontiguousarray(rows[:, [KIND, BEGIN, END]])
-    return SliderSteps(pieces, *arrays, remembers)
+    return _SliderSteps(pieces, *arrays, remembers)
 
 
-def passing(
-    path: SliderSteps, alpha: float, harmonics: int, s: complex
+def _passing(
+    path: _SliderSteps, alpha: float, harmonics: int, s: complex
 ) -> tuple[Complex, Complex, Complex]:
     """η (p, STAGES, n), dw (p, 2, n) and η in the end (n,) of `_passed`."""
     n, p = 3 * (2 * harmonics + 1) + 1, len(path.pieces)
@@ -227,12 +214,12 @@ def passing(
     return eta, held, across
 
 
-ALONG, ACROSS, BESIDE = 0, 1, 2
+_ALONG, _ACROSS, _BESIDE = 0, 1, 2
 """Rows of the partners: a component itself, v, and the other tangential component."""
 
 
 @dataclass(frozen=True)
-class PlaneTransfer:
+class _PlaneTransfer:
     """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
 
     `components` (o,): which, counted through (c, 3); `partners` (3, o): the component itself, v of
@@ -244,7 +231,7 @@ class PlaneTransfer:
     components: Integers
     partners: Integers
     still: Complex
-    paths: tuple[tuple[int, float, SliderSteps], ...]
+    paths: tuple[tuple[int, float, _SliderSteps], ...]
     kept: Floats
     harmonics: int
 
@@ -258,12 +245,12 @@ class PlaneTransfer:
         parts, M = self.still.copy(), 2 * self.harmonics + 1
         shown, read = [], []
         for place, alpha, path in self.paths:
-            eta, held, across = passing(path, alpha, self.harmonics, s)
+            eta, held, across = _passing(path, alpha, self.harmonics, s)
             w = _harmonics(path, self.harmonics, s, eta, held)
             of_v, of_1, of_2 = (w[..., b * M : (b + 1) * M] for b in range(3))
-            parts[ACROSS, place : place + 2] += of_v
-            parts[ALONG, place : place + 2] += np.stack([of_1[0], of_2[1]])
-            parts[BESIDE, place : place + 2] += np.stack([of_2[0], of_1[1]])
+            parts[_ACROSS, place : place + 2] += of_v
+            parts[_ALONG, place : place + 2] += np.stack([of_1[0], of_2[1]])
+            parts[_BESIDE, place : place + 2] += np.stack([of_2[0], of_1[1]])
             if path.remembers:
                 shown.append(w[..., -1])
                 read.append(across[:-1].reshape(3, M)[[1, 0, 2]])
@@ -274,13 +261,13 @@ class PlaneTransfer:
             np.array(read, complex).reshape(q, 3, M),
         )
 
-    def onto_open(self, opened: Integers) -> "PlaneTransfer":
+    def onto_open(self, opened: Integers) -> "_PlaneTransfer":
         """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
         components = np.union1d(self.components, opened)
         own = np.searchsorted(components, self.components)
         still = np.zeros((3, len(components), *self.still.shape[2:]), complex)
         still[:, own] = self.still
-        still[ALONG, np.searchsorted(components, opened)] -= np.eye(2 * self.harmonics + 1)
+        still[_ALONG, np.searchsorted(components, opened)] -= np.eye(2 * self.harmonics + 1)
         paths = tuple((int(own[place]), alpha, path) for place, alpha, path in self.paths)
         return replace(
             self, components=components, partners=_partners(components), still=still, paths=paths
@@ -288,7 +275,7 @@ class PlaneTransfer:
 
 
 def _harmonics(
-    path: SliderSteps, harmonics: int, s: complex, eta: Complex, held: Complex
+    path: _SliderSteps, harmonics: int, s: complex, eta: Complex, held: Complex
 ) -> Complex:
     """(2, M, n) harmonics of t η while slipping and of what is held."""
     orders = np.arange(-harmonics, harmonics + 1)
@@ -309,7 +296,7 @@ def _harmonics(
     return found
 
 
-def _nodes(path: SliderSteps) -> tuple[Floats, Floats]:
+def _nodes(path: _SliderSteps) -> tuple[Floats, Floats]:
     """Angles and weights of all nodes of slip, (5 steps,) each."""
     kind, begin, end = path.pieces.T
     slips = kind == SLIPPING
@@ -317,7 +304,7 @@ def _nodes(path: SliderSteps) -> tuple[Floats, Floats]:
     return (begin[slips, None] + length * NODES).ravel(), (length * WEIGHTS).ravel()
 
 
-def _still(path: SliderSteps, alpha: float, harmonics: int) -> Complex:
+def _still(path: _SliderSteps, alpha: float, harmonics: int) -> Complex:
     """(3, 2, M, M) of both tangential components: e (e·dp - dr) of slip, and dp where open."""
     lags = np.arange(2 * harmonics + 1)
     kind, begin, end = path.pieces.T
@@ -329,7 +316,7 @@ def _still(path: SliderSteps, alpha: float, harmonics: int) -> Complex:
     for first, last in zip(begin[kind == FREE], end[kind == FREE], strict=True):
         over = np.where(lags == 0, 1, lags)
         waves = (np.exp(1j * lags * last) - np.exp(1j * lags * first)) / (1j * over)
-        moments[ALONG] += np.where(lags == 0, last - first, waves)
+        moments[_ALONG] += np.where(lags == 0, last - first, waves)
     lag = np.subtract.outer(lags, lags).T
     each = moments[..., np.abs(lag)] / TURN
     found: Complex = np.where(lag < 0, each.conj(), each)
@@ -342,7 +329,7 @@ def _partners(components: Integers) -> Integers:
     return np.array([components, contact, contact + np.where(row > 0, 3 - row, 0)])
 
 
-def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> PlaneTransfer:
+def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> _PlaneTransfer:
     """Γ about a periodic motion."""
     u, M = np.ascontiguousarray(u), 2 * harmonics + 1
     normal = law_transfer(u, alpha, harmonics)
@@ -354,7 +341,7 @@ def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> PlaneTransfer:
     planes = np.array([3 * c + i for c in moved for i in (1, 2)], np.int64)
     components = np.union1d(normal.components[opens], planes)
     still, paths, kept = np.zeros((3, len(components), M, M), complex), [], []
-    still[ALONG, np.searchsorted(components, normal.components[opens])] = normal.along[opens]
+    still[_ALONG, np.searchsorted(components, normal.components[opens])] = normal.along[opens]
     for c in moved:
         place, path, own = int(np.searchsorted(components, 3 * c + 1)), found[c], float(alpha[c, 0])
         assert path is not None
@@ -362,7 +349,7 @@ def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> PlaneTransfer:
         if np.any(path.pieces[:, 0] != FREE):
             paths.append((place, own, path))
         if path.remembers:
-            kept.append(passing(path, own, 0, 0j)[2][-1].real)
-    return PlaneTransfer(
+            kept.append(_passing(path, own, 0, 0j)[2][-1].real)
+    return _PlaneTransfer(
         components, _partners(components), still, tuple(paths), np.array(kept), harmonics
     )

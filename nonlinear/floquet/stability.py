@@ -24,12 +24,10 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import check_friction, contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.exponents import Series, Zeros, zeros
-from vanelock.nonlinear.floquet.law_transfer import law_transfer
-from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure, Rectangle
+from vanelock.nonlinear.floquet.perturbation import PerturbedStructure, Rectangle, law_transfer
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, chosen_points
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
+from vanelock.nonlinear.fourier import TURN, one_thread, resized, to_real
 from vanelock.nonlinear.newton.newton import scales, solve
 from vanelock.rom.system.coordinates import check, check_ring
 from vanelock.rom.system.system import System
@@ -39,12 +37,14 @@ WINDOW = Rectangle(left=-0.1, right=1.0, half=0.52)
 
 A little higher than the half harmonics at which diameters meet.
 """
-ALIKE = 1e-3  # of the excitation's frequency, by which two that are listed differ at least
-SAME = 5e-3  # by which the values of s of one motion differ between two diameters that both have it
+_ALIKE = 1e-3  # of the excitation's frequency, by which two that are listed differ at least
+_SAME = (
+    5e-3  # by which the values of s of one motion differ between two diameters that both have it
+)
 
 
 @dataclass(frozen=True)
-class FloquetMotion:
+class _FloquetMotion:
     """One motion beside a wave.
 
     `diameter`: n, 0 to N/2; `s`: λ/ω, |Im s| at most 1/2; `series`: of the diameter that it was
@@ -84,20 +84,20 @@ class FloquetMotion:
         shown: list[float] = []
         for place in np.argsort(-size):
             times = abs(place - structure.harmonics + s.imag)
-            if all(abs(times - other) > ALIKE for other in shown):
+            if all(abs(times - other) > _ALIKE for other in shown):
                 shown.append(times)
         shown += [np.nan] * count
         return np.array(shown[:count]) * structure.omega / (2 * np.pi)
 
 
 @dataclass(frozen=True)
-class FloquetMotions:
+class _FloquetMotions:
     """The motions beside one wave.
 
     `each`: the most unstable first; `complete`: whether they are as many as were counted.
     """
 
-    each: list[FloquetMotion]
+    each: list[_FloquetMotion]
     complete: bool
 
     @property
@@ -106,18 +106,18 @@ class FloquetMotions:
         return self.each[0].exact.real if self.each else WINDOW.left
 
 
-def motions(
+def _motions(
     system: System,
     modes: Mapping[int, StuckModes],
     u: Floats,
     omega: float,
     harmonics: int,
     friction: str = "orthogonal",
-) -> FloquetMotions:
+) -> _FloquetMotions:
     """The motions beside a wave that are in the window."""
     transfer = plane_transfer if friction == "isotropic" else law_transfer
     law = transfer(u, system.contacts.alpha, harmonics).onto_open(modes[0].opened)
-    found: list[FloquetMotion] = []
+    found: list[_FloquetMotion] = []
     complete = True
     for n in range(system.sectors // 2 + 1):
         of_diameter = partial(PerturbedStructure, system, modes, n, omega, harmonics, WINDOW)
@@ -125,14 +125,14 @@ def motions(
         complete &= here.complete
         found += _within(here, system)
     found.sort(key=lambda motion: -motion.s.real)
-    each: list[FloquetMotion] = []
+    each: list[_FloquetMotion] = []
     for motion in found:
         if not any(_are_same(motion, other, system) for other in each):
             each.append(motion)
-    return FloquetMotions(each, complete)
+    return _FloquetMotions(each, complete)
 
 
-def _within(found: Zeros, system: System) -> Iterator[FloquetMotion]:
+def _within(found: Zeros, system: System) -> Iterator[_FloquetMotion]:
     """Motions of the zeros of a diameter, each at 0 <= n <= N/2 and |Im s| <= 1/2."""
     N, n = system.sectors, found.series.exact.structure.diameter
     for s, a in found.each:
@@ -143,10 +143,10 @@ def _within(found: Zeros, system: System) -> Iterator[FloquetMotion]:
         mirrored = 2 * diameter > N
         if mirrored:
             diameter, moved = N - diameter, moved.conjugate()
-        yield FloquetMotion(diameter, moved, found.series, (s, a), shift, mirrored)
+        yield _FloquetMotion(diameter, moved, found.series, (s, a), shift, mirrored)
 
 
-def _are_same(one: FloquetMotion, other: FloquetMotion, system: System) -> bool:
+def _are_same(one: _FloquetMotion, other: _FloquetMotion, system: System) -> bool:
     """Whether two motions are one that two diameters have, or one twice, where these meet."""
     N, edge = system.sectors, 1 - WINDOW.half
     if min(abs(one.s.imag), abs(other.s.imag)) < edge:
@@ -155,23 +155,23 @@ def _are_same(one: FloquetMotion, other: FloquetMotion, system: System) -> bool:
         n, s = one.diameter + turn * system.engine_order, one.s + 1j * turn
         for diameter, value in ((one.diameter, one.s), (n, s)):
             for k, at in ((diameter, value), (-diameter, value.conjugate())):
-                if (k - other.diameter) % N == 0 and abs(at - other.s) < SAME:
+                if (k - other.diameter) % N == 0 and abs(at - other.s) < _SAME:
                     return True
     return False
 
 
-Progress: TypeAlias = Callable[[int, int], None]
+_Progress: TypeAlias = Callable[[int, int], None]
 
 STABLE, UNSTABLE, UNDECIDED = 0, 1, 2
-VERDICTS = f"{STABLE} stable, {UNSTABLE} unstable, {UNDECIDED} undecided"
+_VERDICTS = f"{STABLE} stable, {UNSTABLE} unstable, {UNDECIDED} undecided"
 
-MORE = 2
+_MORE = 2
 """Harmonics of a perturbation beyond those of its wave, and of the second wave beyond the first."""
-FOREIGN = 1e-6
+_FOREIGN = 1e-6
 """Of the balance, relative to the largest displacement, beyond which a wave is another system's."""
 NEUTRAL = 1e-9
 """Of |Re λ|/ω, what rounding may come to."""
-FREQUENCIES = 3
+_FREQUENCIES = 3
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ class Stability(Product):
     exponent: Complex = field(metadata={"unit": "1/s"})
     diameter: Integers
     growing: Integers
-    verdict: Integers = field(metadata={"codes": VERDICTS})
+    verdict: Integers = field(metadata={"codes": _VERDICTS})
     growth: Floats = field(metadata={"unit": "1/s"})
     seen: Floats = field(metadata={"unit": "Hz"})
     harmonics: Integers
@@ -224,7 +224,7 @@ def stability(
     harmonics: int | None = None,
     count: int = 4,
     modes: Mapping[int, StuckModes] | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> Stability:
     """Whether the ring stays with the waves of a response, all nodal diameters considered.
 
@@ -259,7 +259,7 @@ def stability(
         If the response is not of this kind or not of this system, a point does not exist, a nodal
         diameter is missing, or a given C couples the stuck modes.
     """
-    finer = response.harmonics + MORE if harmonics is None else as_whole(harmonics, "harmonics")
+    finer = response.harmonics + _MORE if harmonics is None else as_whole(harmonics, "harmonics")
     _check(system, response, finer, count)
     chosen = chosen_points(response, points)
     system = replace(system, contacts=replace(system.contacts, mu=response.mu))
@@ -334,20 +334,20 @@ def _point_stability(
 ) -> tuple[object, ...]:
     """Exponents, diameters, number growing, verdict, growth by both truncations, frequencies."""
     omega = TURN * float(response.frequency[point])
-    exponent, seen = np.full(count, np.nan, complex), np.full((count, FREQUENCIES), np.nan)
+    exponent, seen = np.full(count, np.nan, complex), np.full((count, _FREQUENCIES), np.nan)
     diameter, growth = np.full(count, -1), np.full(2, np.nan)
     if not response.converged[point]:
         return exponent, diameter, 0, UNDECIDED, growth, seen
     u = to_real(response.contact[point])
     friction, off = response.friction, 10 * response.truncation[point]
     again = _solved_again(system, modes, u, omega, finer, off, friction)
-    found = [motions(system, modes, u, omega, response.harmonics + MORE, friction)]
+    found = [_motions(system, modes, u, omega, response.harmonics + _MORE, friction)]
     if again is not None:
-        more = MORE if finer > response.harmonics else 2 * MORE
-        found.append(motions(system, modes, again, omega, finer + more, friction))
+        more = _MORE if finer > response.harmonics else 2 * _MORE
+        found.append(_motions(system, modes, again, omega, finer + more, friction))
     for i, motion in enumerate(found[-1].each[:count]):
         exponent[i], diameter[i] = omega * motion.exact, motion.diameter
-        seen[i] = motion.frequencies(FREQUENCIES)
+        seen[i] = motion.frequencies(_FREQUENCIES)
     growing = sum(motion.s.real > NEUTRAL for motion in found[-1].each)
     growth[: len(found)] = [each.growth for each in found]
     verdict = UNDECIDED
@@ -371,7 +371,7 @@ def _solved_again(
     balance = structure(system, given, known=modes).balance(omega)
     w = contact_law(system.contacts, given, friction=friction)(u).w
     off = np.abs(u - balance.displacement(w)) / scales(balance.linear)
-    if off.max(initial=0.0) > max(FOREIGN, truncation):
+    if off.max(initial=0.0) > max(_FOREIGN, truncation):
         raise InputError(
             f"response: no solution of this system at {omega / TURN:.6g} Hz: off by "
             f"{off.max():.1e} of its vibration"

@@ -34,7 +34,7 @@ from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, extremes
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex, to_real
+from vanelock.nonlinear.fourier import TURN, to_complex, to_real
 from vanelock.nonlinear.newton.linearised import newton_matrix
 from vanelock.nonlinear.newton.newton import Solution, active_rows, solve
 from vanelock.rom.system.system import System

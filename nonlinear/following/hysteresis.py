@@ -30,17 +30,16 @@ from vanelock.nonlinear.continuation.path import (
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, Progress
 from vanelock.nonlinear.forced_response.options import Options, checked_frequencies
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Family, Solution, scales
 from vanelock.rom.system.system import System
 
-LONGEST = 1 / 40
+_LONGEST = 1 / 40
 """Longest step of a path with one contact, relative to the range; several add up in quadrature."""
 LIMIT = 4000  # points of a path
 
 
-BEND = 3.0
+_BEND = 3.0
 """Longest way between two points of a path by way of a third one, relative to the straight one."""
 
 
@@ -94,7 +93,7 @@ class Hysteresis(Product):
 
 
 @dataclass(frozen=True)
-class Place:
+class _Place:
     """A point of the path; `orientation` is the sign of det P, 0 at a fold."""
 
     solution: Solution
@@ -154,7 +153,7 @@ def hysteresis(
     begun = solver.point(float(low), [])
     if not begun.converged:
         raise InputError(f"frequencies: no solution was found at {hertz[0]:g} Hz to start from")
-    places, reason = followed(solver, begun, float(high), progress)
+    places, reason = _followed(solver, begun, float(high), progress)
     omegas = TURN * hertz
     if is_range:
         between = [p.solution.omega for p in places if low < p.solution.omega < high]
@@ -210,9 +209,9 @@ def _several_ranges(frequency: Floats) -> Floats:
     return np.array(merged).reshape(-1, 2)
 
 
-def followed(
+def _followed(
     solver: PointSolver, begun: Solution, end: float, progress: Progress | None
-) -> tuple[list[Place], str]:
+) -> tuple[list[_Place], str]:
     """Points of the path until it passes `end`, folds among them; and why it did not, if so."""
     family, tolerance = solver.family, solver.tolerance
     span = end - begun.omega
@@ -222,9 +221,9 @@ def followed(
         """dω/ds but for a positive factor, s in the direction of det P > 0."""
         return float(tangent.orientation / np.hypot(np.linalg.norm(tangent.z * scale) * span, 1.0))
 
-    places: list[Place] = []
+    places: list[_Place] = []
     before: PathPoint | None = None
-    for step in SolutionPath(family, begun, end, LONGEST * sqrt(len(begun.w))):
+    for step in SolutionPath(family, begun, end, _LONGEST * sqrt(len(begun.w))):
         reached = step.solution
         if before is not None and step.rate * before.rate < 0:
             fold = _fold_between(family, before, step, turning, tolerance)
@@ -233,14 +232,14 @@ def followed(
             else:
                 places.append(fold)
         if (reached.parameter - end) * span >= 0 and before is not None:
-            landed = land(family, before.solution, reached, end, tolerance, BEND)
+            landed = land(family, before.solution, reached, end, tolerance, _BEND)
             if not landed.converged:
                 return places, "it goes on, but no solution was found at the highest frequency"
             tangent = tangent_at(family, landed)
-            return [*places, Place(landed, tangent.orientation if tangent else 0.0)], ""
+            return [*places, _Place(landed, tangent.orientation if tangent else 0.0)], ""
         exact = polished(family, step, tolerance)
         total = replace(exact, iterations=exact.iterations + step.solution.iterations)
-        places.append(Place(total, step.tangent.orientation))
+        places.append(_Place(total, step.tangent.orientation))
         before = step
         if progress is not None:
             share = (exact.omega - begun.omega) / span
@@ -260,7 +259,7 @@ def _fold_between(
     after: PathPoint,
     turning: Callable[[Solution, Tangent], float],
     tolerance: float,
-) -> Place:
+) -> _Place:
     """The point between two at which the path turns back.
 
     Where it is not found the further of the two stands for it, not converged.
@@ -268,9 +267,9 @@ def _fold_between(
     values = tuple(turning(step.solution, step.tangent) for step in (before, after))
     found = locate(family, before, after, turning, (values[0], values[1]), tolerance)
     if found is not None:
-        return Place(found.solution, 0.0, True, found.left > 1e-3)
+        return _Place(found.solution, 0.0, True, found.left > 1e-3)
     outer = max(
         (before, after),
         key=lambda step: np.sign(before.rate) * step.solution.parameter,
     )
-    return Place(replace(outer.solution, converged=False), 0.0, True)
+    return _Place(replace(outer.solution, converged=False), 0.0, True)

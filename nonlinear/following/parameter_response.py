@@ -32,10 +32,9 @@ from vanelock.nonlinear.forced_response.options import (
 )
 from vanelock.nonlinear.forced_response.response import CONSTANT, Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.law_jacobian import response_to
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Family, Solution, solve
+from vanelock.nonlinear.newton.preconditioner import response_to
 from vanelock.rom.system.system import System
 
 Joint: TypeAlias = str | Sequence[str] | Booleans | None
@@ -127,8 +126,8 @@ class Parameter:
         found: Family = moving
         if ready.rest is not None:
             still = self._family(static_part(ready.structure), one.law_at_rest(0), 0.0)
-            found = AboutRest(moving, still, lru_cache(partial(self._rest, ready)))
-        return Logarithmic(found) if self.logarithmic else found
+            found = _AboutRest(moving, still, lru_cache(partial(self._rest, ready)))
+        return _Logarithmic(found) if self.logarithmic else found
 
     def _family(self, prepared: Structure, law: Law, omega: float) -> Loads | Frictions:
         """Coupled problems by the parameter itself; `law` is that at a value of 1."""
@@ -167,7 +166,7 @@ def checked_values(values: ArrayLike) -> Floats:
 
 
 @dataclass(frozen=True)
-class AboutRest:
+class _AboutRest:
     """Problems whose mean is held at the state at rest, which may move with the parameter.
 
     `moving` are those of all harmonics, `still` the static ones, `rest` gives their solution.
@@ -209,7 +208,7 @@ class AboutRest:
 
 
 @dataclass(frozen=True)
-class Logarithmic:
+class _Logarithmic:
     """A family by the logarithm of its parameter, > 0, which fits values over several decades."""
 
     family: Family
@@ -229,7 +228,7 @@ class Logarithmic:
         return rates
 
 
-ALONG_POINTS = {field.name for field in fields(Response)} - {*CONSTANT, "jump"}
+_ALONG_POINTS = {field.name for field in fields(Response)} - {*CONSTANT, "jump"}
 
 
 @dataclass(frozen=True)
@@ -264,7 +263,7 @@ def joined(responses: Sequence[Response], mu: Floats) -> tuple[Response, Floats]
     Those of the system as it is given, `mu`, are those of the response.
     """
     put: dict[str, Any] = {}
-    for name in ALONG_POINTS:
+    for name in _ALONG_POINTS:
         kept = [getattr(each, name) for each in responses]
         if isinstance(kept[0], dict):
             put[name] = {h: np.concatenate([each[h] for each in kept]) for h in kept[0]}

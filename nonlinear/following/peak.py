@@ -21,18 +21,18 @@ from vanelock.nonlinear.continuation.arc_length import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.path import SolutionPath, Tangent, tangent_at
 from vanelock.nonlinear.forced_response.response import amplitude_and_slope
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier import to_complex
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.nonlinear.newton.preconditioner import Kept
 
 CONDITION = 1e-8
 """Distance from the peak, in its half-widths, that counts as converged."""
-LIMIT = 25
-LOWER = 1e-6
+_LIMIT = 25
+_LOWER = 1e-6
 """How much lower, relatively, than its neighbours on the path a peak may be found."""
-HIGHEST = 1e3
+_HIGHEST = 1e3
 """How much higher than where it began a sharp peak may be: further up, nothing bounds it."""
-FALL = 1.0
+_FALL = 1.0
 """Change of ln A between two frequencies beyond which they are not taken for one branch."""
 
 
@@ -139,11 +139,11 @@ class Resonance:
         if found is not None and not found.sharp:
             return found
         found = self._climb(first, bend) or found
-        return found if found and found.amplitude < HIGHEST * first.amplitude else None
+        return found if found and found.amplitude < _HIGHEST * first.amplitude else None
 
     def _secant(self, first: CurvePoint, bend: float) -> CurvePoint | None:
         here, known, omega_of = first, [first], attrgetter("omega")
-        for _ in range(LIMIT):
+        for _ in range(_LIMIT):
             if len(known) > 1:
                 before = known[-2]
                 span = here.omega - before.omega
@@ -162,7 +162,7 @@ class Resonance:
                 if not 0 < high - low:
                     return None  # two maxima with a minimum between them
                 if high - low < max(1e-13 * high, self.condition**2 * width):
-                    if abs(np.log(rising.amplitude / falling.amplitude)) > LOWER:
+                    if abs(np.log(rising.amplitude / falling.amplitude)) > _LOWER:
                         return None  # not a kink but a fold
                     best = max(rising, falling, key=lambda each: each.amplitude)
                     found = replace(best, bend=bend, distance=abs(distance), sharp=True)
@@ -175,7 +175,7 @@ class Resonance:
             following = self.read(omega, here.solution.w + along, here.solution.kept)
             if following is None or omega == here.omega:
                 return None
-            if abs(np.log(following.amplitude / here.amplitude)) > FALL:
+            if abs(np.log(following.amplitude / here.amplitude)) > _FALL:
                 return None
             here = following
             known.append(here)
@@ -207,7 +207,7 @@ class Resonance:
             if before is not None and now <= 0:
                 break
             before, last = step, now
-            if count > 4 * LIMIT or highest > HIGHEST * first.amplitude:
+            if count > 4 * _LIMIT or highest > _HIGHEST * first.amplitude:
                 return None
         else:
             return None
@@ -218,7 +218,7 @@ class Resonance:
             return None
         amplitude, slope = self.measure(found.solution, found.tangent)
         ends = [self.measure(end.solution, end.tangent)[0] for end in (before, step)]
-        if amplitude < (1 - LOWER) * max(ends):
+        if amplitude < (1 - _LOWER) * max(ends):
             return None
         for end in (before, step):  # a kink is no maximum as seen from its own side
             span = end.solution.omega - found.solution.omega

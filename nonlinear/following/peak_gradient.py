@@ -28,15 +28,14 @@ from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_tracking import LOWER, PeakTrack, named_component
 from vanelock.nonlinear.forced_response.options import Options, PreparedSystem, checked_range
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.rom.system.system import System
 
 Change = TypeVar("Change", float, Floats)
 
-ASIDE = 2e-4
+_ASIDE = 2e-4
 """How far from the peak, in its half-widths, slopes are taken for the frequency's gradient."""
-EVEN = 1e-3
+_EVEN = 1e-3
 """How unlike slopes to either side may be there, relatively, for differences to be exact; where
 they are more unlike the differences are taken that much closer to the peak."""
 
@@ -204,9 +203,9 @@ def gradient_of_peak(
     ):
         if met:
             return replace(found, why=why)
-    beside = _beside(ready, component, peak, ASIDE * peak.width)
-    if beside is not None and beside.uneven > EVEN:
-        beside = _beside(ready, component, peak, ASIDE * peak.width * EVEN / beside.uneven)
+    beside = _beside(ready, component, peak, _ASIDE * peak.width)
+    if beside is not None and beside.uneven > _EVEN:
+        beside = _beside(ready, component, peak, _ASIDE * peak.width * _EVEN / beside.uneven)
     if beside is None:
         return replace(found, why="close beside the peak the path turns back or was lost")
     return replace(found, beside=beside.gradients, bend=beside.bend)

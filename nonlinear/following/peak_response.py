@@ -24,16 +24,15 @@ from vanelock.nonlinear.following.peak_tracking import (
     named_component,
 )
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
+from vanelock.nonlinear.forced_response.linear_response import check_bound
 from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.forced_response.undamped import check_bound
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.rom.system.system import System
 
-Track: TypeAlias = dict[float, CurvePoint]
+_Track: TypeAlias = dict[float, CurvePoint]
 
-HIGHER = 1e-3
+_HIGHER = 1e-3
 """How much higher, relatively, another peak must be to count as one."""
 
 
@@ -175,12 +174,12 @@ def peak_response(
     ridge = PeakTrack.along(ready, varied, hertz, component, span)
     tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
     best, second = chosen(tracks)
-    return collected(ridge, best, second, system)
+    return _collected(ridge, best, second, system)
 
 
 def traced(
     ridge: PeakTrack, values: list[float], is_range: bool, progress: Progress | None
-) -> tuple[list[Track], PeakTrack]:
+) -> tuple[list[_Track], PeakTrack]:
     """Tracks of peaks by value, and the ridge with its component chosen."""
     what = f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}"
     structure = ridge.at(values[0]).structure
@@ -192,27 +191,27 @@ def traced(
         check_bound(structure, ridge.range, ridge.component, what, begun.omega)
     first = ridge.placed(begun, values[0])
     tracks = [{values[0]: first}]
-    report = Report(progress, values, is_range)
+    report = _Report(progress, values, is_range)
     report(first)
     if is_range:
         _over_range(ridge, tracks, values[-1], report)
     else:
-        through(ridge, tracks, values[1:], report)
-    *before, last = passed(tracks)
+        _through(ridge, tracks, values[1:], report)
+    *before, last = _passed(tracks)
     again = ridge.begun(last)[1]
-    if again is not None and again.amplitude > (1 + HIGHER) * tracks[-1][last].amplitude:
+    if again is not None and again.amplitude > (1 + _HIGHER) * tracks[-1][last].amplitude:
         tracks.append({last: ridge.placed(again, last)})
-        backward(ridge, tracks[-1], before[::-1])
+        _backward(ridge, tracks[-1], before[::-1])
     return tracks, ridge
 
 
-def passed(tracks: Sequence[Track]) -> list[float]:
+def _passed(tracks: Sequence[_Track]) -> list[float]:
     """Values in the order in which they were passed."""
     return list(dict.fromkeys(value for track in tracks for value in track))
 
 
 @dataclass
-class Report:
+class _Report:
     """Reports the progress of a curve."""
 
     progress: Progress | None
@@ -231,7 +230,7 @@ class Report:
         self.progress(self.done, expected, peak.value, peak.amplitude)
 
 
-def _over_range(ridge: PeakTrack, tracks: list[Track], end: float, report: Report) -> None:
+def _over_range(ridge: PeakTrack, tracks: list[_Track], end: float, report: _Report) -> None:
     """Follow the peak to the end of a range; where it is lost, on from the highest beyond."""
     begun: CurvePoint | None
     (begun,) = tracks[0].values()
@@ -252,7 +251,9 @@ def _over_range(ridge: PeakTrack, tracks: list[Track], end: float, report: Repor
         begun = _restarted(ridge, tracks, value, report)
 
 
-def through(ridge: PeakTrack, tracks: list[Track], values: Sequence[float], report: Report) -> None:
+def _through(
+    ridge: PeakTrack, tracks: list[_Track], values: Sequence[float], report: _Report
+) -> None:
     """Follow the peak through values; where it is lost, the highest one there is."""
     known = list(tracks[-1].values())
     for value in values:
@@ -267,24 +268,24 @@ def through(ridge: PeakTrack, tracks: list[Track], values: Sequence[float], repo
 
 
 def _restarted(
-    ridge: PeakTrack, tracks: list[Track], value: float, report: Report
+    ridge: PeakTrack, tracks: list[_Track], value: float, report: _Report
 ) -> CurvePoint | None:
     """The highest peak at a value, followed backwards.
 
     None if no peak lies in the range or is found; the largest amplitude stands for it.
     """
-    swept, before = ridge.sweep(value), passed(tracks)
+    swept, before = ridge.sweep(value), _passed(tracks)
     peak = ridge.highest(value, swept)
     peak = ridge.placed(peak or ridge.unresolved(value, swept), value)
     tracks.append({value: peak})
     report(peak)
     if not np.isfinite(peak.distance):  # no peak to follow
         return None
-    backward(ridge, tracks[-1], before[::-1])
+    _backward(ridge, tracks[-1], before[::-1])
     return peak
 
 
-def backward(ridge: PeakTrack, track: Track, values: Sequence[float]) -> None:
+def _backward(ridge: PeakTrack, track: _Track, values: Sequence[float]) -> None:
     """Follow a track to further values as long as it exists."""
     known = list(track.values())
     for value in values:
@@ -295,7 +296,7 @@ def backward(ridge: PeakTrack, track: Track, values: Sequence[float]) -> None:
         known.extend(found)
 
 
-def chosen(tracks: Sequence[Track]) -> tuple[list[CurvePoint], list[float]]:
+def chosen(tracks: Sequence[_Track]) -> tuple[list[CurvePoint], list[float]]:
     """The highest peak at each value, and the amplitude of the next one or nan."""
     best, second = [], []
     for value in dict.fromkeys(value for track in tracks for value in track):
@@ -311,7 +312,7 @@ def chosen(tracks: Sequence[Track]) -> tuple[list[CurvePoint], list[float]]:
     return best, second
 
 
-def collected(
+def _collected(
     ridge: PeakTrack, best: Sequence[CurvePoint], second: Sequence[float], system: System
 ) -> PeakResponse:
     """Put the peaks into arrays."""

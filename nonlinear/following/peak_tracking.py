@@ -11,14 +11,14 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import StepControl
+from vanelock.nonlinear.forced_response.linear_response import unbound
 from vanelock.nonlinear.forced_response.options import PreparedSystem
-from vanelock.nonlinear.forced_response.undamped import unbound
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import Solution
 
-NEAR = 2.0
+_NEAR = 2.0
 """How many half-widths a peak may lie from where it was expected."""
-CLOSE = 0.05
+_CLOSE = 0.05
 """How much lower, relatively, than the highest solution of a sweep the parabola through another top
 may be for it to be refined too."""
 LOWER = 1e-4
@@ -97,7 +97,7 @@ class PeakTrack:
         return unbound(self.at(value).structure, self.range, self.component) is None
 
     def tops(
-        self, value: float, swept: Sequence[Solution], close: float = CLOSE
+        self, value: float, swept: Sequence[Solution], close: float = _CLOSE
     ) -> list[CurvePoint]:
         """The peaks among solutions by frequency that are as high as 1 - `close` of the highest."""
         assert self.component is not None
@@ -180,7 +180,7 @@ class PeakTrack:
         omega, _, w = expected(peaks, coordinate)
         last = peaks[-1]
         peak = self._peak(value, omega, last, w)
-        if peak is None or abs(peak.omega - omega) > NEAR * max(peak.width, last.width):
+        if peak is None or abs(peak.omega - omega) > _NEAR * max(peak.width, last.width):
             return None
         return replace(peak, coordinate=coordinate, value=value)
 

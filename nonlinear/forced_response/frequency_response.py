@@ -19,24 +19,27 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.globalisation import from_nothing
-from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, PointSolver, Progress
+from vanelock.nonlinear.forced_response.frequency_sweep import (
+    PointsDone,
+    PointSolver,
+    PointStore,
+    Progress,
+)
 from vanelock.nonlinear.forced_response.options import Options, checked_frequencies, checked_range
 from vanelock.nonlinear.forced_response.response import Response, assemble_response
-from vanelock.nonlinear.forced_response.solved_points import PointStore
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import System
 
-STRAIGHT = 0.1
+_STRAIGHT = 0.1
 """Of the larger motion, how far a point may lie from a line, or two points apart."""
-SAME = 1e-4
+_SAME = 1e-4
 """Of the larger motion, the difference of two states beyond which they are two."""
-POINTS, EFFORT = 60, 300
+_POINTS, _EFFORT = 60, 300
 """Points of the path between two neighbours, and Newton steps, at most."""
 
 
-def jumps(solver: PointSolver, swept: Sequence[Solution]) -> Integers:
+def _jumps(solver: PointSolver, swept: Sequence[Solution]) -> Integers:
     """(j, 2) places of the points before and after each jump."""
     solved = [i for i, each in enumerate(swept) if each.converged]
     found = []
@@ -57,19 +60,19 @@ def joined(solver: PointSolver, a: Solution, b: Solution) -> bool:
     weight = 1 / scales(solver.family.at(a.omega).linear)
     for start, end in ((a, b), (b, a)):
         arc = follow(
-            solver.family, start, end.omega, solver.tolerance, POINTS, effort=EFFORT, away=0.0
+            solver.family, start, end.omega, solver.tolerance, _POINTS, effort=_EFFORT, away=0.0
         )
         if arc.solution is None or arc.folds:
             continue
         apart = np.abs((arc.solution.u - end.u) * weight).max(initial=0.0)
-        return bool(apart <= SAME * _size(weight, arc.solution, end))
+        return bool(apart <= _SAME * _size(weight, arc.solution, end))
     return False
 
 
 def _straight(before: Solution | None, a: Solution, b: Solution, after: Solution | None) -> bool:
     """Whether two neighbours are close, or one lies on the line through the other's side."""
     one = np.ones(1)
-    allowed = STRAIGHT * _size(one, a, b)
+    allowed = _STRAIGHT * _size(one, a, b)
     if np.abs(b.u - a.u)[..., 1:].max(initial=0.0) <= allowed:
         return True
     for first, second, third in ((before, a, b), (after, b, a)):
@@ -168,7 +171,7 @@ def frequency_response(
     points = 100 if is_range else len(hertz)
     ready = options.prepare(system, hertz, points, modes, store)
     found, order = swept(ready.solver, frequencies, options.direction, progress)
-    jump = order[jumps(ready.solver, [found[i] for i in order])] if find_jumps else None
+    jump = order[_jumps(ready.solver, [found[i] for i in order])] if find_jumps else None
     return ready.response(found, direction=options.direction or "up", jump=jump)
 
 

@@ -1,9 +1,15 @@
-"""One solution after another: a list of frequencies, or a range sampled as the curve needs it."""
+"""One solution after another: a list of frequencies, or a range sampled as the curve needs it.
+
+Solved points are written down as they come: a response that was stopped takes them up again. A
+point is known by what is asked: the number of harmonics, the frequency, and where the neighbours
+lie. Where it was solved before, its unknowns are put into the equations, which say whether they
+solve them; so the points of a response do not depend on what was written down.
+"""
 
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias, TypeVar, cast
+from typing import Protocol, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -13,24 +19,71 @@ from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.globalisation import EFFORT, Effort, at_once, from_nothing
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
-from vanelock.nonlinear.forced_response.solved_points import SolvedPoints
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
+from vanelock.nonlinear.fourier import TURN, to_complex
 from vanelock.nonlinear.newton.newton import Solution, sensitivity, solve
 
-BEND = 0.06
+_BEND = 0.06
 """How far, relatively, the amplitude may leave the line through the last two points. The curve then
 leaves the chord between two points by about an eighth of that."""
 
-FAR = 8.0
+_FAR = 8.0
 """How far back, in steps of the sweep, a path is followed behind a fold. What lies beyond is sooner
 found afresh, as the structure does that jumps."""
 
-JUMP = 400  # of the range: how closely a jump of the response is located
-ELSEWHERE = (0.8, 1.25, 0.5, 2.0, 3.0)  # frequencies to come from where nothing else helps
-WAY, CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
+_JUMP = 400  # of the range: how closely a jump of the response is located
+_ELSEWHERE = (0.8, 1.25, 0.5, 2.0, 3.0)  # frequencies to come from where nothing else helps
+_WAY, _CLOSE = 600, 1e-4  # Newton steps and shortest step on the way from there
 
 
 S = TypeVar("S", bound=Solution | None)
+
+
+class PointStore(Protocol):
+    """Points by label: some numbers, and the unknowns of each."""
+
+    def get(self, label: str) -> tuple[Sequence[float], Floats] | None:
+        """What was written of a point; None where nothing was."""
+
+    def add(self, label: str, numbers: Sequence[float], unknowns: Floats) -> None:
+        """Write a point down."""
+
+
+@dataclass(frozen=True)
+class SolvedPoints:
+    """What asks for points, and writes them into a store, if there is one."""
+
+    store: PointStore | None = None
+
+    def __call__(
+        self,
+        question: str,
+        harmonics: int,
+        omega: float,
+        history: Sequence[Solution],
+        check: Callable[[Floats], Solution],
+        compute: Callable[[], S],
+    ) -> S:
+        """The solution at a frequency, rad/s: checked where it was written down, else computed."""
+        if self.store is None:
+            return compute()
+        about = [omega, *(x for each in history for x in (each.omega, np.linalg.norm(each.w)))]
+        label = f"{question} {harmonics} " + " ".join(f"{x:.9g}" for x in about)
+        if (written := self.store.get(label)) is not None:
+            (iterations, continued, seconds), w = written
+            if not w.size:
+                return cast(S, None)  # it was not found, nor is it now
+            checked = check(w)
+            if checked.converged:
+                known = replace(checked, parameter=omega, seconds=seconds)
+                known = replace(known, iterations=int(iterations), continued=bool(continued))
+                return cast(S, known)
+        solution = compute()
+        if solution is None:
+            self.store.add(label, (0, 0, 0), np.empty(0))
+        elif solution.converged:
+            numbers = solution.iterations, solution.continued, solution.seconds
+            self.store.add(label, numbers, solution.w)
+        return solution
 
 
 Progress: TypeAlias = Callable[[int, int, float, float], None]
@@ -138,14 +191,14 @@ class PointSolver:
         Steps are at most a fortieth of the range, at least an 80th of the half-power bandwidth;
         `loose` of them where tops are looked for that are refined afterwards.
         """
-        bend = BEND * loose
+        bend = _BEND * loose
         span = abs(end - begin)
         ratio = self.family.structure.system.damping_ratio or 0.0
         finest = max(2 * ratio * min(begin, end) / 80 * loose, span / 5000)
         history = [self.point(begin, [])]
         yield history[0]
         steps = StepControl(begin, end, loose * span / 200, finest, loose * span / 40, (0.3, 1.5))
-        closest = max(finest, loose * span / JUMP)
+        closest = max(finest, loose * span / _JUMP)
         while steps.here != end:
             omega = steps.ahead
             known = [point for point in history if point.converged]
@@ -248,7 +301,7 @@ class PointSolver:
         if nearer[-1].converged and nearer[-1].omega == omega:
             return tried
         reached = [each for each in (history[-1], *nearer) if each.converged][-1]
-        far = FAR * (omega - history[-1].omega) / (omega - reached.omega)
+        far = _FAR * (omega - history[-1].omega) / (omega - reached.omega)
         arc = follow(
             self.family, reached, omega, self.tolerance, limit=60, effort=effort.left, away=far
         )
@@ -296,7 +349,7 @@ class PointSolver:
 
     def _from_elsewhere(self, omega: float, effort: Effort) -> Iterator[Solution]:
         """From the first of some other frequencies that can be solved at once, along the path."""
-        for ratio in ELSEWHERE:
+        for ratio in _ELSEWHERE:
             if effort.left <= 0:
                 return
             effort.attempted()
@@ -305,8 +358,8 @@ class PointSolver:
             if not found.converged:
                 continue
             begun = replace(found, parameter=begin)
-            most = min(WAY, effort.left)
-            arc = follow(self.family, begun, omega, self.tolerance, effort=most, shortest=CLOSE)
+            most = min(_WAY, effort.left)
+            arc = follow(self.family, begun, omega, self.tolerance, effort=most, shortest=_CLOSE)
             effort.left -= arc.iterations
             if arc.solution is not None:
                 yield arc.solution

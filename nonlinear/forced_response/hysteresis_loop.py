@@ -4,7 +4,7 @@ import numpy as np
 
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.isotropic.located_law import slider_places
+from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.contact.law import ELEMENT, contact_law
 from vanelock.nonlinear.contact.orthogonal_law import (
     BEGIN,
@@ -18,10 +18,10 @@ from vanelock.nonlinear.contact.orthogonal_law import (
     slider_path,
 )
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import TURN, basis, grid, roots, to_real
+from vanelock.nonlinear.fourier import TURN, basis, grid, roots, to_real
 from vanelock.rom.system.system import Contacts
 
-AGREEMENT = 1e-6  # of the law with the response's forces, as displacements, to the point's largest
+_AGREEMENT = 1e-6  # of the law with the response's forces, as displacements, to the point's largest
 
 
 def contact_loop(
@@ -103,10 +103,11 @@ def _check(response: Response, point: int, contact: int, u: Floats) -> None:
     first = 0 if response.coupling == "coupled" else 1
     gap = np.abs(w - given)[:, first:].max(initial=0.0)
     apart = float(gap / largest) if largest > 0 else 0.0
-    if apart > AGREEMENT:
+    if apart > _AGREEMENT:
         raise InputError(
-            f"response: contact {contact} has forces {apart:.1e} away from the contact law: a loop "
-            f"needs a nonlinear response without plain samples and its own mu, within {AGREEMENT:g}"
+            f"response: contact {contact} has forces {apart:.1e} away from the contact law: a "
+            f"loop needs a nonlinear response without plain samples and its own mu, within "
+            f"{_AGREEMENT:g}"
         )
 
 

@@ -19,15 +19,14 @@ from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS, least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.continuation.globalisation import EFFORT
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.response import Amplitudes, Response, assemble_response
-from vanelock.nonlinear.forced_response.solved_points import PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
 from vanelock.rom.system.system import Contacts, System, wider_band
 
-ROUND_OFF = 1e-9
+_ROUND_OFF = 1e-9
 """By which a frequency may exceed a band."""
 
 
@@ -52,14 +51,14 @@ def checked_range(frequencies: ArrayLike, name: str = "frequencies") -> Floats:
 def check_band(system: System, hertz: ArrayLike) -> None:
     """Refuse frequencies beyond those that a system's reduced parts answer."""
     highest = float(np.max(hertz))
-    if system.band is not None and highest > system.band * (1 + ROUND_OFF):
+    if system.band is not None and highest > system.band * (1 + _ROUND_OFF):
         raise InputError(
             f"frequencies: given {highest:.6g} Hz: the system's reduced parts answer up to "
             f"{system.band:.6g} Hz (its band): reduce them with band = {wider_band(highest):g}"
         )
 
 
-HARMONICS = 3
+_HARMONICS = 3
 """Default of H, where it is not chosen point by point."""
 
 
@@ -144,7 +143,7 @@ class Options(OfKind):
     @property
     def highest(self) -> int:
         """H, as it is by default where it is not given."""
-        return HARMONICS if self.harmonics is None else self.harmonics
+        return _HARMONICS if self.harmonics is None else self.harmonics
 
     def law(self, contacts: Contacts) -> Callable[[int], Law]:
         """The law of vibrating contacts by number of harmonics."""

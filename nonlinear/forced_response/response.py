@@ -11,7 +11,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure, whole_residual
 from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
-from vanelock.nonlinear.fourier.trigonometric import TURN, basis, to_complex, to_real
+from vanelock.nonlinear.fourier import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import Contacts
 
@@ -19,9 +19,9 @@ STATES = (
     f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens, {ELEMENT} an element"
 )
 """What the numbers in a response's `state` stand for."""
-ROUNDING = 1e-12
+_ROUNDING = 1e-12
 """Of a contact's displacements: motion of a slider that is none."""
-BALANCED = 1e-6
+_BALANCED = 1e-6
 """Relative residual of the whole balance up to which a point counts as solved."""
 
 
@@ -186,7 +186,7 @@ class Response(Product):
         if self.friction == "orthogonal":
             w = (self.contact - self.force / self.stiffness)[:, 1:, :, 1:]
             largest = np.abs(self.contact).max(axis=(1, 3))[:, :, None]
-            still = np.abs(w).max(axis=1, initial=0.0) <= ROUNDING * largest
+            still = np.abs(w).max(axis=1, initial=0.0) <= _ROUNDING * largest
             slides &= ~(still & (self.state == SLIP)[:, :, None])
         return np.asarray(~slides & (self.mu > 0)[:, None])
 
@@ -321,7 +321,7 @@ def assemble_response(
         ),
         output=output,
         amplitude=half_peak_to_peak(output.swapaxes(0, 1)),
-        converged=np.array([s.converged for s in solutions], bool) & (left <= BALANCED),
+        converged=np.array([s.converged for s in solutions], bool) & (left <= _BALANCED),
         residual=np.maximum([s.residual for s in solutions], left),
         iterations=np.array([s.iterations for s in solutions], np.int64),
         active=np.array([_active(s.deviation) for s in solutions], np.int64),

@@ -16,23 +16,22 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
-from vanelock.nonlinear.balance.ring_balance import RingBalance
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.newton.law_jacobian import slope_of
-from vanelock.nonlinear.newton.linearised_ring import LinearisedRing
+from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, RingBalance
 from vanelock.nonlinear.newton.preconditioner import (
     Basis,
     Kept,
     Preconditioned,
     gathered,
     seen,
+    slope_of,
     small_matrix,
     spread_out,
     strong_directions,
 )
 
-DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
-IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for rounding
+_DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
+_IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for rounding
 
 
 @dataclass(frozen=True)
@@ -111,7 +110,7 @@ def newton_matrix(balance: Balance, deviation: Deviation, rows: Integers) -> Flo
     return matrix
 
 
-class Direct:
+class _Direct:
     """P factored."""
 
     def __init__(
@@ -131,7 +130,7 @@ class Direct:
             self.unknowns = np.append(rows, deviation.w.size + np.arange(border.count))
         # A slider's mean place that neither a spring nor the structure holds is left where it is.
         size = np.abs(matrix)
-        held = np.maximum(size.max(axis=0, initial=0.0), size.max(axis=1, initial=0.0)) > IDLE
+        held = np.maximum(size.max(axis=0, initial=0.0), size.max(axis=1, initial=0.0)) > _IDLE
         if not held.all():
             matrix, self.unknowns = matrix[np.ix_(held, held)], self.unknowns[held]
         self.weight = weight
@@ -266,9 +265,9 @@ def linearise(
     kept: Kept | None,
     stiffness: Floats,
 ) -> Linearised:
-    """P at a state, ready to be solved; see `Direct`."""
+    """P at a state, ready to be solved; see `_Direct`."""
     if isinstance(balance, RingBalance):
         return LinearisedRing(balance, deviation, rows, weight, border, kept)
-    if len(rows) <= DIRECT:
-        return Direct(balance, deviation, rows, weight, border, kept)
+    if len(rows) <= _DIRECT:
+        return _Direct(balance, deviation, rows, weight, border, kept)
     return Iterative(balance, deviation, rows, weight, border, kept, stiffness)

@@ -19,15 +19,14 @@ import numpy as np
 from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
-from vanelock.nonlinear.newton.law_jacobian import response_to
 from vanelock.nonlinear.newton.linearised import Border, linearise
-from vanelock.nonlinear.newton.preconditioner import Kept
+from vanelock.nonlinear.newton.preconditioner import Kept, response_to
 
 TOLERANCE = 1e-10
-ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers
+_ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers
 CARRIED = 1e8  # w over the largest scale beyond which rounding counts as what is left
-LENGTHS = (1.0, 0.5, 0.25, 0.125)
-FINE = 1e-13
+_LENGTHS = (1.0, 0.5, 0.25, 0.125)
+_FINE = 1e-13
 """Residual that a solution should have, where rounding lets it, for what is derived from it."""
 
 
@@ -237,7 +236,7 @@ def solve(
     while True:
         # Where sliders were carried a million times further than they vibrate, rounding is left.
         carried = np.abs(state.w).max(initial=0.0)
-        reach = np.maximum(scale, ROUNDING * carried)
+        reach = np.maximum(scale, _ROUNDING * carried)
         gap = state.gap[: start.size].reshape(start.shape)
         residual = max(float(np.abs(gap / reach).max(initial=0.0)), state.left)
         if carried > CARRIED * scale.max():  # nothing holds what flies so far
@@ -276,10 +275,10 @@ def refined(
 ) -> Solution:
     """`solve`, and one more step where it may help: what is derived wants more than others do."""
     found = solve(family, start, parameter, plane, tolerance, kept=kept)
-    if not found.converged or found.residual <= FINE:
+    if not found.converged or found.residual <= _FINE:
         return found
     there = at_solution(family, found)
-    again = solve(there, found.w, found.parameter, plane, FINE, 1, found.kept)
+    again = solve(there, found.w, found.parameter, plane, _FINE, 1, found.kept)
     if not again.residual < found.residual:
         return found
     return replace(again, converged=True, iterations=found.iterations + again.iterations)
@@ -328,7 +327,7 @@ def _step(
         step = step / max(1.0, float(np.abs(step[others] / family.longest).max()))
     merit = linear.merit(state.gap)
     best: tuple[float, _State] | None = None
-    for length in LENGTHS:
+    for length in _LENGTHS:
         w = state.w + length * step[:n].reshape(state.w.shape)
         parameter = state.parameter if plane is None else state.parameter + length * step[n]
         there = family

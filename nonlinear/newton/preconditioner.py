@@ -1,4 +1,4 @@
-"""Receptances seen through their few strong directions, which precondition large balances.
+"""The linearised law dW/du of contacts that deviate from sticking, and what preconditions it.
 
 A contact moves far under a unit of deviation only along directions in which the structure is soft
 beside its contacts, and those are few: of S_h = K_c^½ R̂_h K_c^-½, some dozen singular values of
@@ -13,7 +13,7 @@ contacts that deviate, and of a border's parameter behind them; the others are t
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import hypot, inf, isfinite, sqrt
 from typing import ClassVar
@@ -23,10 +23,75 @@ import scipy.linalg as la
 
 from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
-from vanelock.nonlinear.newton.law_jacobian import Slope
+from vanelock.nonlinear.contact.law import Deviation
 
-WEAK = 0.35  # singular values below this are left to the iteration
-SKETCH = 64
+
+@dataclass(frozen=True)
+class _Slope:
+    """J = dW/du by contact: `contacts` (a,) and their `blocks` (a, 3m, 3, m), m = 2H + 1."""
+
+    contacts: Integers
+    blocks: Floats
+
+    @property
+    def m(self) -> int:
+        """Number of coefficients 2H + 1."""
+        return int(self.blocks.shape[3])
+
+    @property
+    def components(self) -> Integers:
+        """(3a,) components of these contacts."""
+        return np.asarray(3 * self.contacts[:, None] + np.arange(3)).reshape(-1)
+
+    def __call__(self, u: Floats) -> Floats:
+        """J u, (3a, m), of displacements (3a, m)."""
+        a, width, _, m = self.blocks.shape
+        product = self.blocks.reshape(a, width, 3 * m) @ u.reshape(a, 3 * m, 1)
+        return product.reshape(3 * a, m)
+
+    def columns(self, shapes: Sequence[Array]) -> Floats:
+        """J times shapes of each harmonic (3a, r_h), complex but for h = 0: (a, 3m, Σ).
+
+        The columns of a harmonic h >= 1 are those of its shapes, then of i times its shapes.
+        """
+        a = len(self.contacts)
+        moved = [self.blocks[:, :, :, 0] @ shapes[0].real.reshape(a, 3, shapes[0].shape[1])]
+        for h, shape in enumerate(shapes[1:], 1):
+            wide = shape.reshape(a, 3, shape.shape[1])
+            real, imaginary = wide.real, wide.imag
+            parts = np.concatenate(
+                [np.concatenate([real, -imaginary], 2), np.concatenate([imaginary, real], 2)], 1
+            )
+            both = self.blocks[:, :, :, 2 * h - 1 : 2 * h + 1].transpose(0, 1, 3, 2)
+            moved.append(both.reshape(a, 3 * self.m, 6) @ parts)
+        return np.concatenate(moved, axis=2)
+
+    def transposed(self, form: Floats) -> Floats:
+        """Jᵀ times a linear form (3a, m) of w, as one of u, (3a, m)."""
+        a, width, _, m = self.blocks.shape
+        product = form.reshape(a, 1, width) @ self.blocks.reshape(a, width, 3 * m)
+        return product.reshape(3 * a, m)
+
+
+def slope_of(deviation: Deviation, contacts: Integers) -> _Slope:
+    """The linearised law of some contacts."""
+    m = deviation.w.shape[2]
+    blocks = deviation.jacobian if len(contacts) == len(deviation.w) else None
+    if blocks is None:
+        blocks = deviation.jacobian[contacts]
+    return _Slope(contacts, blocks.reshape(len(contacts), 3 * m, 3, m))
+
+
+def response_to(deviation: Deviation, rows: Integers, moved: Floats) -> Floats:
+    """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
+    m = deviation.w.shape[2]
+    functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
+    rates: Floats = np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)])
+    return rates
+
+
+_WEAK = 0.35  # singular values below this are left to the iteration
+_SKETCH = 64
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,18 +127,18 @@ def strong_directions(balance: Balance, stiffness: Floats) -> Basis:
         S = root[:, None] * balance.columns.all(h) / root
         if h == 0:
             S = S.real
-        sketch = S @ rng.normal(size=(len(S), min(SKETCH, len(S))))
+        sketch = S @ rng.normal(size=(len(S), min(_SKETCH, len(S))))
         for _ in range(2):
             sketch = S @ la.qr(S.conj().T @ sketch, mode="economic")[0]
         Q = la.qr(sketch, mode="economic")[0]
         U, values, V = la.svd(Q.conj().T @ S, full_matrices=False)
-        strong = values > min(WEAK, 0.99 * values[0])  # one at least, if any moves
+        strong = values > min(_WEAK, 0.99 * values[0])  # one at least, if any moves
         left.append((Q @ U[:, strong]) / root[:, None])
         right.append((values[strong, None] * V[strong]) * root)
     return Basis(tuple(left), tuple(right))
 
 
-def small_matrix(basis: Basis, slope: Slope) -> Floats:
+def small_matrix(basis: Basis, slope: _Slope) -> Floats:
     """I - M J L, of a basis restricted to the components of the slope's contacts."""
     columns = slope.columns(basis.left)
     columns = columns.reshape(3 * len(columns), slope.m, columns.shape[2])
@@ -131,7 +196,7 @@ def gathered(basis: Basis, form: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class Reached:
+class _Reached:
     """What GMRES found.
 
     `solution` (n,); `residual`: norm of what is left, over that of the right-hand side;
@@ -147,11 +212,11 @@ class Reached:
 
 def gmres(
     operator: Callable[[Floats], Floats], right: Floats, tolerance: float, limit: int
-) -> Reached:
+) -> _Reached:
     """Solve A x = b by minimal residuals, from zero, without restart (Saad and Schultz, 1986)."""
     size = sqrt(right @ right)
     if size == 0.0:
-        return Reached(np.zeros_like(right), 0.0, 0, np.empty((0, 0)))
+        return _Reached(np.zeros_like(right), 0.0, 0, np.empty((0, 0)))
     basis = np.empty((limit + 1, len(right)))
     basis[0] = right / size
     hessenberg = np.zeros((limit + 1, limit))
@@ -188,9 +253,9 @@ def gmres(
             break
         basis[k] = following / norm
     if k == 0:
-        return Reached(np.zeros_like(right), 1.0, 0, np.empty((0, 0)))
+        return _Reached(np.zeros_like(right), 1.0, 0, np.empty((0, 0)))
     shares = np.linalg.solve(upper[:k, :k], left[:k])
-    return Reached(shares @ basis[:k], abs(left[k]) / size, k, hessenberg[:k, :k])
+    return _Reached(shares @ basis[:k], abs(left[k]) / size, k, hessenberg[:k, :k])
 
 
 class Preconditioned(ABC):

@@ -22,21 +22,20 @@ import scipy.linalg as la
 
 from vanelock.common.arrays import Booleans, Complex, Floats
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.isotropic.located_law import slider_places
+from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_real
-from vanelock.nonlinear.transient.contact_step import follow
-from vanelock.nonlinear.transient.full_ring import FullRing
+from vanelock.nonlinear.fourier import TURN, to_real
+from vanelock.nonlinear.transient.full_ring import FullRing, follow
 from vanelock.nonlinear.transient.time_marching import march
 
-RESOLVED = 1.0
+_RESOLVED = 1.0
 """Largest turn of a mode in a step, rad, up to which it is integrated exactly."""
-SMALL = 1e-9
+_SMALL = 1e-9
 """Change of a deviation at which a step counts as solved, relative to the linear vibration."""
 
 
 @dataclass(frozen=True)
-class Steps:
+class _Steps:
     """One step of n modes.
 
     `transition` (4, 4, n): E; `hold` (4, n): response to the load at the beginning; `rise` (4, n):
@@ -50,7 +49,7 @@ class Steps:
 
 def steps_of(
     compliance: Floats, damping: Floats, step: float, static: Floats | None = None
-) -> Steps:
+) -> _Steps:
     """The step of modes with compliance Λ, s²/rad², and damping D, s/rad; `step` in s.
 
     A is 1 if `static` is not given. Given, the load is that of springs as well, which their own
@@ -59,14 +58,14 @@ def steps_of(
     n = len(compliance)
     corrected, static = static is None, np.ones(n) if static is None else static
     transition, hold, rise = np.zeros((4, 4, n)), np.zeros((4, n)), np.zeros((4, n))
-    slow = compliance * RESOLVED**2 >= static * step**2
+    slow = compliance * _RESOLVED**2 >= static * step**2
     if np.any(slow):
         exact = _exact(compliance[slow] / step**2, static[slow], damping[slow] / step, corrected)
         transition[:, :, slow], hold[:, slow], rise[:, slow] = exact
     if not np.all(slow):
         implicit = _implicit(compliance[~slow] / step**2, static[~slow], damping[~slow] / step)
         transition[:, :, ~slow], hold[:, ~slow], rise[:, ~slow] = implicit
-    return Steps(transition, hold, rise)
+    return _Steps(transition, hold, rise)
 
 
 def _exact(
@@ -114,7 +113,7 @@ def _implicit(compliance: Floats, static: Floats, damping: Floats) -> tuple[Floa
 class RingMotion:
     """Where the ring is; moved on by `Integrator.period`.
 
-    `state` (k, 4, n) is what `Steps` keep of each mode, y first, by diameter; `load` (k, n)
+    `state` (k, 4, n) is what `_Steps` keep of each mode, y first, by diameter; `load` (k, n)
     and `static` (k, 3c) the modal loads of the deviations and their displacements through modes
     without inertia; `place` (k, 3c) the contacts' displacements beside the steady vibration; `u`
     and `w` (N, 3c), m, their relative displacements and deviations from sticking; `awake` (c,)
@@ -337,7 +336,7 @@ def integrator(
         coupling=coupling,
         alpha=contacts.alpha,
         isotropic=isotropic,
-        small=SMALL * float(vibration or np.abs(linear).max(initial=1.0)),
+        small=_SMALL * float(vibration or np.abs(linear).max(initial=1.0)),
     )
 
 

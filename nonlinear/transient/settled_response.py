@@ -26,8 +26,7 @@ from vanelock.nonlinear.contact.law import check_friction
 from vanelock.nonlinear.floquet.stability import stability
 from vanelock.nonlinear.forced_response.options import check_band
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import (
     Integrator,
@@ -38,28 +37,28 @@ from vanelock.nonlinear.transient.integration import (
 from vanelock.nonlinear.transient.time_response import departure, output_history
 from vanelock.rom.system.system import System
 
-Progress: TypeAlias = Callable[[int, int, float], None]
+_Progress: TypeAlias = Callable[[int, int, float], None]
 
 STEADY, MODULATED, UNSETTLED = 0, 1, 2
-VERDICTS = f"{STEADY} steady, {MODULATED} modulated, {UNSETTLED} not settled"
+_VERDICTS = f"{STEADY} steady, {MODULATED} modulated, {UNSETTLED} not settled"
 
-ALIKE = 1e-4
+_ALIKE = 1e-4
 """Defect below which a period repeats the one before."""
-REPEATED = 1e-7
+_REPEATED = 1e-7
 """Defect at which it need not get any smaller: what steps are solved to leaves some 1e-8."""
-FADED = 0.01
+_FADED = 0.01
 """Of the largest defect of all periods, what a steady motion's is at most: a motion that grows
 slowly is hidden at first under those that die out."""
-GROWS = 1.15
+_GROWS = 1.15
 """Ratio of the mean defects of two windows from which a motion is still changing."""
-LEFT = 3.0
+_LEFT = 3.0
 """Defect of a modulated motion over that of the first period, at least: what is smaller may be the
 disturbance yet, growing or dying out."""
-FIRST = 48
+_FIRST = 48
 """Periods before statistics are compared first."""
-MORE = 1.5
+_MORE = 1.5
 """From one comparison to the next."""
-SAME = 0.05
+_SAME = 0.05
 """Departure up to which a steady motion is the balance's wave: truncation and time step differ."""
 
 
@@ -98,7 +97,7 @@ class SettledResponse(Product):
     """
 
     frequency: float = field(metadata={"unit": "Hz"})
-    verdict: int = field(metadata={"codes": VERDICTS})
+    verdict: int = field(metadata={"codes": _VERDICTS})
     amplitude: Floats = field(metadata={"unit": "m"})
     balance: Floats = field(metadata={"unit": "m"})
     mean: Floats = field(metadata={"unit": "m"})
@@ -119,7 +118,7 @@ class SettledResponse(Product):
     @property
     def returned(self) -> bool:
         """Whether it is steady and the balance's wave, to its truncation."""
-        return self.verdict == STEADY and bool(self.departure[-1] < SAME)
+        return self.verdict == STEADY and bool(self.departure[-1] < _SAME)
 
 
 @dataclass(frozen=True)
@@ -146,7 +145,7 @@ def settled_response(
     seed: int = 0,
     modes: int | None = None,
     growth: float | None = None,
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> SettledResponse:
     """Follow a ring from a wave of harmonic balance until what it does has settled.
 
@@ -208,18 +207,18 @@ def settled_response(
         growths = stability(system, response, [point]).growth
         growth = min((float(each) for each in growths[0] if each > 0), default=0.0)
     if growth > 0:
-        decades = np.log(1 / max(disturbance, REPEATED))
+        decades = np.log(1 / max(disturbance, _REPEATED))
         least = max(least, int(min(np.ceil(2 * decades * frequency / growth), periods + 1)))
     stepped = integrator(whole, TURN * frequency, steps, modes, response.friction == "isotropic")
     motion = stepped.balanced(response, point)
     _disturb(stepped, motion, response, point, disturbance, seed)
     chapters: list[_Chapter] = []
-    done, ahead, verdict = 0, min(FIRST, periods), UNSETTLED
+    done, ahead, verdict = 0, min(_FIRST, periods), UNSETTLED
     while done < periods and verdict == UNSETTLED:
         found = _followed(stepped, motion, (response, point), done, ahead, periods, progress)
         motion = RingMotion(*(each.copy() for each in found.motion))
         chapters.append(found)
-        done, ahead = ahead, min(int(MORE * ahead), periods)
+        done, ahead = ahead, min(int(_MORE * ahead), periods)
         amplitude, defect, departed = (
             np.concatenate([getattr(each, name) for each in chapters])
             for name in ("amplitude", "defect", "departure")
@@ -263,7 +262,7 @@ def _check(
     for name, value, lowest in (
         ("point", point, 0),
         ("steps", steps, 4 * response.harmonics + 4),
-        ("periods", periods, FIRST),
+        ("periods", periods, _FIRST),
         ("least", least, 0),
         ("seed", seed, 0),
         ("modes", 1 if modes is None else modes, 1),
@@ -316,7 +315,7 @@ def _followed(
     begin: int,
     end: int,
     periods: int,
-    progress: Progress | None,
+    progress: _Progress | None,
 ) -> _Chapter:
     """The periods from `begin` to `end`; `motion` moves on."""
     amplitude, defects, departures, unsolved = [], [], [], 0
@@ -365,12 +364,12 @@ def _verdict(amplitude: Floats, defect: Floats, tolerance: float) -> int:
     window = len(defect) // 3
     late, early = slice(-window, None), slice(-2 * window, -window)
     grown = defect[late].mean() > defect[early].mean()
-    bound = max(min(ALIKE, FADED * defect.max()), REPEATED)
-    if defect[late].max() < bound and (not grown or defect[late].max() < REPEATED):
+    bound = max(min(_ALIKE, _FADED * defect.max()), _REPEATED)
+    if defect[late].max() < bound and (not grown or defect[late].max() < _REPEATED):
         return STEADY
-    if defect[late].mean() < LEFT * defect[0]:
+    if defect[late].mean() < _LEFT * defect[0]:
         return UNSETTLED
-    if not 1 / GROWS < defect[late].mean() / defect[early].mean() < GROWS:
+    if not 1 / _GROWS < defect[late].mean() / defect[early].mean() < _GROWS:
         return UNSETTLED
     both = _statistics(amplitude[late]), _statistics(amplitude[early])
     scale = both[0][1].max(axis=-1, keepdims=True)

@@ -3,10 +3,10 @@
 import numpy as np
 
 from vanelock.common.arrays import Booleans, Complex, Floats, Integers
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.transient.contact_step import awaken, sweep
+from vanelock.nonlinear.fourier import kernel
+from vanelock.nonlinear.transient.full_ring import awaken, sweep
 
-SWEEPS = 400  # a step that takes more is counted as not solved
+_SWEEPS = 400  # a step that takes more is counted as not solved
 
 
 @kernel
@@ -213,7 +213,7 @@ def march(
         while True:
             awake_count = _list(awake, listed)
             sweeps = 1
-            while sweeps < SWEEPS and small < sweep(
+            while sweeps < _SWEEPS and small < sweep(
                 u, w, u_before, w_before, coupling, alpha, isotropic, listed[:awake_count]
             ):
                 sweeps += 1
@@ -225,7 +225,7 @@ def march(
             _gather(moved, linear[i], shift, weight, u)
             if not awaken(u, w, alpha, isotropic, awake):
                 break
-        if sweeps == SWEEPS:
+        if sweeps == _SWEEPS:
             unsolved += 1
         count = _pull(opened, place, moved, change, changed, count)
         _add(rigid, change, changed, count, static)

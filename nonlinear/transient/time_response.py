@@ -13,14 +13,13 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, check_friction
 from vanelock.nonlinear.forced_response.options import check_band
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import Integrator, Period, check_start, integrator
 from vanelock.rom.system.system import System
 
 
-def coefficients(history: Floats, harmonics: int) -> Complex:
+def _coefficients(history: Floats, harmonics: int) -> Complex:
     """One-sided coefficients (H + 1, ...) of samples (s, ...) at the ends of the steps."""
     q: Complex = np.fft.rfft(np.roll(history, 1, axis=0), axis=0)[: harmonics + 1] / len(history)
     q[1:] *= 2
@@ -39,7 +38,7 @@ def departure(
     ):
         q = expected.reshape(response.harmonics + 1, 1, -1) * lag[:, :, None]
         if q.size:
-            moved = np.abs(coefficients(history, response.harmonics) - q).max()
+            moved = np.abs(_coefficients(history, response.harmonics) - q).max()
             largest = max(largest, moved / max(np.abs(q[1:]).max(initial=0), 1e-300))
     return float(largest)
 
@@ -69,7 +68,7 @@ def output_history(stepped: Integrator, found: Period) -> Floats:
     return history
 
 
-Progress: TypeAlias = Callable[[int, int, float], None]
+_Progress: TypeAlias = Callable[[int, int, float], None]
 
 
 @dataclass(frozen=True)
@@ -134,7 +133,7 @@ def time_response(
     tolerance: float = 0.0,
     modes: int | None = None,
     friction: str = "orthogonal",
-    progress: Progress | None = None,
+    progress: _Progress | None = None,
 ) -> TimeResponse:
     """Integrate the motion of every sector in time.
 
@@ -219,9 +218,9 @@ def time_response(
     shape = (harmonics + 1, whole.sectors, contacts, 3)
     return TimeResponse(
         frequency=frequency,
-        contact=coefficients(found.u, harmonics).reshape(shape),
-        force=coefficients(force, harmonics).reshape(shape),
-        output=coefficients(output_history(stepped, found), harmonics).reshape(
+        contact=_coefficients(found.u, harmonics).reshape(shape),
+        force=_coefficients(force, harmonics).reshape(shape),
+        output=_coefficients(output_history(stepped, found), harmonics).reshape(
             harmonics + 1, whole.sectors, outputs, 3
         ),
         x=_coordinates(stepped, found, harmonics),

@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-from vanelock.nonlinear.fourier import kernels
+from vanelock.nonlinear import fourier
 
 
 def run(program: str, **environment: str) -> subprocess.CompletedProcess[str]:
@@ -37,15 +37,15 @@ def test_a_wrong_number_of_threads_is_named() -> None:
 
 
 def test_cached_kernels_are_kept_by_all_their_sources() -> None:
-    names = {path.stem for path in kernels.sources()}
-    assert {"trigonometric", "located_law", "disc_slider", "contact_step"} <= names
+    names = {path.stem for path in fourier.sources()}
+    assert {"fourier", "isotropic_law", "disc_slider", "full_ring"} <= names
     assert "newton" not in names
 
 
 def test_where_nothing_can_be_kept_kernels_are_compiled_all_the_same() -> None:
     program = (
         "import numpy as np\n"
-        "from vanelock.nonlinear.fourier.trigonometric import value\n"
+        "from vanelock.nonlinear.fourier import value\n"
         "print(type(value._cache).__name__, value(np.array([1.0, 3.0, 4.0]), 0.0))"
     )
     assert run(program, NUMBA_CACHE_DIR="/dev/null/kept").stdout.split() == ["NullCache", "4.0"]

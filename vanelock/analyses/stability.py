@@ -99,7 +99,7 @@ def verdict_at(stability: "nonlinear.Stability", frequency: float) -> "WaveVerdi
 def undecided(stability: "nonlinear.Stability", point: int) -> str:
     """Why the verdict at a point is neither stable nor unstable."""
     from vanelock.nonlinear.floquet.stability import NEUTRAL
-    from vanelock.nonlinear.fourier.trigonometric import TURN
+    from vanelock.nonlinear.fourier import TURN
 
     growth = stability.growth[point] / (TURN * stability.frequency[point])
     if np.isnan(growth).any():

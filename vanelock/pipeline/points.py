@@ -23,7 +23,7 @@ _BEFORE = Struct("<QI")
 
 
 class PointsFile:
-    """Solved points by label, see `vanelock.nonlinear.forced_response.solved_points`."""
+    """Solved points by label, see `vanelock.nonlinear.forced_response.options`."""
 
     def __init__(self, path: Path, notice: Callable[[str], None]) -> None:
         self._path, self._notice = path, notice

@@ -24,7 +24,7 @@ from vanelock.nonlinear.following.peak import CONDITION
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier import one_thread
 from vanelock.rom.system.system import System
 
 

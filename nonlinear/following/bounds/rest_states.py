@@ -39,18 +39,18 @@ from vanelock.rom.system.system import System
 
 Joints: TypeAlias = str | Sequence[str] | Booleans
 
-BETTER = 1e-4
+_BETTER = 1e-4
 """How much further, relatively, an end must lie to count as further."""
-NOTHING = 1e-9
+_NOTHING = 1e-9
 """Of a programme's objective and multipliers, relative to the largest; of what sliders change."""
-EXACT, NEARLY = 1e-10, 1e-7
+_EXACT, _NEARLY = 1e-10, 1e-7
 """To which programmes are solved, and to which they may be where rounding allows no more."""
-FEW, PROGRAMMES = 24, 300
+_FEW, _PROGRAMMES = 24, 300
 """Contacts up to which open and closed ones are branched on, by so many programmes at most."""
 
 
 @dataclass(frozen=True)
-class Least:
+class _Least:
     """Where a linear objective of w is least, (3c,) in units of `RestStates.scale`.
 
     `status` is the programme's, by Clarabel's names; `pressing` (c,) are contacts that hold it
@@ -146,7 +146,7 @@ class RestStates:
         rows = [np.vstack(each) for each in (zero, positive, [*discs, place[:0, 0]])]
         return np.vstack(rows), (len(rows[0]), len(rows[1]), len(discs))
 
-    def least(self, objective: Floats) -> Least:
+    def least(self, objective: Floats) -> _Least:
         """Where a linear objective (3c,) of w is least, by an interior-point method."""
         import clarabel  # loaded by those alone who ask
         from scipy.sparse import csc_array
@@ -156,9 +156,9 @@ class RestStates:
         settings = clarabel.DefaultSettings()
         settings.verbose = settings.equilibrate_enable = False  # the rows are displacements alike
         settings.direct_solve_method = "qdldl"
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = EXACT
-        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = NEARLY
-        settings.reduced_tol_feas = NEARLY
+        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _EXACT
+        settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = _NEARLY
+        settings.reduced_tol_feas = _NEARLY
         normal = ~self.closed | self._either
         varied = np.hstack([normal[:, None], np.ones((count, 2), dtype=bool)]).ravel()
         weight = objective[varied] / (np.abs(objective).max() or 1.0)
@@ -177,7 +177,7 @@ class RestStates:
         place = np.zeros(3 * count)
         place[varied] = found.x
         multiplier, slack = (np.array(each)[zeros:][:count] for each in (found.z, found.s))
-        return Least(place, str(found.status), multiplier > np.maximum(slack, NOTHING))
+        return _Least(place, str(found.status), multiplier > np.maximum(slack, _NOTHING))
 
     def slider(self, w: Floats) -> Floats:
         """(c, 2) places of the sliders, m, by w in units of `scale`; zero where open."""
@@ -204,21 +204,21 @@ class RestStates:
         if (last := self._last(objective, floor)) is None:
             return None, True
         (states, best), every = last, np.ones_like(self.closed)
-        left, proved = [replace(self, closed=every, either=every)], len(every) <= FEW
-        for _ in range(PROGRAMMES if proved else 0):
+        left, proved = [replace(self, closed=every, either=every)], len(every) <= _FEW
+        for _ in range(_PROGRAMMES if proved else 0):
             reached = objective @ best.place
-            if not left or reached <= floor + NOTHING * np.abs(objective).max():
+            if not left or reached <= floor + _NOTHING * np.abs(objective).max():
                 return states.slider(best.place), proved
             node = left.pop()
             found, either = node.least(objective), node._either.copy()
             if found.solved:
-                if not reached - objective @ found.place > BETTER * abs(reached):
+                if not reached - objective @ found.place > _BETTER * abs(reached):
                     continue
                 start, by = self.stretch
                 n, off = (start + by @ found.place)[::3], -found.place[::3]
                 slack = np.where(either, np.minimum(n, off), 0.0)
                 branch = int(slack.argmax())
-                if slack[branch] <= NEARLY:
+                if slack[branch] <= _NEARLY:
                     closed = np.where(either, n >= off, node.closed)
                     other = replace(self, closed=closed)
                     exact = other.least(objective)
@@ -255,7 +255,7 @@ class RestStates:
     def _fixed(self, objective: Floats) -> bool:
         """Whether no slider changes it: as of a joint that alone carries what presses it."""
         moves = self.share.any() and self.system.contacts.mu.any()
-        return not moves or bool(np.abs(objective).max() < NOTHING)
+        return not moves or bool(np.abs(objective).max() < _NOTHING)
 
     def extreme(
         self, objective: Floats, floor: float = -np.inf, closed: Booleans | None = None
@@ -272,10 +272,10 @@ class RestStates:
 
     def _last(
         self, objective: Floats, floor: float, closed: Booleans | None = None
-    ) -> tuple["RestStates", Least] | None:
+    ) -> tuple["RestStates", _Least] | None:
         """The states of contacts that open and close, and where in them `extreme` ends."""
         states = self if closed is None else replace(self, closed=closed)
-        found, nothing = states.least(objective), NOTHING * np.abs(objective).max()
+        found, nothing = states.least(objective), _NOTHING * np.abs(objective).max()
         if found.impossible and closed is not None:
             states, found = self, self.least(objective)
         if found.endless:
@@ -290,7 +290,7 @@ class RestStates:
             if not reached.solved:
                 break
             gain = objective @ found.place - objective @ reached.place
-            if not gain > BETTER * abs(objective @ found.place):
+            if not gain > _BETTER * abs(objective @ found.place):
                 break
             states, found = other, reached
         return states, found

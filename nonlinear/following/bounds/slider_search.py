@@ -15,21 +15,21 @@ from vanelock.nonlinear.following.bounds.rest_states import RestStates
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
+from vanelock.nonlinear.forced_response.linear_response import check_bound
 from vanelock.nonlinear.forced_response.options import PreparedSystem
-from vanelock.nonlinear.forced_response.undamped import check_bound
 
 Progress: TypeAlias = Callable[[int, float], None]
 
-PLACES = (0.125, 0.25, 0.5, 0.75, 1.0)
+_PLACES = (0.125, 0.25, 0.5, 0.75, 1.0)
 """Shares of a way at which peaks are solved."""
-STEPS = 6
+_STEPS = 6
 """Most cone programmes along the gradient, from each start."""
-ROUGH = 1e-2
+_ROUGH = 1e-2
 """Distance of peaks on the way from the exact ones, in half-widths: their amplitudes are off by
 less than half its square."""
-HIGHER = 1e-3
+_HIGHER = 1e-3
 """How much higher, relatively, another peak must be to count as one."""
-ASSEMBLED = "assembled at zero"
+_ASSEMBLED = "assembled at zero"
 """What found the peak with sliders at zero."""
 
 
@@ -82,7 +82,7 @@ class Search:
     component: tuple[int, int] | None
     tally: Tally
 
-    def _way(self, begin: Floats, end: Floats, condition: float = ROUGH) -> PeakTrack:
+    def _way(self, begin: Floats, end: Floats, condition: float = _ROUGH) -> PeakTrack:
         """What follows a peak from one place of the sliders, 0, to another, 1."""
         contacts = self.ready.structure.system.contacts
         varied = Parameter("slider", contacts.mu > 0, False, np.array([begin, end]))
@@ -100,7 +100,7 @@ class Search:
         peaks = [place.peak, *track.follow([track.placed(place.peak, 0.0)], 1.0)]
         peaks.append(track.begun(0.0)[1] or peaks[-1])
         best = peaks[-1]
-        if best.amplitude < (1 + HIGHER) * peaks[-2].amplitude:
+        if best.amplitude < (1 + _HIGHER) * peaks[-2].amplitude:
             best = peaks[-2]
         return replace(place, peak=self.tally(best), swept=True)
 
@@ -114,7 +114,7 @@ class Search:
         track = self._way(begin.slider, end)
         passed: list[CurvePoint] = []
         peaks = [track.placed(begin.peak, 0.0)]
-        for share in PLACES:
+        for share in _PLACES:
             found = track.follow(peaks[-3:], share)
             if not found:
                 peak = track.begun(share)[1]
@@ -138,7 +138,7 @@ class Search:
     def climbed(self, begin: PlacedPeak, sign: float, tolerance: float) -> list[PlacedPeak]:
         """Higher peaks (with -1 lower ones) along the gradient."""
         places = [begin]
-        for _ in range(STEPS):
+        for _ in range(_STEPS):
             top = max(places, key=lambda each: sign * each.peak.amplitude)
             here = top.with_sliders_placed()
             ready, component = self.at(here.slider), self.component
@@ -200,7 +200,7 @@ class Search:
         if not np.isfinite(peak.distance):
             check_bound(self.ready.structure, track.range, track.component, what, peak.omega)
         search = replace(self, component=track.component)
-        nominal = PlacedPeak(zero, self.tally(peak), ASSEMBLED, swept=True)
+        nominal = PlacedPeak(zero, self.tally(peak), _ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
             known = replace(nominal, stationary=True)
             return Ends(search, (known, known, known), [])
@@ -230,7 +230,7 @@ class Search:
         tops = [max((each for each in way if each.swept or sign > 0), key=key) for way in drawn]
         for each in (top for top in tops if top.peak is not best.peak):
             known += self.climbed(each, sign, tolerance)
-        for _ in range(STEPS):
+        for _ in range(_STEPS):
             known += self.climbed(best, sign, tolerance)
             before, best = best, self._best(known, sign, others)
             if best.peak is before.peak:
@@ -249,14 +249,14 @@ class Search:
         while True:
             known.sort(key=key, reverse=True)
             size = known[0].peak.amplitude
-            enough = sign * size - ROUGH**2 / 2 * size
+            enough = sign * size - _ROUGH**2 / 2 * size
             if best := next((p for p in known if p.swept and key(p)[0] >= enough), None):
                 return best
             place = known.pop(0)
             least = min(each.peak.amplitude for each in known if each.swept)
             if sign > 0 or not self._seen(place, others, least):
                 known.append(self.exact(place))
-                if known[-1].peak.amplitude > (1 + HIGHER) * size:
+                if known[-1].peak.amplitude > (1 + _HIGHER) * size:
                     others.append(known[-1].peak.omega)
 
     def _seen(self, place: PlacedPeak, omegas: Sequence[float], size: float) -> bool:

@@ -41,12 +41,11 @@ from vanelock.nonlinear.forced_response.options import (
 )
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.rom.system.system import System
 
-BEGIN = 0.1
+_BEGIN = 0.1
 """Where a mode begins, of the amplitude at which the first contact slips or opens."""
 
 
@@ -169,17 +168,17 @@ def damped_mode(
     """
     wanted = checked_amplitudes(amplitudes)
     check_option("self_excitation", self_excitation, ("fundamental", "all"))
-    system = turned(system, options, nodal_diameter)
-    ready = prepared(system, options, modes)
-    rest, linear = begun(ready, as_whole(mode, "mode"))
+    system = _turned(system, options, nodal_diameter)
+    ready = _prepared(system, options, modes)
+    rest, linear = _begun(ready, as_whole(mode, "mode"))
     starting = _mode_at_rest(ready, rest, linear, self_excitation == "all")
-    first = BEGIN * linear.onset
+    first = _BEGIN * linear.onset
     floor = first if np.isfinite(first) else 0.0
     if wanted is not None:
         first = min(first, float(wanted[0]))
     elif not np.isfinite(first):
         raise InputError("amplitudes: none given, and no contact can slip or open: needs a range")
-    begin = smallest(starting, rest, first, options.tolerance)
+    begin = _smallest(starting, rest, first, options.tolerance)
     path = ModePath(begin, options.tolerance, floor)
     points: list[ModePoint] = []
     for point in path.through(wanted, isinstance(amplitudes, tuple), linear.onset):
@@ -192,10 +191,10 @@ def damped_mode(
     ended = "" if path.arrived else f"the path ended {path.where}"
     if ended:
         warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=5)
-    return collected(ready, mode, points, linear, ended, path.failed)
+    return _collected(ready, mode, points, linear, ended, path.failed)
 
 
-def turned(system: System, options: Options, nodal_diameter: int | None) -> System:
+def _turned(system: System, options: Options, nodal_diameter: int | None) -> System:
     """The system as a wave of the nodal diameter sees it, under its static force alone."""
     system.contacts.refuse_elements("a damped mode")
     H = options.highest
@@ -223,7 +222,7 @@ def turned(system: System, options: Options, nodal_diameter: int | None) -> Syst
     return replace(system, engine_order=k, force=force)
 
 
-def prepared(
+def _prepared(
     system: System, options: Options, modes: Mapping[int, StuckModes] | None
 ) -> PreparedSystem:
     """The system ready to be solved."""
@@ -231,7 +230,7 @@ def prepared(
     return PreparedSystem(replace(options, harmonics=options.highest), made)
 
 
-def begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
+def _begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
     """The state at rest, and the linear mode about it."""
     made, tolerance = ready.structure, ready.options.tolerance
 
@@ -266,7 +265,7 @@ def _mode_at_rest(
     return Mode(held, ready.law(made.harmonics))
 
 
-def smallest(mode: Mode, rest: Solution, amplitude: float, tolerance: float) -> ModePoint:
+def _smallest(mode: Mode, rest: Solution, amplitude: float, tolerance: float) -> ModePoint:
     """The mode's first point."""
     w = np.zeros((*rest.w.shape[:2], 2 * mode.held.structure.harmonics + 1))
     if mode.held.mean is None:
@@ -281,7 +280,7 @@ def smallest(mode: Mode, rest: Solution, amplitude: float, tolerance: float) -> 
     )
 
 
-def collected(
+def _collected(
     ready: PreparedSystem,
     mode: int,
     points: list[ModePoint],

@@ -30,10 +30,10 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.modes.damped_mode import DampedMode, damped_mode
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
 from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.rom.system.system import System
 
-BESIDE = 3e-3
+_BESIDE = 3e-3
 """Relative distance from a crossing at which the mode is solved again for its place."""
 
 
@@ -180,11 +180,11 @@ def limit_cycles(
     guesses = _crossings(found.amplitude, _total(found, A))
     crossed, frequency, stable, output = [], [], [], []
     if guesses:
-        asked = np.unique([a * (1 + each * BESIDE) for a in guesses for each in (-1, 0, 1)])
+        asked = np.unique([a * (1 + each * _BESIDE) for a in guesses for each in (-1, 0, 1)])
         near = follow(asked, options, nodal_diameter)
         total = _total(near, A)
         for guess in guesses:
-            beside = np.flatnonzero(np.abs(near.amplitude / guess - 1) < 1.5 * BESIDE)
+            beside = np.flatnonzero(np.abs(near.amplitude / guess - 1) < 1.5 * _BESIDE)
             if len(beside) < 3:
                 continue  # the path ended before
             place = np.log(near.amplitude[beside] / guess)

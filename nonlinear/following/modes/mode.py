@@ -35,30 +35,30 @@ from vanelock.nonlinear.balance.limit_modes import limit_modes
 from vanelock.nonlinear.contact.law import STUCK, Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import polished
 from vanelock.nonlinear.continuation.path import Carried, SolutionPath, StepUnits
-from vanelock.nonlinear.fourier.trigonometric import TURN
-from vanelock.nonlinear.newton.law_jacobian import response_to
+from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.linearised import Border
 from vanelock.nonlinear.newton.newton import Solution, refined
+from vanelock.nonlinear.newton.preconditioner import response_to
 
-UNIT = 0.2
+_UNIT = 0.2
 """What a step of length 1 is: of ln a, of the contacts' vibration as a whole, and of the damping
 ratio, 0.01 at least."""
-FASTER = 0.02
+_FASTER = 0.02
 """The same of the frequency."""
-LONGEST = 0.1
+_LONGEST = 0.1
 """Most that one step of Newton's iteration may change ω or ξ by, in parts of ω."""
-SHORTEST = 1e-5
-NEAR = 0.3
+_SHORTEST = 1e-5
+_NEAR = 0.3
 """How far a point may lie from where its tangent led, in steps."""
-SAME = 1e-11
+_SAME = 1e-11
 """Relative difference of two amplitudes that are one."""
-SURE = 0.95
+_SURE = 0.95
 """Of the amplitude, what lies along the shape of the point before at least."""
-MOST = 1000
+_MOST = 1000
 """Points of a path."""
-BEYOND = 100.0
+_BEYOND = 100.0
 """Where a mode ends, of the amplitude at which the last contact of those that may open slips."""
-FARTHEST = 1e5
+_FARTHEST = 1e5
 """Where it ends at the latest, of the amplitude at which the first contact slips or opens."""
 
 
@@ -77,7 +77,7 @@ class Mode(Carried):
     @property
     def longest(self) -> Floats:
         """Most that a step of Newton's iteration may change them by."""
-        return np.full(2, LONGEST * self.held.omega)
+        return np.full(2, _LONGEST * self.held.omega)
 
     def with_beside(self, beside: Floats) -> Self:
         """The same at another ω and ξ."""
@@ -119,11 +119,11 @@ class Mode(Carried):
         """What a step is measured by at a solution."""
         omega, xi = solution.beside
         moving = max(float(np.linalg.norm(solution.u[:, :, 1:])), np.finfo(float).tiny)
-        w = np.full(solution.u.shape[2], 1 / (UNIT * moving))
+        w = np.full(solution.u.shape[2], 1 / (_UNIT * moving))
         w[0] = 0.0  # friction at rest may leave sliders' mean places open
         damped = max(2 * omega * 0.01, abs(xi))
-        beside = np.array([1 / (FASTER * omega), 1 / (UNIT * damped)])
-        return StepUnits(w, 1 / (UNIT * solution.parameter), beside)
+        beside = np.array([1 / (_FASTER * omega), 1 / (_UNIT * damped)])
+        return StepUnits(w, 1 / (_UNIT * solution.parameter), beside)
 
     def carried(self, solution: Solution) -> tuple["Mode", Solution]:
         """Held along the shape of a solution itself, which takes no force either."""
@@ -133,7 +133,7 @@ class Mode(Carried):
 
     def holds(self, solution: Solution) -> bool:
         """Whether most of a solution lies along the shape held."""
-        return SURE * ModePoint(self, solution).amplitude < solution.parameter
+        return _SURE * ModePoint(self, solution).amplitude < solution.parameter
 
     def _size(self, amplitude: float) -> float:
         """A ω²."""
@@ -208,7 +208,7 @@ class ModePath:
         """Begin."""
         self.last, first = self.begun, self.begun.solution
         mode, end = self.begun.mode, 2 * first.parameter
-        self._path = SolutionPath(mode, first, end, longest=1.0, shortest=SHORTEST, near=NEAR)
+        self._path = SolutionPath(mode, first, end, longest=1.0, shortest=_SHORTEST, near=_NEAR)
 
     @property
     def failed(self) -> int:
@@ -221,7 +221,7 @@ class ModePath:
         It ends before where the path is lost.
         """
         path = self._path
-        self.arrived = abs(self.last.amplitude / end - 1) < SAME
+        self.arrived = abs(self.last.amplitude / end - 1) < _SAME
         while not (self.arrived or self._stops or path.here is None):
             ahead = path.ahead()
             if ahead is None:
@@ -238,7 +238,7 @@ class ModePath:
             else:
                 path.failed += 1
                 path.shorten(0.5)
-                if path.length < SHORTEST:
+                if path.length < _SHORTEST:
                     return
                 continue
             self.last, self.count = point, self.count + 1
@@ -248,8 +248,8 @@ class ModePath:
     @property
     def _stops(self) -> str:
         """Why it goes no further though it could; empty where it may."""
-        if self.count >= MOST:
-            return f"{MOST} points are the most"
+        if self.count >= _MOST:
+            return f"{_MOST} points are the most"
         if self.last.amplitude < min(self.floor, self.highest):
             return "it has turned back to where nothing slips in the mode: it is another one's"
         return ""
@@ -263,7 +263,7 @@ class ModePath:
     def _landed(self, ahead: ModePoint, end: float) -> ModePoint | None:
         """The point at an amplitude, between the last one and the one ahead."""
         for near in (ahead, self.last):
-            found = exact(near, end, self.tolerance)
+            found = _exact(near, end, self.tolerance)
             if found is not None:
                 low, high = sorted((self.last.omega, ahead.omega))
                 margin = 0.5 * (high - low) + 1e-6 * high
@@ -293,11 +293,11 @@ class ModePath:
         """Points from the first to well beyond where the last contact of those that may slips."""
         contacts = self.begun.held.structure.system.contacts
         may = contacts.opens & (contacts.mu > 0)
-        farthest = FARTHEST * onset
+        farthest = _FARTHEST * onset
         for point in self.onward(farthest):
             yield point
             if not np.any(point.solution.deviation.state[may] == STUCK):
-                yield from self.onward(min(BEYOND * point.amplitude, farthest))
+                yield from self.onward(min(_BEYOND * point.amplitude, farthest))
                 return
 
 
@@ -307,7 +307,7 @@ def _point(path: SolutionPath, solution: Solution) -> ModePoint:
     return ModePoint(path.family, solution)
 
 
-def exact(point: ModePoint, amplitude: float, tolerance: float) -> ModePoint | None:
+def _exact(point: ModePoint, amplitude: float, tolerance: float) -> ModePoint | None:
     """The point at exactly a modal amplitude, near one that was held along another shape."""
     for _ in range(6):
         if abs(point.amplitude / amplitude - 1) < 1e-12:
@@ -334,7 +334,7 @@ def checked_amplitudes(amplitudes: ArrayLike | tuple[float, float] | None) -> Fl
     return np.unique(given)
 
 
-HELD = 1e-10
+_HELD = 1e-10
 """Share of stiffness in (stiffness + σ² mass), σ about the lowest frequency, of what is held."""
 
 
@@ -362,7 +362,7 @@ def linear_mode(structure: Structure, mode: int, rest: Solution) -> LinearMode:
     limit = limit_modes(modes, structure.stiffness, closed.reshape(-1))
     with np.errstate(divide="ignore"):
         square = np.where(limit.compliance > 0, limit.static / limit.compliance, np.inf)
-    vibrates = np.flatnonzero((limit.static > HELD) & np.isfinite(square))
+    vibrates = np.flatnonzero((limit.static > _HELD) & np.isfinite(square))
     if not 1 <= mode <= len(vibrates):
         raise InputError(f"mode: given {mode}: allowed: 1 to {len(vibrates)}, by frequency")
     chosen = vibrates[np.argsort(square[vibrates], kind="stable")][mode - 1]

@@ -130,15 +130,15 @@ def preload(system: System, options: Options) -> Preload:
     return Preload(system, options, joints, {0: stuck_modes(system, 0)})
 
 
-CHANGE = 0.25
+_CHANGE = 0.25
 """Of the largest rate: how far rates may change in a step, and beyond which they jump."""
-FINER = 5.0
+_FINER = 5.0
 """How far rates may change at most, over the share of the interference that a step may.
 
 Near a fold rates change fast while the interference hardly does: unless what is allowed of theirs
 shrinks as well, a smaller share makes no smaller steps there.
 """
-SHORTEST = 1 / 64
+_SHORTEST = 1 / 64
 """Of the step that the interference allows."""
 
 
@@ -182,9 +182,9 @@ def stepped(
 ) -> WearStep | None:
     """One step of so many cycles or fewer; None where no vibration is found after the shortest."""
     rate, solved, h = law.rate(begin.solution.deviation), 0, cycles
-    enough = min(CHANGE, FINER * share)
+    enough = min(_CHANGE, _FINER * share)
     while True:
-        last = h <= SHORTEST * cycles
+        last = h <= _SHORTEST * cycles
         guess = following(begin, begin.v0 - h * rate)
         solved += 1
         if guess is not None:
@@ -195,7 +195,7 @@ def stepped(
                 end = following(guess, begin.v0 - 0.5 * h * (rate + other))
                 solved += 1
                 if end is not None:
-                    jumped = change > CHANGE * largest or guess.swept or end.swept
+                    jumped = change > _CHANGE * largest or guess.swept or end.swept
                     return WearStep(h, begin.v0, np.array([rate, other]), end, jumped, solved)
         if last:
             return None

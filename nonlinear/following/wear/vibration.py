@@ -23,7 +23,7 @@ from vanelock.nonlinear.forced_response.options import (
     checked_frequencies,
     checked_range,
 )
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
+from vanelock.nonlinear.fourier import TURN, to_complex
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import System
 
@@ -57,12 +57,12 @@ class Dwell:
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
         for name in ("cycles", "force"):
-            object.__setattr__(self, name, positive(getattr(self, name), f"Dwell.{name}"))
+            object.__setattr__(self, name, _positive(getattr(self, name), f"Dwell.{name}"))
         if (self.frequency is None) == (self.near is None):
             given = "none" if self.near is None else "both"
             raise InputError(f"Dwell: given {given} of frequency and near: needs one of them")
         if self.frequency is not None:
-            object.__setattr__(self, "frequency", positive(self.frequency, "Dwell.frequency"))
+            object.__setattr__(self, "frequency", _positive(self.frequency, "Dwell.frequency"))
         if self.near is not None:
             ends = as_array(self.near, "Dwell.near")
             if ends.shape != (2,) or not (np.isfinite(ends).all() and 0 < ends[0] < ends[1]):
@@ -93,7 +93,7 @@ class Dwell:
         )
 
 
-def positive(given: object, name: str) -> float:
+def _positive(given: object, name: str) -> float:
     """A number > 0."""
     found = as_array(given, name)
     if found.shape != () or not (np.isfinite(found) and found > 0):
@@ -109,7 +109,7 @@ def checked_dwells(dwells: Dwell | Sequence[Dwell]) -> tuple[Dwell, ...]:
     return tuple(given)
 
 
-POINTS = 1000
+_POINTS = 1000
 """About how many frequencies are solved while the peak of a range is followed."""
 
 
@@ -208,7 +208,7 @@ def vibrations(system: System, dwell: Dwell, options: Options) -> Vibrations:
     """What finds the vibration of a dwell."""
     unscaled = Parameter("force", np.zeros(system.contacts.count, bool), True)
     loaded = unscaled.system(system, dwell.force)
-    points = POINTS if dwell.at_peak else 1
+    points = _POINTS if dwell.at_peak else 1
     return Vibrations(options.prepare(loaded, dwell.hertz, points), dwell)
 
 

@@ -31,18 +31,18 @@ from vanelock.nonlinear.following.wear.vibration import (
 )
 from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier import one_thread
 from vanelock.rom.system.system import System
 
-Progress: TypeAlias = Callable[[float, float, float, float], None]
+_Progress: TypeAlias = Callable[[float, float, float, float], None]
 
-STEP = 0.05
+_STEP = 0.05
 """Largest relative change of an interference in a step, by default."""
-COARSEST = 0.5
-DONE, PRELOAD, LOST = "cycles done", "preload lost", "solution lost"
-ROUND_OFF = 1e-9
+_COARSEST = 0.5
+DONE, PRELOAD, _LOST = "cycles done", "preload lost", "solution lost"
+_ROUND_OFF = 1e-9
 """Of a dwell's cycles: what is not worth a step."""
-HIGHER = 1e-3
+_HIGHER = 1e-3
 """Of the amplitude of the peak that is followed, by which another is higher."""
 
 
@@ -139,8 +139,8 @@ def wear_history(
     area: ArrayLike,
     options: Options = Options(),
     output: tuple[str, int] | None = None,
-    step: float = STEP,
-    progress: Progress | None = None,
+    step: float = _STEP,
+    progress: _Progress | None = None,
 ) -> WearHistory:
     """Interference, vibration and preload over cycles in which contacts wear by Archard's law.
 
@@ -185,8 +185,8 @@ def wear_history(
     given = checked_dwells(dwells)
     law = checked_archard(system.contacts, coefficient, area)
     share = as_array(step, "step")
-    if share.shape != () or not 0 < share <= COARSEST:
-        raise InputError(f"step: given {step!r}: must be one number > 0 and <= {COARSEST:g}")
+    if share.shape != () or not 0 < share <= _COARSEST:
+        raise InputError(f"step: given {step!r}: must be one number > 0 and <= {_COARSEST:g}")
     if options.harmonics == 0:
         raise InputError("harmonics: given 0: vibration needs at least 1")
     component = named_component(system.output_names, output)
@@ -218,7 +218,7 @@ class _History:
         preload: Preload,
         share: float,
         dwells: tuple[Dwell, ...],
-        progress: Progress | None,
+        progress: _Progress | None,
     ) -> None:
         self.law, self.preload, self.share, self.dwells = law, preload, share, dwells
         self.progress, self.total = progress, float(sum(each.cycles for each in dwells))
@@ -240,7 +240,7 @@ class _History:
                     where = "no peak was found in it" if dwell.at_peak else "not solved there"
                     raise InputError(f"dwells[0]: given {_shown(dwell)}: {where}")
                 if begun is None:
-                    self.status = LOST
+                    self.status = _LOST
                     return
                 cycles = self.states[-1].cycles if self.states else 0.0
                 if not self._add(cycles, i, begun, self.preload.at(begun.v0), at):
@@ -256,12 +256,12 @@ class _History:
         while True:
             last = self.states[-1]
             left = dwell.cycles - passed
-            if left <= ROUND_OFF * dwell.cycles:
+            if left <= _ROUND_OFF * dwell.cycles:
                 if dwell.at_peak:
                     self.states[-1] = replace(last, higher=self._higher(last.vibration, at))
                 return last.vibration
             h = allowed(last.vibration, last.rate, self.share)
-            h = left if h >= (1 - ROUND_OFF) * left else h
+            h = left if h >= (1 - _ROUND_OFF) * left else h
             taken = stepped(last.vibration, self.law, h, self.share, at.following)
             if taken is None:
                 self._ended(last, h)
@@ -286,7 +286,7 @@ class _History:
     ) -> bool:
         """One more state, where it is solved at rest, too."""
         if not rest.converged:
-            self.status = LOST
+            self.status = _LOST
             return False
         rate = self.law.rate(vibration.solution.deviation)
         whole = at.at(vibration.v0).response([vibration.solution])
@@ -300,7 +300,7 @@ class _History:
         found = at.first(followed.v0, followed.component)
         self.solved += 1
         higher = (
-            found is not None and found.point.amplitude > (1 + HIGHER) * followed.point.amplitude
+            found is not None and found.point.amplitude > (1 + _HIGHER) * followed.point.amplitude
         )
         return found if higher else None
 
@@ -323,7 +323,7 @@ class _History:
 
     def _ended(self, last: _WornState, cycles: float) -> None:
         """End where no vibration is found within a step: because a joint opens, or not."""
-        self.status = LOST
+        self.status = _LOST
 
         def straight(share: float) -> Floats:
             return np.asarray(last.vibration.v0 - share * cycles * last.rate)

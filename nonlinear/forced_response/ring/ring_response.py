@@ -30,12 +30,11 @@ from vanelock.nonlinear.forced_response.ring.ring_source import (
     ring_source,
 )
 from vanelock.nonlinear.forced_response.ring.unlike import Unlike
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, to_complex
+from vanelock.nonlinear.fourier import TURN, one_thread, to_complex
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import System
 
-SMALLEST = 1 / 64
+_SMALLEST = 1 / 64
 """Of the deviations: the smallest step from the alike ring to the unlike one."""
 
 
@@ -86,7 +85,7 @@ class RingSolver(PointSolver):
             return
         begun = self._solved(omega, 0.0, w)
         part, step, last = 0.0, 0.25, begun
-        while begun.converged and part < 1.0 and step >= SMALLEST:
+        while begun.converged and part < 1.0 and step >= _SMALLEST:
             following = self._solved(omega, min(part + step, 1.0), last.w, last)
             if not following.converged:
                 step *= 0.5

@@ -20,11 +20,11 @@ from vanelock.common.arrays import Array, Booleans, Complex, Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
-from vanelock.nonlinear.balance.ring_balance import RingBalance, RingColumns
 from vanelock.nonlinear.balance.stuck_modes import HarmonicModes, StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.forced_response.ring.unlike import SectorModes, Unlike
-from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
+from vanelock.nonlinear.fourier import to_complex, to_real
+from vanelock.nonlinear.newton.linearised_ring import RingBalance, RingColumns
 from vanelock.rom.system.coordinates import check, check_ring
 from vanelock.rom.system.system import Contacts, System
 

@@ -14,9 +14,9 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.system.system import System
 
-FREE = 1e-12
+_FREE = 1e-12
 """Of a part's largest ω²: what modes that nothing holds are below."""
-RELATIVE = ("mu", "kn", "kt", "frequency")
+_RELATIVE = ("mu", "kn", "kt", "frequency")
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class SectorModes(Product):
                     "not fit"
                 )
         squared, shapes = la.eigh(K, M)
-        elastic = np.flatnonzero(squared > FREE * squared[-1])[:count]
+        elastic = np.flatnonzero(squared > _FREE * squared[-1])[:count]
         if len(elastic) < count or count < 1:
             raise InputError(f"modes: given {count}: the part has {len(elastic)}")
         shapes = shapes[:, elastic]
@@ -219,7 +219,7 @@ class Unlike(OfKind, Product):
             if not np.all(np.isfinite(given)):
                 raise InputError(f"unlike.{name}: holds values that are not finite")
             above = ">=" if name == "mu" else ">"
-            if name in RELATIVE and np.any(given < -1 if name == "mu" else given <= -1):
+            if name in _RELATIVE and np.any(given < -1 if name == "mu" else given <= -1):
                 least = f"{given.min():g}"
                 raise InputError(f"unlike.{name}: given {least}: relative, must be {above} -1")
         for name in ("slider", "mu", "kn", "kt"):
@@ -229,12 +229,12 @@ class Unlike(OfKind, Product):
 
     def share(self, part: float) -> Self:
         """All deviations times a number."""
-        names = ("interference", "slider", *RELATIVE)
+        names = ("interference", "slider", *_RELATIVE)
         return replace(self, **{name: part * getattr(self, name) for name in names})
 
     def turned(self, steps: int) -> Self:
         """The same ring, sector j what sector j - steps was."""
-        names = ("interference", "slider", *RELATIVE)
+        names = ("interference", "slider", *_RELATIVE)
         return replace(
             self,
             **{

@@ -7,7 +7,7 @@ import pytest
 
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.held_vibration import HeldVibration
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier import to_complex
 
 KINDS = ("stuck", "open", "coupled")
 H = 3

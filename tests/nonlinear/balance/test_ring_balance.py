@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from tests.verification.nonlinear.spring_rings import CONTACTS, RINGS, assembled, spring_ring
 from vanelock.nonlinear.forced_response.ring.ring_source import ring_source
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier import to_complex
 
 H = 4
 

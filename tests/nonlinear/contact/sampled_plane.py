@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from vanelock.common.arrays import Floats
-from vanelock.nonlinear.contact.isotropic.disc_slider import (
+from vanelock.nonlinear.contact.disc_slider import (
     HELD,
     RATES,
     SLIPPING,
@@ -19,8 +19,7 @@ from vanelock.nonlinear.contact.isotropic.disc_slider import (
     rest_point,
 )
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, basis
+from vanelock.nonlinear.fourier import TURN, basis, kernel
 from vanelock.rom.system.system import Contacts
 
 

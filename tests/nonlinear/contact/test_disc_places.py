@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.contact.test_isotropic_law import draw, radial_return
-from vanelock.nonlinear.contact.isotropic.located_law import slider_places
+from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.contact.law import SLIP, SLIP_OPEN, contact_law
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.rom.system.system import Contacts
 
 

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from tests.nonlinear.contact.sampled_plane import sampled_plane
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.contact.isotropic.disc_slider import HELD, pursue
+from vanelock.nonlinear.contact.disc_slider import HELD, pursue
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, Law, contact_law
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier import to_complex
 from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, contact_law
-from vanelock.nonlinear.fourier.trigonometric import to_complex
+from vanelock.nonlinear.fourier import to_complex
 from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]

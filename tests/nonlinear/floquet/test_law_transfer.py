@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.floquet.law_transfer import law_transfer
+from vanelock.nonlinear.floquet.perturbation import law_transfer
 from vanelock.rom.system.system import Contacts
 
 H, P = 3, 4

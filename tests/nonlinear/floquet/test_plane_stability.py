@@ -20,11 +20,11 @@ from vanelock.nonlinear import (
     frequency_response,
     stability,
 )
-from vanelock.nonlinear.contact.isotropic.disc_integrals import BEGIN, END, KIND
-from vanelock.nonlinear.contact.isotropic.disc_slider import FREE, HELD
-from vanelock.nonlinear.contact.isotropic.located_law import slider_pieces, slider_places
+from vanelock.nonlinear.contact.disc_slider import FREE, HELD
+from vanelock.nonlinear.contact.disc_slip import BEGIN, END, KIND
+from vanelock.nonlinear.contact.isotropic_law import slider_pieces, slider_places
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
-from vanelock.nonlinear.fourier.trigonometric import grid, to_real
+from vanelock.nonlinear.fourier import grid, to_real
 
 MASS, SPRING = np.array([1.0, 1.0, 0.6]), np.array([1.0, 1.3, 2.0])
 ROWS = np.array([[0.3, -0.2, 1.0], [1.0, 0.1, 0.2], [0.0, 1.0, -0.3]])  # v, u1, u2

@@ -6,7 +6,7 @@ import pytest
 from tests.nonlinear.floquet.test_law_transfer import H, P, random_waves, real
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 
 
 def whole(law, s):

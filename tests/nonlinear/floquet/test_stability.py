@@ -24,7 +24,7 @@ from vanelock.nonlinear import (
     static_response,
     stuck_modes,
 )
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 
 
 def impact(push=1.0, sectors=1, **more):

@@ -20,7 +20,7 @@ from vanelock.nonlinear import (
     frequency_response,
     hysteresis,
 )
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
 

@@ -21,7 +21,7 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.following.parameter_response import NAMES, checked_parameter
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.rom.system.system import Force
 
 Make = Callable[..., System]

@@ -29,7 +29,7 @@ from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_response import chosen, traced
 from vanelock.nonlinear.following.peak_tracking import PeakTrack, expected
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from tests.nonlinear.following.test_hysteresis import closed_folds, gap_oscillator
 from vanelock.nonlinear import Options, Shares, adaptive_response, frequency_response
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 
 LOW, HIGH = 0.85, 1.6
 ENDS = (LOW / TURN, HIGH / TURN)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vanelock.common.cyclic import folded
 from vanelock.nonlinear import Options, Shares, System, adaptive_response, frequency_response
 from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.forced_response.solved_points import PointStore
+from vanelock.nonlinear.forced_response.frequency_sweep import PointStore
 from vanelock.rom.system.system import Contacts
 
 Floats = NDArray[np.float64]

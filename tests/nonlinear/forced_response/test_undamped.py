@@ -20,8 +20,8 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Loads
-from vanelock.nonlinear.forced_response.undamped import check_bound
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.forced_response.linear_response import check_bound
+from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
 
 K = np.array([[3.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 4.0]])

@@ -7,12 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.verification.nonlinear.spring_rings import RINGS, spring_ring
-from vanelock.nonlinear.balance.ring_balance import RingBalance
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts, ring_source
 from vanelock.nonlinear.forced_response.ring.unlike import Unlike
 from vanelock.nonlinear.newton.linearised import Border, linearise
-from vanelock.nonlinear.newton.linearised_ring import KeptRing, LinearisedRing
+from vanelock.nonlinear.newton.linearised_ring import KeptRing, LinearisedRing, RingBalance
 from vanelock.nonlinear.newton.newton import active_rows
 
 H = 2

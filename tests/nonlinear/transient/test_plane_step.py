@@ -7,8 +7,8 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import SLIP, SLIP_OPEN, STUCK, Options, frequency_response, time_response
-from vanelock.nonlinear.contact.isotropic.disc_slider import RATES, pursue
-from vanelock.nonlinear.transient.contact_step import slider_in_plane
+from vanelock.nonlinear.contact.disc_slider import RATES, pursue
+from vanelock.nonlinear.transient.full_ring import slider_in_plane
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, System, audit_response, frequency_response, static_response
-from vanelock.nonlinear.verification.audit import (
+from vanelock.nonlinear.audit import (
     coefficients,
     damping_matrix,
     histories,

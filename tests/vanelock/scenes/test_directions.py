@@ -11,7 +11,7 @@ from tests.vanelock.scenes.conftest import Chain
 from vanelock import load_scene, run_scene
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.pipeline.progress import Event
 
 SCENE = """

@@ -16,8 +16,7 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.response import assemble_response
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN, resized, to_real
+from vanelock.nonlinear.fourier import TURN, one_thread, resized, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.nonlinear.transient.full_ring import ring
 from vanelock.nonlinear.transient.integration import integrator

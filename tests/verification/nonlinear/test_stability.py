@@ -30,10 +30,9 @@ from vanelock.nonlinear import (
     stuck_modes,
 )
 from vanelock.nonlinear.floquet.exponents import zeros
-from vanelock.nonlinear.floquet.law_transfer import law_transfer
-from vanelock.nonlinear.floquet.perturbed_structure import PerturbedStructure
+from vanelock.nonlinear.floquet.perturbation import PerturbedStructure, law_transfer
 from vanelock.nonlinear.floquet.stability import WINDOW
-from vanelock.nonlinear.fourier.trigonometric import to_real
+from vanelock.nonlinear.fourier import to_real
 from vanelock.rom.system.system import Contacts, Diameter, Force
 from vanelock.stages.parts.segment import Joint, Segment
 

@@ -30,7 +30,7 @@ from vanelock.commands.optimise.search import (
     spread,
 )
 from vanelock.nonlinear.following.peak import CurvePoint
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN
 from vanelock.pipeline.progress import Listener, silent
 from vanelock.rom.system.system import Contacts
 

@@ -14,8 +14,7 @@ from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.options import PreparedSystem
-from vanelock.nonlinear.fourier.threads import one_thread
-from vanelock.nonlinear.fourier.trigonometric import TURN
+from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.preconditioner import Kept
 from vanelock.quantities.sensitivities import effects
 

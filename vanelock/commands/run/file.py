@@ -6,7 +6,7 @@ from pathlib import Path
 from vanelock.commands.run.study import run_study
 from vanelock.common.files.files import default_folder
 from vanelock.files import load_given, read_text
-from vanelock.nonlinear.fourier.threads import one_thread
+from vanelock.nonlinear.fourier import one_thread
 from vanelock.pipeline.progress import choose_listener
 from vanelock.results.reading.run import Run, load
 

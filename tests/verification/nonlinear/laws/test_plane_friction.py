@@ -9,9 +9,9 @@ import pytest
 from tests.nonlinear.contact.sampled_plane import sampled_plane
 from vanelock import rom
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, frequency_response
-from vanelock.nonlinear.contact.isotropic.located_law import slider_places
+from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.fourier.trigonometric import basis
+from vanelock.nonlinear.fourier import basis
 from vanelock.rom import Contacts
 
 FULL = os.environ.get("VANELOCK_VERIFY") == "full"

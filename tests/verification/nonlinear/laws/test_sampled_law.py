@@ -8,7 +8,7 @@ import pytest
 
 from vanelock.nonlinear import SLIP, SLIP_OPEN
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.fourier.trigonometric import basis
+from vanelock.nonlinear.fourier import basis
 from vanelock.rom import Contacts
 
 COUNT = 2000 if os.environ.get("VANELOCK_VERIFY") == "full" else 200

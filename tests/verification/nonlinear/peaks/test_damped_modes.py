@@ -14,7 +14,7 @@ from vanelock import rom
 from vanelock.nonlinear import STUCK, Options, damped_mode, frequency_response, linear_response
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.fourier.trigonometric import to_complex, to_real
+from vanelock.nonlinear.fourier import to_complex, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 

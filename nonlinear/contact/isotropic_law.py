@@ -11,19 +11,8 @@ import math
 import numpy as np
 
 from vanelock.common.arrays import Booleans, Floats, Integers
-from vanelock.nonlinear.contact.isotropic.disc_integrals import (
-    BEGIN,
-    END,
-    KIND,
-    STEP,
-    WIDTH,
-    X,
-    Y,
-    add_coefficients,
-    new_path,
-)
-from vanelock.nonlinear.contact.isotropic.disc_path import once_round
-from vanelock.nonlinear.contact.isotropic.disc_slider import (
+from vanelock.nonlinear.contact.disc_path import once_round
+from vanelock.nonlinear.contact.disc_slider import (
     FREE,
     HELD,
     NONE,
@@ -32,37 +21,46 @@ from vanelock.nonlinear.contact.isotropic.disc_slider import (
     rest_point,
     rest_rates,
 )
-from vanelock.nonlinear.contact.isotropic.disc_slip import (
+from vanelock.nonlinear.contact.disc_slip import (
+    BEGIN,
     DR,
     DX,
     DY,
+    END,
+    KIND,
     NODES,
     PX,
     PY,
     STAGES,
+    STEP,
+    WIDTH,
     R,
+    X,
+    Y,
+    add_coefficients,
     motion_at,
+    new_path,
 )
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, add_normal, place
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import (
+from vanelock.nonlinear.fourier import (
     TURN,
     basis,
     basis_at,
     derivative,
     grid,
+    kernel,
     roots,
     spread,
 )
 
-LAPS = 50
-CLOSE = 1e-9
+_LAPS = 50
+_CLOSE = 1e-9
 """Of the displacements: a gap of a lap of which Newton's step leaves the square."""
-FORGOTTEN = 1e-12
+_FORGOTTEN = 1e-12
 """What the lap's end may keep of such a gap."""
-FINEST = 1e-14
+_FINEST = 1e-14
 """Of the vibration: a disc whose slider has the displacements of its centre to their last digit."""
-ADDED = 24
+_ADDED = 24
 """Discs at located instants, among which a place of rest is sought, at most."""
 
 _POWERS = np.arange(1, STAGES + 1)
@@ -139,14 +137,14 @@ def _rest(
     `centre` and `radius` hold the samples, and room for ADDED discs more: those that leave a place
     out most, between two samples, join them, first for the place zero.
     """
-    m, count = u.shape[1], radius.size - ADDED
+    m, count = u.shape[1], radius.size - _ADDED
     angles, phi, motion = np.empty(radius.size), np.empty(m), np.empty(6)
     for i in range(count):
         angles[i] = TURN * i / count
     size = max(np.abs(centre[:count]).max(), radius[:count].max())
     used, rest = count, np.zeros(2)
     first, second = NONE, NONE
-    for tried in range(ADDED):
+    for tried in range(_ADDED):
         before = used
         for i in range(count):
             top = outside(rest, centre, radius, i)
@@ -207,7 +205,7 @@ def _begin(
     """
     m, gap, tried = u.shape[1], math.inf, False
     plain = start.copy()
-    for _ in range(LAPS):
+    for _ in range(_LAPS):
         path = new_path(m, 2, 0)
         path.place[:] = start
         path.change[0, 0] = path.change[1, 1] = 1.0
@@ -227,7 +225,7 @@ def _begin(
             start[0] += inverse[0, 0] * x + inverse[0, 1] * y
             start[1] += inverse[1, 0] * x + inverse[1, 1] * y
             memory = np.abs(path.change).max()
-            if gap <= CLOSE * size or gap * memory <= FORGOTTEN * size:
+            if gap <= _CLOSE * size or gap * memory <= _FORGOTTEN * size:
                 return
         else:
             start[:] = plain
@@ -240,7 +238,7 @@ def _start(
 ) -> bool:  # fmt: skip
     """Whether a closed contact sticks for good, as `_rest`; else where its path begins."""
     brackets = len(table)
-    centre, radius = np.empty((brackets + ADDED, 2)), np.empty(brackets + ADDED)
+    centre, radius = np.empty((brackets + _ADDED, 2)), np.empty(brackets + _ADDED)
     radius[:brackets] = alpha * (table @ u[0])
     centre[:brackets, 0], centre[:brackets, 1] = table @ u[1], table @ u[2]
     if _rest(u, alpha, centre, radius, w, jacobian):
@@ -303,7 +301,7 @@ def _add_friction(
 
 
 @kernel
-def without_path(
+def _without_path(
     c: int,
     u: Floats,
     alpha: Floats,
@@ -322,7 +320,7 @@ def without_path(
     opening[c] = add_normal(v, contact, count, w[c, 0], along)
     if opening[c] != CLOSED:
         place(along, c, 0, 0, jacobian)
-    smooth = a * (v[0] + spread(v)) <= FINEST * math.hypot(spread(u[c, 1]), spread(u[c, 2]))
+    smooth = a * (v[0] + spread(v)) <= _FINEST * math.hypot(spread(u[c, 1]), spread(u[c, 2]))
     if opening[c] == ALWAYS or smooth:
         for d in range(1, 3):
             w[c, d] = u[c, d]
@@ -350,7 +348,7 @@ def isotropic_located_law(
     m = u.shape[2]
     contact, along = np.empty(2 * m + 2), np.empty((m, m))
     for c in range(u.shape[0]):
-        done, count = without_path(c, u, alpha, table, contact, along, w, jacobian, opening, slips)
+        done, count = _without_path(c, u, alpha, table, contact, along, w, jacobian, opening, slips)
         if done:
             continue
         slips[c], energy[c] = _add_friction(

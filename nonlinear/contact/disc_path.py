@@ -17,13 +17,7 @@ import math
 import numpy as np
 
 from vanelock.common.arrays import Floats
-from vanelock.nonlinear.contact.isotropic.disc_integrals import (
-    Path,
-    add_free,
-    add_held,
-    add_slip,
-)
-from vanelock.nonlinear.contact.isotropic.disc_slip import (
+from vanelock.nonlinear.contact.disc_slip import (
     DR,
     DX,
     DY,
@@ -36,32 +30,35 @@ from vanelock.nonlinear.contact.isotropic.disc_slip import (
     RATE,
     SLOPE,
     STAGES,
+    Path,
     R,
     Z,
+    add_free,
+    add_held,
+    add_slip,
     changes_over,
     motion_at,
     slip_over,
 )
-from vanelock.nonlinear.fourier.kernels import kernel
-from vanelock.nonlinear.fourier.trigonometric import TURN, derivative
+from vanelock.nonlinear.fourier import TURN, derivative, kernel
 
-BRACKETS = 2
+_BRACKETS = 2
 """Angles that bracket events to one at which a step of slip ends."""
-RESOLVED = 5e-7
+_RESOLVED = 5e-7
 """Of the displacements: the largest term of the highest power that a step's path should have."""
-ROUNDING = 1e-15
+_ROUNDING = 1e-15
 """Of a step's z, below which its highest term is rounding."""
-FIRST = 0.3
+_FIRST = 0.3
 """First step of slip, of the radius over the speed; of a whole step from a touch-down."""
-TURNING = 0.5
+_TURNING = 0.5
 """Of a step, to that in which the motion would turn back, at most."""
-SHRINK = 0.75
+_SHRINK = 0.75
 """Of what is left to a lift-off, at most in one step ..."""
-NEAR = 5e-4
+_NEAR = 5e-4
 """... but for the last, rad."""
-FUZZ = 4e-16
+_FUZZ = 4e-16
 """Of the displacements: rounding, by which a held slider may be outside."""
-REST = 1e-8
+_REST = 1e-8
 """How long a slider that was caught is held at least, rad: λ, zero there, is rounding before."""
 
 
@@ -140,10 +137,10 @@ def _longest(length: float, limit: float, size: float, path: Path) -> float:
     for i in range(STAGES):
         highest += HIGHEST[i + 1] * path.slip[i, Z]
         r = max(r, path.motions[i, R])
-    left_over = max(abs(highest) - ROUNDING, 0.0) * r
+    left_over = max(abs(highest) - _ROUNDING, 0.0) * r
     longest = limit + 0.5 * length
     if left_over > 0.0:
-        longest = min(longest, length * (RESOLVED * size / left_over) ** (1.0 / STAGES))
+        longest = min(longest, length * (_RESOLVED * size / left_over) ** (1.0 / STAGES))
     return longest
 
 
@@ -245,16 +242,16 @@ def _closed(
     path: Path,
 ) -> tuple[bool, float]:  # fmt: skip
     """Follow a slider through closed contact; whether it slips anywhere, and ∫ r |dw|."""
-    knots, work, any_slip = brackets // BRACKETS, 0.0, False
+    knots, work, any_slip = brackets // _BRACKETS, 0.0, False
     force, at, slip = path.force, path.motion, path.slip
-    rate, limit = force[0] * at[DX] + force[1] * at[DY] - at[DR], FIRST * TURN / knots
+    rate, limit = force[0] * at[DX] + force[1] * at[DY] - at[DR], _FIRST * TURN / knots
     r, size, bent = at[R], 0.0, np.empty(u.shape)
     for i in range(3):
         bent[i] = derivative(u[i])
     for k in range(1, u.shape[1]):
         size += u[1, k] ** 2 + u[2, k] ** 2
     size, rested = math.sqrt(size), angle
-    fuzz = FUZZ * (size + math.hypot(u[1, 0], u[2, 0]))
+    fuzz = _FUZZ * (size + math.hypot(u[1, 0], u[2, 0]))
     for _ in range(400 * knots):
         if not slips:
             end = _met(min(rested, last), last, fuzz, brackets, u, alpha, path)
@@ -267,15 +264,15 @@ def _closed(
             x, y = at[PX] - path.place[0], at[PY] - path.place[1]
             _begin_slip(x, y, path)
             rate = force[0] * at[DX] + force[1] * at[DY] - at[DR]
-            limit = FIRST * math.hypot(x, y) / max(math.hypot(at[DX], at[DY]), 1e-300)
+            limit = _FIRST * math.hypot(x, y) / max(math.hypot(at[DX], at[DY]), 1e-300)
             slips, r = True, at[R]
         knot = TURN * (math.floor(angle / TURN * knots) + 1) / knots
         if knot <= angle:
             knot += TURN / knots
         length = min(min(knot, last) - angle, limit)
-        if opens and last - angle > NEAR:
-            length = min(length, SHRINK * (last - angle))
-        length = min(length, TURNING * _to_turning(angle, bent, alpha, r, path))
+        if opens and last - angle > _NEAR:
+            length = min(length, _SHRINK * (last - angle))
+        length = min(length, _TURNING * _to_turning(angle, bent, alpha, r, path))
         slip_over(angle, length, force[0], force[1], u, alpha, path.phis, path.motions, slip)
         r = path.motions[STAGES - 1, R]
         limit = _longest(length, limit, size, path)
@@ -291,7 +288,7 @@ def _closed(
         path.across[:] = path.eta[STAGES - 1]
         if caught or angle >= last:
             _end_slip(alpha, path)
-            slips, rested = False, angle + REST
+            slips, rested = False, angle + _REST
     else:
         path.w[:] = math.nan  # it did not arrive
     return any_slip, work

@@ -26,14 +26,14 @@ import math
 import numpy as np
 
 from vanelock.common.arrays import Floats
-from vanelock.nonlinear.fourier.kernels import kernel
+from vanelock.nonlinear.fourier import kernel
 
 HELD, SLIPPING, FREE = 0, 1, 2
-LAPS = 200
+_LAPS = 200
 
 # Columns of the rates of w at the end of a step: to w at its beginning, to the centre at the
 # beginning and at the end, two each, and to the two radii.
-START, FROM, TO, SMALLER, LARGER = 0, 2, 4, 6, 7
+_START, _FROM, TO, _SMALLER, _LARGER = 0, 2, 4, 6, 7
 RATES = 8
 
 
@@ -60,10 +60,10 @@ def _touch_down(
         for i in range(2):
             d = b[i] - a[i]
             out[i] = b[i] - share * d
-            rates[i, FROM + i] = share
+            rates[i, _FROM + i] = share
             rates[i, TO + i] = 1.0 - share
-            rates[i, SMALLER] = -d * r1 / growth**2
-            rates[i, LARGER] = d * r0 / growth**2
+            rates[i, _SMALLER] = -d * r1 / growth**2
+            rates[i, _LARGER] = d * r0 / growth**2
         return HELD, 0.0
     px, py = dx / length, dy / length
     out[0], out[1] = b[0] - r1 * px, b[1] - r1 * py
@@ -71,9 +71,9 @@ def _touch_down(
     for i in range(2):
         for j in range(2):
             turned = r1 / length * across[i] * across[j]
-            rates[i, FROM + j] = turned
+            rates[i, _FROM + j] = turned
             rates[i, TO + j] = (1.0 if i == j else 0.0) - turned
-    rates[0, LARGER], rates[1, LARGER] = -px, -py
+    rates[0, _LARGER], rates[1, _LARGER] = -px, -py
     return SLIPPING, 0.5 * r1 * share * (length - growth)
 
 
@@ -113,7 +113,7 @@ def pursue(
     if trial_x * trial_x + trial_y * trial_y <= r1 * r1:  # inside at both ends is inside between
         out[0], out[1] = w[0], w[1]
         rates[:] = 0.0
-        rates[0, START] = rates[1, START + 1] = 1.0
+        rates[0, _START] = rates[1, _START + 1] = 1.0
         return HELD, 0.0
     # Slip begins at the share s of the step where |d0 + s Δ| = r0 + s ρ.
     x, y = a[0] - w[0], a[1] - w[1]
@@ -176,12 +176,12 @@ def _rearrange(fx: float, fy: float, rates: Floats) -> None:
     for i in range(2):
         to_first, to_last = rates[i, 4], rates[i, 5]
         d0x, d0y, d1x, d1y = rates[i, 0], rates[i, 1], rates[i, 2], rates[i, 3]
-        rates[i, START], rates[i, START + 1] = d0x + d1x, d0y + d1y
-        rates[i, FROM], rates[i, FROM + 1] = -d0x, -d0y
+        rates[i, _START], rates[i, _START + 1] = d0x + d1x, d0y + d1y
+        rates[i, _FROM], rates[i, _FROM + 1] = -d0x, -d0y
         rates[i, TO], rates[i, TO + 1] = -d1x, -d1y
         rates[i, TO + i] += 1.0
-        rates[i, SMALLER] = -to_first
-        rates[i, LARGER] = -to_last - (fx if i == 0 else fy)
+        rates[i, _SMALLER] = -to_first
+        rates[i, _LARGER] = -to_last - (fx if i == 0 else fy)
 
 
 @kernel
@@ -200,8 +200,8 @@ def _lap(centre: Floats, radius: Floats, begin: Floats, end: Floats, turn: Float
         end[0], end[1] = following[0], following[1]
         for k in range(2):
             x, y = turn[0, k], turn[1, k]
-            turn[0, k] = rates[0, START] * x + rates[0, START + 1] * y
-            turn[1, k] = rates[1, START] * x + rates[1, START + 1] * y
+            turn[0, k] = rates[0, _START] * x + rates[0, _START + 1] * y
+            turn[1, k] = rates[1, _START] * x + rates[1, _START + 1] * y
 
 
 @kernel
@@ -218,7 +218,7 @@ def periodic_start(centre: Floats, radius: Floats, begin: Floats) -> None:
     begin[0], begin[1] = centre[:, 0].mean(), centre[:, 1].mean()
     _lap(centre, radius, begin, end, turn)
     gap = math.inf
-    for _ in range(LAPS):
+    for _ in range(_LAPS):
         before = gap
         gap = math.hypot(end[0] - begin[0], end[1] - begin[1])
         if gap <= 1e-16 * size or (gap >= 0.5 * before and gap <= 1e-14 * size):

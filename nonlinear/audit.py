@@ -36,19 +36,19 @@ from vanelock.common.arrays import Array, Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.forced_response.response import Response, chosen_points
-from vanelock.nonlinear.fourier.kernels import kernel
+from vanelock.nonlinear.fourier import kernel
 from vanelock.rom.joining.linear_modes import unheld_motions
 from vanelock.rom.system.system import Contacts, Diameter, System
 
-ROUNDS, REPEATS = 200, 1e-13
+_ROUNDS, _REPEATS = 200, 1e-13
 """Most rounds, and of the largest force how closely one repeats the last."""
-SAMPLES = 2**17
-FINEST = 1e-4
+_SAMPLES = 2**17
+_FINEST = 1e-4
 """Static or vibrating forces are compared with the others times this where they are smaller."""
 
 
 @dataclass(frozen=True)
-class Marched:
+class _Marched:
     """What contacts do under given displacements.
 
     `force` (H + 1, c, 3): one-sided coefficients of (n, t1, t2), N; real for h = 0; `work` (c,):
@@ -65,7 +65,7 @@ def march_contacts(
     samples: int,
     friction: str = "orthogonal",
     begin: Floats | None = None,
-) -> Marched:
+) -> _Marched:
     """Forces and friction work of contacts under periodic relative displacements."""
     at_zero = contacts.kt * displacement[:, :, 1:].sum(axis=0).real
     start = at_zero if begin is None else begin
@@ -79,13 +79,13 @@ def march_contacts(
             t *= min(1.0, bound / max(math.hypot(*t), np.finfo(float).tiny))
         else:
             t = t.clip(-bound, bound)
-        for _ in range(ROUNDS):
+        for _ in range(_ROUNDS):
             begun = t.copy()
             work[c] = _round(u, contacts.kn[c], contacts.kt[c], contacts.mu[c], isotropic, t, path)
-            if np.abs(t - begun).max() <= REPEATS * np.abs(path[:, 1:]).max():
+            if np.abs(t - begun).max() <= _REPEATS * np.abs(path[:, 1:]).max():
                 break
         force[:, c] = coefficients(path, len(displacement) - 1)
-    return Marched(force, work)
+    return _Marched(force, work)
 
 
 def histories(q: Array, samples: int) -> Floats:
@@ -198,7 +198,7 @@ def audit_response(
     system: System,
     response: Response,
     points: Sequence[int] | None = None,
-    samples: int = SAMPLES,
+    samples: int = _SAMPLES,
 ) -> Audit:
     """Check points of a nonlinear response by other means than those that found it.
 
@@ -360,8 +360,8 @@ def _balance(
     harmonics: list[_Harmonic],
     stiffness: Floats,
     rounded: Floats,
-    fine: Marched,
-    coarse: list[Marched],
+    fine: _Marched,
+    coarse: list[_Marched],
 ) -> tuple[float, Floats, float]:
     """Largest relative residual, its scales, and how far off it may be."""
     size, gap, doubt = np.zeros((3, len(harmonics)))
@@ -376,6 +376,6 @@ def _balance(
         lost = np.finfo(float).eps * (np.abs(each.B).T @ rounded).max(initial=0.0)
         doubt[h] = np.abs(change).max(initial=0.0) + lost + each.rounding(stiffness)
     moving = size[1:].max(initial=0.0)
-    scale = np.maximum([size[0], moving], FINEST * np.array([moving, size[0]]))
+    scale = np.maximum([size[0], moving], _FINEST * np.array([moving, size[0]]))
     by_harmonic = np.where(scale > 0, scale, 1.0)[np.minimum(np.arange(len(harmonics)), 1)]
     return float((gap / by_harmonic).max()), scale, float((doubt / by_harmonic).max())

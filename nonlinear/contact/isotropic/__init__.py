@@ -1,1 +1,0 @@
-"""Friction bounded in the tangential plane."""

@@ -1,1 +1,0 @@
-"""Trigonometric polynomials, compiled, and how many threads they get."""

@@ -1,1 +1,0 @@
-"""Checks of solved points by other means than those that solved them."""
