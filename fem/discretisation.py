@@ -21,12 +21,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from vanelock.common.arrays import Array, Floats, Integers
-from vanelock.fem.elements import (
-    linear_type,
-    reference_element,
-    sampling,
-    shape_functions,
-)
+from vanelock.fem.elements import linear_type, reference_element, sampling, shape_functions
 from vanelock.fem.model import Model
 from vanelock.fem.stresses import columns, hooke, strain_blocks
 from vanelock.mesh import Part

@@ -41,7 +41,7 @@ _TOWARDS_CORNERS = (  # barycentric coordinate of three corners, share of the vo
 _TOWARDS_EDGES = (0.045503704125649649492, 0.042546020777081466438)  # that of two corners
 
 
-def tetrahedron_rule() -> tuple[Floats, Floats]:
+def _tetrahedron_rule() -> tuple[Floats, Floats]:
     """Points (14, 3) on the reference tetrahedron and weights (14,), which sum to 1/6."""
     places, shares = [], []
     for coordinate, share in _TOWARDS_CORNERS:
@@ -120,7 +120,7 @@ def reference_element(cell_type: str) -> ReferenceElement:
     """Tables of a cell type, by meshio's name."""
     make, nodes, degree = _known(cell_type)
     if cell_type == "tetra10":
-        points, weights = tetrahedron_rule()
+        points, weights = _tetrahedron_rule()
     else:
         columns, weights = quadrature.get_quadrature(make().refdom, degree)
         points = columns.T
@@ -171,7 +171,7 @@ def _known(cell_type: str) -> tuple[Any, Floats, int]:
     return _CELLS[cell_type]
 
 
-BLOCK = 256  # elements at once: some 5 MB for tetra10, near the processor's cache
+_BLOCK = 256  # elements at once: some 5 MB for tetra10, near the processor's cache
 
 
 def assemble(part: Part | FileMesh, material: Material, fixed: str | None = "fixed") -> Model:
@@ -253,8 +253,8 @@ def _halves(
     slot = slot.reshape(keys.shape).astype(np.int32)
     stiffness = np.zeros((len(pairs), 9))
     mass = np.zeros(len(pairs))
-    for start in range(0, len(slot), BLOCK):
-        block = slice(start, start + BLOCK)
+    for start in range(0, len(slot), _BLOCK):
+        block = slice(start, start + _BLOCK)
         k, m = _element_matrices(part, block, material, reference)
         here, values = _sum_by_slot(
             slot[block].ravel(),

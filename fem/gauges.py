@@ -93,12 +93,12 @@ class _Skin:
                 inner[left[nearer]], away[left[nearer]] = place[nearer], gap[nearer]
         return inner, away
 
-    def _point(self, face: np.int64, place: Floats) -> _SkinPoint:
+    def _point(self, face: np.int64, local: Floats) -> _SkinPoint:
         """The point of a face at a place of the reference cell."""
         nodes = self.part.cells[self.cells[face]]
         points = self.part.points[nodes]
         outward = _faces(self.part.cell_type)[self.faces[face]][2]
-        values, slopes = shape_functions(self.part.cell_type, place[None])
+        values, slopes = shape_functions(self.part.cell_type, local[None])
         normal = np.linalg.solve((points.T @ slopes[0]).T, outward)
         corners = self.part.points[self.corners[face]]
         size = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max()
@@ -288,10 +288,10 @@ def _unit(vector: Floats) -> Floats:
     return np.asarray(vector / np.linalg.norm(vector))
 
 
-def _vector(part: Part, name: str, given: ArrayLike) -> Floats:
-    vector = np.asarray(given, float)
+def _vector(part: Part, name: str, components: ArrayLike) -> Floats:
+    vector = np.asarray(components, float)
     if vector.shape != (3,) or not np.all(np.isfinite(vector)):
-        raise InputError(f"{part.name}: gauge {name} = {given!r}: needed are three numbers")
+        raise InputError(f"{part.name}: gauge {name} = {components!r}: needed are three numbers")
     return vector
 
 

@@ -127,11 +127,7 @@ _DENSE = 200  # below this size, or for most of the spectrum, a dense solve is a
 
 
 def eigenpairs(
-    K: sp.csc_array,
-    M: sp.csc_array,
-    count: int,
-    shift: float = 0.0,
-    factor: Factor | None = None,
+    K: sp.csc_array, M: sp.csc_array, count: int, shift: float = 0.0, factor: Factor | None = None
 ) -> tuple[Floats, Array]:
     """Lowest eigenvalues and mass-normalised vectors of K x = λ M x.
 

@@ -181,10 +181,7 @@ def _face_rule(count: int) -> tuple[Floats, Floats, Floats]:
 
 
 def traction(
-    model: Model,
-    faces: Integers,
-    force: Sequence[float],
-    moment: Sequence[float] = (0.0, 0.0, 0.0),
+    model: Model, faces: Integers, force: Sequence[float], moment: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> Floats:
     """Nodal loads of a traction over faces with a force and a moment about their centroid.
 

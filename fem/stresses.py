@@ -22,7 +22,7 @@ from vanelock.fem.elements import reference_element, sampling, shape_functions
 from vanelock.fem.model import Material, Model
 from vanelock.mesh import Part
 
-ENTRIES = 2**20
+_ENTRIES = 2**20
 """Displacement gradients held at a time; some tens of MB with what is made of them."""
 
 
@@ -141,9 +141,9 @@ def thermal_strain(part: Part, growth: ArrayLike) -> Floats:
     return nodal_values(part, growth, "thermal strain")
 
 
-def nodal_values(part: Part, given: ArrayLike, what: str) -> Floats:
+def nodal_values(part: Part, field: ArrayLike, what: str) -> Floats:
     """(nodes,) values at the nodes of a part, from these or from one number for all of them."""
-    values, n = np.asarray(given, float), len(part.points)
+    values, n = np.asarray(field, float), len(part.points)
     if values.shape not in ((), (n,)):
         raise InputError(f"{part.name}: {what} of shape {values.shape}: needed is one or ({n},)")
     if not np.isfinite(values).all():
@@ -175,7 +175,7 @@ def slopes(part: Part, cells: Integers, points: Floats) -> tuple[Floats, Floats]
 def strain_blocks(part: Part, u: Array, points: Floats) -> Iterator[tuple[Integers, Array, Floats]]:
     """Cells of a block, strains (e, g, 6, k) at points of the reference cell, determinants."""
     k = u.shape[2]
-    size = max(1, ENTRIES // (9 * len(points) * k + 3 * part.cells.shape[1] * (k + len(points))))
+    size = max(1, _ENTRIES // (9 * len(points) * k + 3 * part.cells.shape[1] * (k + len(points))))
     for start in range(0, len(part.cells), size):
         cells = part.cells[start : start + size]
         gradients, determinant = slopes(part, cells, points)

@@ -240,7 +240,7 @@ def _ordered(*chains: Sequence[tuple[str, float]]) -> None:
         raise InputError("\n".join(wrong))
 
 
-SIZE = 20.0
+_SIZE = 20.0
 """Elements may be so many radii of a fillet long: beyond, those beside it become slivers."""
 
 _Room = tuple[str, float]
@@ -284,10 +284,7 @@ def _check_vane_fillet(vane: VaneDimensions) -> None:
     _check(
         "vane.fillet",
         vane.fillet,
-        (
-            "between vane.outer_shroud_outer_radius and vane.hook.lip_radius",
-            (leg - CLEARANCE) / 2,
-        ),
+        ("between vane.outer_shroud_outer_radius and vane.hook.lip_radius", (leg - CLEARANCE) / 2),
         ("between vane.leg_rear and its mirror image", (between - CLEARANCE) / 2),
         (
             "between vane.hook.band_position and vane.leg_front",
@@ -322,11 +319,11 @@ def _check_clear_fillets(vane: VaneDimensions, casing: CasingDimensions) -> None
 
 def check_resolved(name: str, fillet: float, size: float, share: float = 1.0) -> None:
     """Refuse a fillet too small for an element size, m, of which elements there are a share."""
-    if 0 < fillet < share * size / SIZE:
+    if 0 < fillet < share * size / _SIZE:
         raise InputError(
             f"{name} = {fillet:g} m: too small for elements of {share * size * 1e3:g} mm: allowed "
-            f"are 0, {share * size / SIZE:g} m and more, or mesh.size up to "
-            f"{SIZE * fillet / share:g} m"
+            f"are 0, {share * size / _SIZE:g} m and more, or mesh.size up to "
+            f"{_SIZE * fillet / share:g} m"
         )
 
 

@@ -37,27 +37,17 @@ from vanelock.mesh.tetrahedra import quadratic_shapes, quadratic_slopes
 
 
 @dataclass(frozen=True)
-class Patch:
-    """A piece of a surface.
+class _Patch:
+    """A piece of a surface."""
 
-    Attributes
-    ----------
-    planes : (p, 4) float
-        Unit normals n and offsets d, m: the patch is where n·x ≤ d for all of them.
-    area : float
-        m².
-    centroid : (3,) float
-        Of the curved surface, m; so it lies a little inside a cylinder.
-    """
+    planes: Floats  # (p, 4)
+    area: float  # m²
+    centroid: Floats  # (3,), of the curved surface, m; so it lies a little inside a cylinder
 
-    planes: Floats
-    area: float
-    centroid: Floats
-
-    def turned(self, rotation: Floats) -> "Patch":
+    def turned(self, rotation: Floats) -> "_Patch":
         """The patch turned about the origin."""
         planes = np.column_stack([self.planes[:, :3] @ rotation.T, self.planes[:, 3]])
-        return Patch(planes, self.area, rotation @ self.centroid)
+        return _Patch(planes, self.area, rotation @ self.centroid)
 
 
 def hook_overlap(vane: VaneDimensions, casing: CasingDimensions) -> tuple[float, float]:
@@ -73,7 +63,7 @@ def hook_overlap(vane: VaneDimensions, casing: CasingDimensions) -> tuple[float,
 
 def hook_patches(
     hook: HookDimensions, overlap: tuple[float, float], sectors: int
-) -> list[list[Patch]]:
+) -> list[list[_Patch]]:
     """Patches of the nodes of `contact_places.hook_bands`, band by band."""
     front_roof = contact_places.hook_bands(hook, sectors)[0]
     limits = _nearest(np.arctan2(front_roof[:, 1], front_roof[:, 0]))  # the same on all bands
@@ -91,7 +81,7 @@ def _nearest(positions: Floats) -> Floats:
     return np.concatenate([positions[:1], middles, positions[-1:]])
 
 
-def _on_cylinder(radius: float, angles: tuple[float, float], axial: tuple[float, float]) -> Patch:
+def _on_cylinder(radius: float, angles: tuple[float, float], axial: tuple[float, float]) -> _Patch:
     (first, last), (front, rear) = angles, axial
     planes = np.array(
         [
@@ -104,10 +94,10 @@ def _on_cylinder(radius: float, angles: tuple[float, float], axial: tuple[float,
     half, middle = 0.5 * (last - first), 0.5 * (first + last)
     inside = radius * np.sin(half) / half
     centroid = [inside * np.cos(middle), inside * np.sin(middle), 0.5 * (front + rear)]
-    return Patch(planes, radius * (last - first) * (rear - front), np.array(centroid))
+    return _Patch(planes, radius * (last - first) * (rear - front), np.array(centroid))
 
 
-def interlock_patches(vane: VaneDimensions, sectors: int) -> tuple[list[Patch], list[Patch]]:
+def interlock_patches(vane: VaneDimensions, sectors: int) -> tuple[list[_Patch], list[_Patch]]:
     """Patches of the nodes of the left interlock face, in their order, and of the right one."""
     frame = contact_places.interlock_frame(vane, sectors)
     origin = np.array([0.0, 0.0, vane.hook.mid_plane])
@@ -125,7 +115,7 @@ def interlock_patches(vane: VaneDimensions, sectors: int) -> tuple[list[Patch], 
     for sides, area, centre in local:
         normals = sides[:, :2] @ frame[[2, 1]]
         planes = np.column_stack([normals, sides[:, 2] + normals @ origin])
-        left.append(Patch(planes, area, origin + centre @ frame[[2, 1]]))
+        left.append(_Patch(planes, area, origin + centre @ frame[[2, 1]]))
     return left, [patch.turned(turn(sectors)) for patch in left]
 
 
@@ -138,8 +128,8 @@ def _beside_arc(
     line is straight and meets the mean of both arcs at the ends in x.
     """
 
-    def arc(r: float, at: Floats) -> Floats:
-        return np.sqrt(r**2 - (slope * at) ** 2)
+    def arc(r: float, angle: Floats) -> Floats:
+        return np.sqrt(r**2 - (slope * angle) ** 2)
 
     start, end = ends
     low, high = 0.5 * (arc(radius, np.array(ends)) + arc(opposite, np.array(ends)))
@@ -155,7 +145,7 @@ def _beside_arc(
     return sides, area, np.array([share @ x, share @ y.mean(axis=0)]) / area
 
 
-COVERED = 2e-2  # of a patch's area: the most that straight-sided elements may miss of a curved one
+_COVERED = 2e-2  # of a patch's area: the most that straight-sided elements may miss of a curved one
 _OFFSET = 1e-13  # m; a smaller distance of the centroids is round-off
 _DIVISIONS = (
     2  # of the edges of a face before it is cut; finer ones do not change what elements resolve
@@ -166,14 +156,14 @@ _REFERENCE = np.vstack([np.zeros(3), np.eye(3)])  # corners
 
 
 @dataclass(frozen=True)
-class Facets:
+class _Facets:
     """Faces (t,) of elements on a surface: the element of each and its corners' places (t, 3)."""
 
     element: Integers
     corner: Integers
 
 
-def cylinder(points: Floats, cells: Integers, radius: float) -> Facets:
+def _cylinder(points: Floats, cells: Integers, radius: float) -> _Facets:
     """Faces with their corners on a cylinder about z."""
     on = np.abs(np.hypot(points[:, 0], points[:, 1]) - radius) < TOLERANCE
     facets = _surface(cells, on)
@@ -181,31 +171,31 @@ def cylinder(points: Floats, cells: Integers, radius: float) -> Facets:
     a, b, c = np.moveaxis(points[_corners(cells, facets)], 1, 0)
     normal = np.cross(b - a, c - a)
     faces_axis = np.abs(normal[:, 2]) < np.linalg.norm(normal[:, :2], axis=1)
-    return Facets(facets.element[faces_axis], facets.corner[faces_axis])
+    return _Facets(facets.element[faces_axis], facets.corner[faces_axis])
 
 
-def plane(points: Floats, cells: Integers, origin: Floats, normal: Floats) -> Facets:
+def _plane(points: Floats, cells: Integers, origin: Floats, normal: Floats) -> _Facets:
     """Faces with their corners in a plane."""
     return _surface(cells, np.abs((points - origin) @ normal) < TOLERANCE)
 
 
-def _surface(cells: Integers, on: Booleans) -> Facets:
+def _surface(cells: Integers, on: Booleans) -> _Facets:
     """Faces whose corners all lie on the surface and that belong to one element only."""
     element, face = np.nonzero(on[cells[:, _FACES]].all(axis=2))
-    found = Facets(element, _FACES[face])
+    found = _Facets(element, _FACES[face])
     key = np.sort(_corners(cells, found), axis=1)
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
     outer = first[count == 1]
-    return Facets(found.element[outer], found.corner[outer])
+    return _Facets(found.element[outer], found.corner[outer])
 
 
-def _corners(cells: Integers, facets: Facets) -> Integers:
+def _corners(cells: Integers, facets: _Facets) -> Integers:
     """(t, 3) nodes."""
     return np.take_along_axis(cells[facets.element], facets.corner, axis=1)
 
 
-def averages(
-    what: str, points: Floats, cells: Integers, facets: Facets, patches: Sequence[Patch]
+def _averages(
+    what: str, points: Floats, cells: Integers, facets: _Facets, patches: Sequence[_Patch]
 ) -> sp.csr_array:
     """Weights of the nodes in the mean over each patch."""
     lattice, pieces = _lattice(_DIVISIONS)
@@ -224,7 +214,7 @@ def averages(
         sides = (_REFERENCE[corner[:, 1:]] - _REFERENCE[corner[:, :1]]) @ J.swapaxes(1, 2)
         weight = share * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
         area = weight.sum()
-        if abs(area - patch.area) > COVERED * patch.area:
+        if abs(area - patch.area) > _COVERED * patch.area:
             raise InputError(
                 f"{what}: element faces cover {100 * area / patch.area:.1f} % of contact patch "
                 f"{i}: choose another mesh.size"
@@ -244,11 +234,11 @@ def _lattice(divisions: int) -> tuple[Floats, Integers]:
     return np.column_stack([n - i - j, i, j]) / n, np.array(pieces)
 
 
-def _in_tetrahedron(corner: Integers, place: Floats) -> Floats:
+def _in_tetrahedron(corner: Integers, points: Floats) -> Floats:
     """Barycentric positions (..., 4) of places (..., 3) in faces with some corners (..., 3)."""
-    shape = np.broadcast_shapes(corner.shape, place.shape)[:-1]
+    shape = np.broadcast_shapes(corner.shape, points.shape)[:-1]
     position = np.zeros((*shape, 4))
-    np.put_along_axis(position, np.broadcast_to(corner, (*shape, 3)), place, axis=-1)
+    np.put_along_axis(position, np.broadcast_to(corner, (*shape, 3)), points, axis=-1)
     return position
 
 
@@ -323,14 +313,14 @@ def hook_averages(
         return {}
     bands = hook_patches(hook, overlap, part.sectors)
     rows = [
-        averages(f"{part.name} {name}", part.points, part.cells, surface, band)
+        _averages(f"{part.name} {name}", part.points, part.cells, surface, band)
         for name, radius, band in zip(
             ("hook_front", "hook_front", "hook_rear", "hook_rear"),
             2 * (hook.roof_radius, hook.lip_radius),
             bands,
             strict=True,
         )
-        for surface in [cylinder(part.points, part.cells, radius)]
+        for surface in [_cylinder(part.points, part.cells, radius)]
     ]
     return {
         "hook_front": sp.csc_array(sp.vstack(rows[:2])),
@@ -345,7 +335,7 @@ def interlock_averages(part: Part, vane: VaneDimensions) -> dict[str, sp.csc_arr
         ("interlock_left", "interlock_right"), interlock_patches(vane, part.sectors), strict=True
     ):
         normal = part.frames[name][0, 0]
-        facets = plane(part.points, part.cells, part.points[part.node_sets[name][0]], normal)
-        rows = averages(f"{part.name} {name}", part.points, part.cells, facets, patches)
+        facets = _plane(part.points, part.cells, part.points[part.node_sets[name][0]], normal)
+        rows = _averages(f"{part.name} {name}", part.points, part.cells, facets, patches)
         found[name] = sp.csc_array(rows)
     return found

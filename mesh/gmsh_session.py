@@ -9,7 +9,7 @@ from typing import Any
 from vanelock.common.errors import InputError
 from vanelock.common.process.signals import preserved
 
-PACKAGES = "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1"
+_PACKAGES = "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1"
 _LIBRARIES = (
     "libGLU.so.1",
     "libGL.so.1",
@@ -40,7 +40,7 @@ _OPTIONS = {
 }
 
 
-def missing_libraries(load: Callable[[str], object] = ctypes.CDLL) -> list[str]:
+def _missing_libraries(load: Callable[[str], object] = ctypes.CDLL) -> list[str]:
     """Shared libraries that gmsh is linked against and that this system does not have."""
     missing = []
     for name in _LIBRARIES:
@@ -51,7 +51,7 @@ def missing_libraries(load: Callable[[str], object] = ctypes.CDLL) -> list[str]:
     return missing
 
 
-def load(libraries: Callable[[], list[str]] = missing_libraries) -> Any:
+def load(libraries: Callable[[], list[str]] = _missing_libraries) -> Any:
     """The gmsh module.
 
     Raises
@@ -63,7 +63,7 @@ def load(libraries: Callable[[], list[str]] = missing_libraries) -> Any:
     if missing:
         raise InputError(
             f"gmsh: system libraries {', '.join(missing)} are missing: "
-            f"run `apt-get install -y {PACKAGES}`"
+            f"run `apt-get install -y {_PACKAGES}`"
         )
     try:
         import gmsh
@@ -71,7 +71,7 @@ def load(libraries: Callable[[], list[str]] = missing_libraries) -> Any:
         reason = str(error).splitlines()[0]
         raise InputError(
             f"gmsh: cannot be loaded ({reason}): run `pip install gmsh` "
-            f"and `apt-get install -y {PACKAGES}`"
+            f"and `apt-get install -y {_PACKAGES}`"
         ) from None
     return gmsh
 

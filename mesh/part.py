@@ -82,9 +82,9 @@ class Part(Product):
         return self.node_sets[own]
 
 
-def called(names: Collection[str], wanted: str) -> str | None:
+def called(names: Collection[str], spelling: str) -> str | None:
     """The name itself, or the only one that differs from it in case: decks have capitals alone."""
-    if wanted in names:
-        return wanted
-    alike = [name for name in names if name.casefold() == wanted.casefold()]
+    if spelling in names:
+        return spelling
+    alike = [name for name in names if name.casefold() == spelling.casefold()]
     return alike[0] if len(alike) == 1 else None

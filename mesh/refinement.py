@@ -44,7 +44,7 @@ def casing_dofs(
     casing: CasingDimensions, hook: HookDimensions, sectors: int, size: float, stretch: int = 1
 ) -> float:
     """Estimate for a casing sector meshed with elements of `size`, m; fillets apart."""
-    plates = casing_plates(casing, hook, sectors * stretch)
+    plates = _casing_plates(casing, hook, sectors * stretch)
     return _CASING_LEAST + _plates_dofs(plates, size, _CASING)
 
 
@@ -64,7 +64,7 @@ def vane_dofs(vane: VaneDimensions, sectors: int, size: float) -> float:
     return _VANE_LEAST + 3 * _A_CELL * cells + sum(regions)
 
 
-def _plates_dofs(plates: list[_Plate], size: float, each: tuple[float, float]) -> float:
+def _plates_dofs(plates: list[_Plate], size: float, factors: tuple[float, float]) -> float:
     """Estimate for plates.
 
     Besides what contacts and corners need anyway, a plate thinner than an element has its nodes
@@ -74,7 +74,7 @@ def _plates_dofs(plates: list[_Plate], size: float, each: tuple[float, float]) -
     """
     area = sum(area for area, _ in plates)
     volume = sum(area * thickness for area, thickness in plates)
-    return each[0] * area / size**2 + each[1] * volume / size**3
+    return factors[0] * area / size**2 + factors[1] * volume / size**3
 
 
 def check_size(
@@ -147,7 +147,7 @@ def _shroud_plates(vane: VaneDimensions, sectors: int) -> list[_Plate]:
     ]
 
 
-def casing_plates(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> list[_Plate]:
+def _casing_plates(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> list[_Plate]:
     """The shell, flanges and bosses of a casing sector, and its rails' walls, roofs and lips."""
     pitch = 2 * np.pi / sectors
     groove = casing.groove_mouth - casing.groove_bottom
@@ -156,10 +156,7 @@ def casing_plates(casing: CasingDimensions, hook: HookDimensions, sectors: int) 
             casing.length * pitch * (casing.inner_radius + casing.outer_radius) / 2,
             casing.outer_radius - casing.inner_radius,
         ),
-        (
-            pitch * (casing.flange_radius**2 - casing.outer_radius**2),
-            casing.flange_thickness,
-        ),
+        (pitch * (casing.flange_radius**2 - casing.outer_radius**2), casing.flange_thickness),
         (
             2 * (casing.inner_radius - casing.rail_inner_radius) * pitch * casing.inner_radius,
             casing.groove_bottom - casing.rail_front,
@@ -210,8 +207,8 @@ class Refinement:
 
 
 def sizes_for(
-    wanted: float,
-    found: Mapping[str, float],
+    accuracy: float,
+    errors: Mapping[str, float],
     now: Sizes,
     vane: VaneDimensions | None,
     casing: CasingDimensions | None,
@@ -222,9 +219,9 @@ def sizes_for(
 
     Parameters
     ----------
-    wanted : float
+    accuracy : float
         Relative error of a frequency.
-    found : mapping of "vane" and "casing" to float
+    errors : mapping of "vane" and "casing" to float
         What the part's mesh adds to the frequency now, relative: `fem.excess_stiffness` of the
         mode, over 2 ω² and the modal mass.
     now : Sizes
@@ -239,7 +236,7 @@ def sizes_for(
     Raises
     ------
     InputError
-        If `wanted` is not positive, or an error is negative.
+        If `accuracy` is not positive, or an error is negative.
 
     Examples
     --------
@@ -249,9 +246,9 @@ def sizes_for(
     >>> chosen.sizes.stretch, chosen.error < 0.03
     (3, True)
     """
-    if not wanted > 0 or min(found.values()) < 0:
+    if not accuracy > 0 or min(errors.values()) < 0:
         raise InputError(
-            f"wanted = {wanted:g}, errors {dict(found)}: must be > 0, and not negative"
+            f"wanted = {accuracy:g}, errors {dict(errors)}: must be > 0, and not negative"
         )
     hook = hook or (HookDimensions() if vane is None else vane.hook)
     stretch = now.stretch
@@ -267,16 +264,16 @@ def sizes_for(
 
     grid = np.arange(round(SMALLEST / _STEP), round(LARGEST / _STEP) + 1) * _STEP
     tables = [
-        _table(of_vane, of_vane(now.vane), found["vane"], now.vane, grid),
+        _table(of_vane, of_vane(now.vane), errors["vane"], now.vane, grid),
         _table(
-            of_casing, of_casing(now.casing, now.stretch), gain * found["casing"], now.casing, grid
+            of_casing, of_casing(now.casing, now.stretch), gain * errors["casing"], now.casing, grid
         ),
     ]
     (vane_sizes, vane_dof, vane_error), (casing_sizes, casing_dof, casing_error) = tables
     dofs = vane_dof[:, None] + casing_dof
     error = vane_error[:, None] + casing_error
     allowed = dofs <= MOST
-    enough = allowed & (error <= wanted)
+    enough = allowed & (error <= accuracy)
     if enough.any():
         best = np.argmin(np.where(enough, dofs, np.inf))
     else:
@@ -287,11 +284,7 @@ def sizes_for(
 
 
 def _table(
-    count: Callable[[float], float],
-    dofs: float,
-    error: float,
-    size: float,
-    grid: np.ndarray,
+    count: Callable[[float], float], dofs: float, error: float, size: float, grid: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Sizes, dofs and expected errors; the part's own alone where it is not to be meshed."""
     if not dofs:

@@ -57,8 +57,8 @@ def quality(part: Part) -> Quality:
     if part.cell_type not in ("tetra", "tetra10"):
         raise InputError(f"{part.name}: quality needs tetrahedra, not {part.cell_type}")
     points, cells = part.points, part.cells
-    corners = np.linalg.det(jacobians(points, cells, _CORNERS)).sum()
-    faces = np.linalg.det(jacobians(points, cells, _FACES)).sum()
+    corners = np.linalg.det(_jacobians(points, cells, _CORNERS)).sum()
+    faces = np.linalg.det(_jacobians(points, cells, _FACES)).sum()
     return Quality(
         nodes=len(part.points),
         elements=len(part.cells),
@@ -73,7 +73,7 @@ def condition(points: Floats, cells: Integers) -> Floats:
 
     3 / (|A| |A^-1|), where A makes the element of a regular one: 1 for that, 0 for a flat one.
     """
-    A = jacobians(points, cells[:, :4], _CORNERS[:1])[:, 0] @ np.linalg.inv(_REGULAR)
+    A = _jacobians(points, cells[:, :4], _CORNERS[:1])[:, 0] @ np.linalg.inv(_REGULAR)
     with np.errstate(divide="ignore", invalid="ignore"):
         # A^-1 = adj(A)/det(A), so that a flat element counts as zero.
         cofactor = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])
@@ -94,7 +94,7 @@ def jacobian_bounds(points: Floats, cells: Integers) -> Floats:
     than the smallest (the polynomial's Bézier form; Johnen, Remacle and Geuzaine, J. Comput. Phys.
     233, 2013). The bound is attained if a corner's determinant β_iii is the smallest.
     """
-    a, b, c = np.moveaxis(jacobians(points, cells, _CORNERS), -1, 0)  # each (e, 4, 3)
+    a, b, c = np.moveaxis(_jacobians(points, cells, _CORNERS), -1, 0)  # each (e, 4, 3)
     one_order = np.einsum("eix,ejkx->eijk", a, np.cross(b[:, :, None], c[:, None, :]))
     orders = [one_order.transpose(0, *order) for order in permutations((1, 2, 3))]
     smallest = np.mean(orders, axis=0).min(axis=(1, 2, 3))
@@ -114,7 +114,7 @@ def valid(part: Part) -> Part:
     return part
 
 
-def jacobians(points: Floats, cells: Integers, positions: Floats) -> Floats:
+def _jacobians(points: Floats, cells: Integers, positions: Floats) -> Floats:
     """Derivative of place by reference coordinates at positions (q, 3): (e, q, 3, 3), m."""
     barycentric = np.column_stack([1 - positions.sum(axis=1), positions])
     if cells.shape[1] == 4:

@@ -1,7 +1,7 @@
 """An independent check of solved points: the balance in all coordinates, and of power.
 
 Nothing here comes from the solver but the response: matrices of the system as given, modal damping
-built from its definition, contacts marched through their three states (`march_contacts`). With
+built from its definition, contacts marched through their three states (`_march_contacts`). With
 B_h = own + next e^{-ihφ}, D_h = K - (hω)² M + ihω C and one-sided coefficients,
 
     r_h = D_h x^(h) + B_hᴴ λ^(h) - f^(h),
@@ -59,7 +59,7 @@ class _Marched:
     work: Floats
 
 
-def march_contacts(
+def _march_contacts(
     contacts: Contacts,
     displacement: Array,
     samples: int,
@@ -73,7 +73,7 @@ def march_contacts(
     work = np.zeros(contacts.count)
     isotropic, path = friction == "isotropic", np.empty((samples, 3))
     for c in range(contacts.count):
-        u, t = np.ascontiguousarray(histories(displacement[:, c], samples)), start[c].astype(float)
+        u, t = np.ascontiguousarray(_histories(displacement[:, c], samples)), start[c].astype(float)
         bound = contacts.mu[c] * contacts.kn[c] * max(u[0, 0], 0.0)
         if isotropic:
             t *= min(1.0, bound / max(math.hypot(*t), np.finfo(float).tiny))
@@ -84,18 +84,18 @@ def march_contacts(
             work[c] = _round(u, contacts.kn[c], contacts.kt[c], contacts.mu[c], isotropic, t, path)
             if np.abs(t - begun).max() <= _REPEATS * np.abs(path[:, 1:]).max():
                 break
-        force[:, c] = coefficients(path, len(displacement) - 1)
+        force[:, c] = _coefficients(path, len(displacement) - 1)
     return _Marched(force, work)
 
 
-def histories(q: Array, samples: int) -> Floats:
+def _histories(q: Array, samples: int) -> Floats:
     """(samples, ...) values over a period of one-sided coefficients (H + 1, ...)."""
     spectrum = q * (samples / 2)
     spectrum[0] = q[0].real * samples
     return np.asarray(np.fft.irfft(spectrum, n=samples, axis=0))
 
 
-def coefficients(history: Floats, harmonics: int) -> Array:
+def _coefficients(history: Floats, harmonics: int) -> Array:
     """One-sided coefficients (H + 1, ...) of values over a period (samples, ...)."""
     q: Array = np.fft.rfft(history, axis=0)[: harmonics + 1] * (2 / len(history))
     q[0] /= 2
@@ -195,10 +195,7 @@ class Audit(Product):
 
 
 def audit_response(
-    system: System,
-    response: Response,
-    points: Sequence[int] | None = None,
-    samples: int = _SAMPLES,
+    system: System, response: Response, points: Sequence[int] | None = None, samples: int = _SAMPLES
 ) -> Audit:
     """Check points of a nonlinear response by other means than those that found it.
 
@@ -237,13 +234,13 @@ def audit_response(
     )
     if not fits:
         raise InputError("response: has other coordinates or contacts than the system")
-    damping = {k: damping_matrix(system, k) for k in sizes}
+    damping = {k: _damping_matrix(system, k) for k in sizes}
     rows = [_checked(system, response, point, damping, samples) for point in chosen]
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     return Audit(frequency=response.frequency[chosen], **columns)
 
 
-def damping_matrix(system: System, nodal_diameter: int) -> Array:
+def _damping_matrix(system: System, nodal_diameter: int) -> Array:
     """C + Σ_j 2ζω_j (M V_j)(M V_j)ᴴ, V_j the mass-normalised modes, joints as the system says.
 
     Massless coordinates have no modes: those of M against the stiffness serve there.
@@ -325,7 +322,7 @@ def _checked(
     if response.friction == "isotropic":
         begin = response.force[point, :, :, 1:].sum(axis=0).real
     fine, *coarse = (
-        march_contacts(contacts, moved, samples // part, response.friction, begin)
+        _march_contacts(contacts, moved, samples // part, response.friction, begin)
         for part in (1, 2, 4)
     )
     stiffness = contacts.stiffness.reshape(-1)

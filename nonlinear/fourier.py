@@ -35,7 +35,7 @@ except ValueError as error:
 Kernel = TypeVar("Kernel", bound=Callable[..., object])
 
 
-def sources() -> list[Path]:
+def _sources() -> list[Path]:
     """The files of `nonlinear` that hold kernels."""
     files = sorted(Path(__file__).resolve().parent.rglob("*.py"))
     return [path for path in files if "\n@kernel" in path.read_text("utf-8")]
@@ -46,7 +46,7 @@ def _folder() -> str | None:
     """Where compiled code is kept; none where nothing can be written: it is then compiled anew."""
     here = Path(__file__).resolve().parent
     digest = hashlib.sha256()
-    for source in sources():
+    for source in _sources():
         digest.update(source.read_bytes())
     chosen = vars(numba.config)["CACHE_DIR"]
     if chosen:
@@ -215,8 +215,8 @@ def crossing(a: Floats, level: float, begin: float, end: float) -> float:
 
 
 @kernel
-def roots(a: Floats, table: Floats, found: Floats) -> int:
-    """Angles in [0, 2π) where a changes sign, ascending into `found`; returns how many.
+def roots(a: Floats, table: Floats, angles: Floats) -> int:
+    """Angles in [0, 2π) where a changes sign, ascending into `angles`; returns how many.
 
     `table` holds φ on a uniform grid. Between two of its points of equal sign a pair of roots is
     found through the extremum between them, so that only a pair that comes with a second extremum
@@ -237,7 +237,7 @@ def roots(a: Floats, table: Floats, found: Floats) -> int:
         d_first += table[0, k] * slopes[k]
     f, d = f_first, d_first
     for i in range(size):
-        if count + 2 > found.size:  # a degree H has 2H roots; more are rounding
+        if count + 2 > angles.size:  # a degree H has 2H roots; more are rounding
             break
         if i + 1 < size:
             f_next, d_next = 0.0, 0.0
@@ -249,13 +249,13 @@ def roots(a: Floats, table: Floats, found: Floats) -> int:
         begin, end = TURN * i / size, TURN * (i + 1) / size
         above = f >= 0.0
         if above != (f_next >= 0.0):
-            found[count] = crossing(a, 0.0, begin, end)
+            angles[count] = crossing(a, 0.0, begin, end)
             count += 1
         elif (d < 0.0 and d_next > 0.0) if above else (d > 0.0 and d_next < 0.0):
             middle = crossing(slopes, 0.0, begin, end)
             if (value(a, middle) >= 0.0) != above:
-                found[count] = crossing(a, 0.0, begin, middle)
-                found[count + 1] = crossing(a, 0.0, middle, end)
+                angles[count] = crossing(a, 0.0, begin, middle)
+                angles[count + 1] = crossing(a, 0.0, middle, end)
                 count += 2
         f, d = f_next, d_next
     return count

@@ -280,11 +280,11 @@ class Component(Product):
         return self.interface_modes + 3 * self.masters.places(nodes)[:, None] + np.arange(3)
 
 
-def carrying(component: Component, given: Iterable[tuple[str, str, float]]) -> Component:
+def carrying(component: Component, sums: Iterable[tuple[str, str, float]]) -> Component:
     """A component with other loads at rest: of each name the sum of multiples of those it has."""
     own: dict[str, Matrix] = component.loads or {}
     found: dict[str, Matrix] = {}
-    for name, kind, factor in given:
+    for name, kind, factor in sums:
         found[name] = found.get(name, np.zeros_like(own[kind])) + factor * own[kind]
     return replace(component, loads=found)
 

@@ -147,14 +147,14 @@ def _same(
     chosen: Masters,
     cyclic: bool,
     route: str,
-    wanted: Selection,
+    selection: Selection,
 ) -> Problem:
     """The problem that was prepared, which must be the one that is asked for."""
     found = prepared.problem
     own, given = found.masters, (chosen.nodes, chosen.averaged)
     if isinstance(prepared, CraigBampton) != (route == "paper"):
         raise InputError(f'prepared: by another route than "{route}"')
-    if isinstance(prepared, CraigBampton) and prepared.fixed_modes.shape[1] != wanted.modes:
+    if isinstance(prepared, CraigBampton) and prepared.fixed_modes.shape[1] != selection.modes:
         have = prepared.fixed_modes.shape[1]
         raise InputError(f"prepared: with {have} fixed-interface modes: give as many as modes")
     same = all(np.array_equal(*each) for each in zip((own.nodes, own.averaged), given, strict=True))
@@ -210,11 +210,11 @@ def _diameters(nodal_diameters: Iterable[int] | None, sectors: int) -> list[int]
     return sorted(found)
 
 
-def _whole(shared: Condensed, wanted: Selection, loads: Loads | None = None) -> Component:
+def _whole(shared: Condensed, selection: Selection, loads: Loads | None = None) -> Component:
     """Reduce a part in one piece to its masters, fixed-interface vectors and answers to loads."""
     problem = shared.problem
     part = held_piece(HeldMatrices(shared.matrix, shared.interior), problem.M, problem.rows)
-    chosen, band = wanted.of(part)
+    chosen, band = selection.of(part)
     at_rest = held_loads(shared, loads) if loads else None
     if at_rest is not None:
         chosen, answers = at_rest.answered(chosen, part)

@@ -240,7 +240,7 @@ class Reference:
         size = [self.amplitude(solver, each) for each in found]
         top = int(np.argmax(size))
         resonance = Resonance(solver.family, self.component, TOLERANCE)
-        peak = resonance.peak(found[top].omega, found[top].w, bend, found[top].kept)
+        peak = resonance.peak(found[top].omega, found[top].w, bend, found[top].reuse)
         if peak is None or peak.amplitude < size[top]:
             return found[top], size[top], False
         return peak.solution, peak.amplitude, True

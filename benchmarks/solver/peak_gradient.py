@@ -79,10 +79,10 @@ def row(system: System, limits: tuple[float, float], force: float, harmonics: in
     gradients, kept, fresh = [], [], []
     for _ in range(REPEATS):
         gradients.append(seconds(lambda: whole(amplitude_gradient(ready, solution, component))))
-        for steps, known in ((kept, solution.kept), (fresh, None)):
+        for steps, known in ((kept, solution.reuse), (fresh, None)):
             begin = time.process_time()
             held = fixed(family.at(beside), family.friction)
-            again = solve(held, solution.w, 0.0, kept=known)
+            again = solve(held, solution.w, 0.0, reuse=known)
             assert again.converged
             steps.append((time.process_time() - begin) / again.iterations)
     unknowns = int((solution.w != 0).sum())

@@ -41,7 +41,7 @@ from vanelock.mesh.files.abaqus import Line, keywords
 from vanelock.mesh.files.numbers import integer, real
 
 
-def _read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:
+def _read_superelement(source: str, held: str, request: WantedMatrix) -> Entries:
     """Read the matrix that is wanted from a superelement's text."""
     freedoms: dict[int, list[int]] = {}
     matrices: dict[str, list[float]] = {}
@@ -60,7 +60,7 @@ def _read_superelement(source: str, held: str, wanted: WantedMatrix) -> Entries:
         ("damping" if key == "VISCOUSDAMPING" else key.lower()): values
         for key, values in matrices.items()
     }
-    values = names[chosen(source, list(names), wanted)]
+    values = names[chosen(source, list(names), request)]
     node, direction = _labels(source, _nodes(held), freedoms)
     n = len(node)
     if len(values) != n * (n + 1) // 2:
@@ -129,16 +129,16 @@ _FIXED = 1e36
 """Stiffness on the diagonal that stands for a boundary condition."""
 
 
-def read_mtx(path: Path, wanted: WantedMatrix) -> Entries:
+def read_mtx(path: Path, request: WantedMatrix) -> Entries:
     """Read a .mtx file of whichever kind it is."""
     source = str(path)
     if content(path).removeprefix(BOM_UTF8).lstrip()[:1] == b"%":
-        refuse_unless_alone(source, wanted)
-        return read_market(path, wanted)
+        refuse_unless_alone(source, request)
+        return read_market(path, request)
     held = text(path)
     if "*USER ELEMENT" in held[:100_000].upper():
-        return _read_superelement(source, held, wanted)
-    refuse_unless_alone(source, wanted)
+        return _read_superelement(source, held, request)
+    refuse_unless_alone(source, request)
     return _global(source, held)
 
 

@@ -57,11 +57,11 @@ except NotImplementedError as error:
 """
 
 
-def read_full(path: Path, wanted: WantedMatrix) -> Entries:
+def read_full(path: Path, request: WantedMatrix) -> Entries:
     """Read stiffness or mass."""
     source, size = str(path), size_of(path)
-    letter = {"stiffness": "K", "mass": "M"}.get(wanted.what)
-    if letter is None or (wanted.name is not None and wanted.name.upper() != letter):
+    letter = {"stiffness": "K", "mass": "M"}.get(request.what)
+    if letter is None or (request.name is not None and request.name.upper() != letter):
         raise NoMatrixError(f"{source}: holds the stiffness K and the mass M")
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "full.npz"
@@ -72,7 +72,7 @@ def read_full(path: Path, wanted: WantedMatrix) -> Entries:
     if int(found["equations"]):
         raise InputError(f"{source}: constraint equations of the model are not read")
     if f"{letter}data" not in found:
-        raise NoMatrixError(f"{source}: holds no {wanted.what} matrix")
+        raise NoMatrixError(f"{source}: holds no {request.what} matrix")
     label, held = found["label"].astype(np.int64), found["held"].astype(np.int64)
     if (label[:, 1] > 5).any() or (label[:, 1] < 0).any() or (label[:, 0] < 1).any():
         raise InputError(f"{source}: displacements and rotations of nodes are read, nothing else")

@@ -102,29 +102,29 @@ class WantedMatrix:
     alone: bool = True
 
 
-def chosen(source: str, names: Sequence[str], wanted: WantedMatrix) -> str:
+def chosen(source: str, names: Sequence[str], request: WantedMatrix) -> str:
     """The name in the file of the matrix that is wanted."""
-    if wanted.name is not None:
-        same = [name for name in names if name == wanted.name]
-        same = same or [name for name in names if name.lower() == wanted.name.lower()]
+    if request.name is not None:
+        same = [name for name in names if name == request.name]
+        same = same or [name for name in names if name.lower() == request.name.lower()]
         if same:
             return same[0]
-        raise NoMatrixError(f"{source}: no matrix {wanted.name!r}; it holds {_listed(names)}")
-    for customary in _CUSTOMARY[wanted.what]:
+        raise NoMatrixError(f"{source}: no matrix {request.name!r}; it holds {_listed(names)}")
+    for customary in _CUSTOMARY[request.what]:
         found = [name for name in names if name.lower() == customary.lower()]
         if len(found) == 1:
             return found[0]
-    if wanted.alone and len(names) == 1:
+    if request.alone and len(names) == 1:
         return names[0]
     raise NoMatrixError(
-        f"{source}: which is the {wanted.what} matrix? It holds {_listed(names)}: give the name"
+        f"{source}: which is the {request.what} matrix? It holds {_listed(names)}: give the name"
     )
 
 
-def refuse_unless_alone(source: str, wanted: WantedMatrix) -> None:
+def refuse_unless_alone(source: str, request: WantedMatrix) -> None:
     """A format that holds one matrix holds no other besides."""
-    if not wanted.alone:
-        raise NoMatrixError(f"{source}: holds one matrix, no {wanted.what} besides")
+    if not request.alone:
+        raise NoMatrixError(f"{source}: holds one matrix, no {request.what} besides")
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -34,7 +34,7 @@ class _Matrix:
     values: list[complex] = field(default_factory=list)
 
 
-def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
+def read_dmig(path: Path, request: WantedMatrix) -> Entries:
     """Read the DMIG matrix that is wanted."""
     source = str(path)
     found: dict[str, list[tuple[str, list[str]]]] = {}
@@ -45,7 +45,7 @@ def read_dmig(path: Path, wanted: WantedMatrix) -> Entries:
             if not re.fullmatch(r"[A-Z]\w{0,7}", name):
                 raise InputError(f"{where}: {fields[0][:16]!a} is not a matrix's name")
             found.setdefault(name, []).append((f"{where} {name}", fields))
-    name = chosen(source, list(found), wanted)
+    name = chosen(source, list(found), request)
     matrix = _matrix(name, found[name])
     labels = sorted(set(matrix.rows) | set(matrix.columns))
     if not labels:

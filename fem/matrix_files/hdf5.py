@@ -45,15 +45,15 @@ _FAULTS = (
 _INDICES = (("ir", "jc"), ("indices", "indptr"))
 
 
-def read_hdf5(path: Path, wanted: WantedMatrix) -> Entries:
+def read_hdf5(path: Path, request: WantedMatrix) -> Entries:
     """Read a matrix of an HDF5 file."""
     file, inside = split_path(path)
     size = size_of(file)
     try:
         with opened(file) as held:
-            place = wanted.name or (inside if wanted.alone else None)
+            place = request.name or (inside if request.alone else None)
             if place is None:
-                place = chosen(str(file), _tables(held), wanted)
+                place = chosen(str(file), _tables(held), request)
             return _matrix(str(file), held, place, room(size))
     except InputError:
         raise
@@ -145,11 +145,11 @@ _NUMBERS = {"double", "single", "sparse"} | {
 }
 
 
-def read_mat(path: Path, wanted: WantedMatrix) -> Entries:
+def read_mat(path: Path, request: WantedMatrix) -> Entries:
     """Read a variable of a .mat file."""
     source, held = str(path), content(path)
     if held[:9] == b"MATLAB 7." or held[512:520] == b"\x89HDF\r\n\x1a\n":
-        return read_hdf5(path, wanted)
+        return read_hdf5(path, request)
     try:
         variables = {
             name: (shape, kind) for name, shape, kind in scipy.io.whosmat(io.BytesIO(held))
@@ -157,9 +157,11 @@ def read_mat(path: Path, wanted: WantedMatrix) -> Entries:
     except _FAULTS:
         raise InputError(f"{source}: not a .mat file of version 4, 5 or 7.3") from None
     readable = [name for name, (_, kind) in variables.items() if kind in _NUMBERS]
-    if wanted.name in variables and wanted.name not in readable:
-        raise InputError(f"{source}: {wanted.name} is a {variables[wanted.name][1]}, not a matrix")
-    name = chosen(source, readable, wanted)
+    if request.name in variables and request.name not in readable:
+        raise InputError(
+            f"{source}: {request.name} is a {variables[request.name][1]}, not a matrix"
+        )
+    name = chosen(source, readable, request)
     shape, kind = variables[name]
     square(f"{source}: {name}", shape)
     if kind != "sparse" and 8 * math.prod(shape) > room(len(held)):

@@ -59,7 +59,7 @@ def _holds_several(path: Path) -> bool:
     return _ending(path) in _SEVERAL
 
 
-def _read_entries(path: Path, wanted: WantedMatrix) -> Entries:
+def _read_entries(path: Path, request: WantedMatrix) -> Entries:
     """Read the matrix that is wanted from a file."""
     found = _READERS.get(_ending(path))
     if found is None:
@@ -67,7 +67,7 @@ def _read_entries(path: Path, wanted: WantedMatrix) -> Entries:
         raise InputError(f"{path}: matrices are read from files that end in {known}")
     module, function = found
     reader: _Reader = getattr(import_module(f"vanelock.fem.matrix_files.{module}"), function)
-    return reader(path, wanted)
+    return reader(path, request)
 
 
 _BALANCED = 1e-3
@@ -199,21 +199,17 @@ def _other(stiffness: Path, path: PathLike | None, what: str, name: str | None) 
 
 
 def _part(
-    entries: Entries,
-    what: str,
-    dofs: PathLike | None,
-    position_node: Integers,
-    first: _Part,
+    entries: Entries, what: str, dofs: PathLike | None, position_node: Integers, stiffness: _Part
 ) -> _Part:
     unlabelled = entries.node is None
-    if unlabelled and entries.size != first.entries.size:
+    if unlabelled and entries.size != stiffness.entries.size:
         raise InputError(
-            f"{entries.source}: {entries.size:,} rows, but {first.entries.source} has "
-            f"{first.entries.size:,}"
+            f"{entries.source}: {entries.size:,} rows, but {stiffness.entries.source} has "
+            f"{stiffness.entries.size:,}"
         )
     if not unlabelled:
         _refuse_vast(entries)
-    labels = first.labels if unlabelled else _labels(entries, dofs, position_node)
+    labels = stiffness.labels if unlabelled else _labels(entries, dofs, position_node)
     return _Part(entries, assembled(entries, what), labels)
 
 
@@ -239,9 +235,7 @@ def _labels(entries: Entries, dofs: PathLike | None, position_node: Integers) ->
     )
 
 
-def _aligned(
-    parts: Mapping[str, _Part],
-) -> tuple[Integers, Integers, dict[str, sp.csc_array]]:
+def _aligned(parts: Mapping[str, _Part]) -> tuple[Integers, Integers, dict[str, sp.csc_array]]:
     """Matrices in the order of one list of labels, the longest.
 
     A format that lists entries by label leaves out rows of zeros: the mass of massless freedoms,

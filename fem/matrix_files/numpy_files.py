@@ -46,13 +46,13 @@ _MEMBERS = {
 }
 
 
-def read_npy(path: Path, wanted: WantedMatrix) -> Entries:
+def read_npy(path: Path, request: WantedMatrix) -> Entries:
     """Read a .npy file: one full array."""
-    refuse_unless_alone(str(path), wanted)
+    refuse_unless_alone(str(path), request)
     return dense_entries(str(path), _array(str(path), content(path)))
 
 
-def read_npz(path: Path, wanted: WantedMatrix) -> Entries:
+def read_npz(path: Path, request: WantedMatrix) -> Entries:
     """Read an array of a .npz file, or the sparse matrix that it is."""
     source, size = str(path), size_of(path)
     try:
@@ -66,14 +66,14 @@ def read_npz(path: Path, wanted: WantedMatrix) -> Entries:
             if claimed > room(size):
                 raise InputError(f"{source}: {size:,} bytes claim to unpack to {claimed:,}")
             if {"format", "shape", "data"} <= set(members):
-                refuse_unless_alone(source, wanted)
+                refuse_unless_alone(source, request)
                 found = {
                     name: _array(f"{source}: {name}", archive.read(members[name]))
                     for name in _PARTS
                     if name in members
                 }
                 return _sparse(source, found)
-            name = chosen(source, sorted(members), wanted)
+            name = chosen(source, sorted(members), request)
             return dense_entries(
                 f"{source}: {name}", _array(f"{source}: {name}", archive.read(members[name]))
             )

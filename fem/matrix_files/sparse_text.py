@@ -38,7 +38,7 @@ _FIELDS = ("real", "double", "complex", "integer", "unsigned-integer")
 _LAYOUTS = ("coordinate", "array")
 
 
-def read_market(path: Path, wanted: WantedMatrix) -> Entries:
+def read_market(path: Path, request: WantedMatrix) -> Entries:
     """Read a .mtx or .mtx.gz file that begins with a Matrix Market banner."""
     source, held = str(path), content(path).removeprefix(BOM_UTF8)
     banner, _, rest = held.partition(b"\n")
@@ -111,7 +111,7 @@ _BARE = re.compile(r"([\d.])([+-]\d)")
 _FORMAT = re.compile(r"\((?:\d*P,?)?(\d*)([IEDFG])(\d{1,3})(?:\.\d+)?(?:E\d+)?\)")
 
 
-def read_harwell(path: Path, wanted: WantedMatrix) -> Entries:
+def read_harwell(path: Path, request: WantedMatrix) -> Entries:
     """Read an assembled real or complex matrix."""
     source, lines = str(path), text(path).splitlines()
     if len(lines) < 5:

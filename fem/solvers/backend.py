@@ -81,7 +81,7 @@ def hermitian(A: Any) -> sp.csc_array:
 
 
 _COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing more
-BYTES = 2**28  # and no more of them than fit in this
+_BYTES = 2**28  # and no more of them than fit in this
 
 
 def in_blocks(
@@ -99,7 +99,7 @@ def in_blocks(
         return make(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
     if sp.issparse(b):
         b = b.tocsc()
-    width = max(1, min(_COLUMNS, BYTES // (max(shape) * kind().itemsize)))
+    width = max(1, min(_COLUMNS, _BYTES // (max(shape) * kind().itemsize)))
     if by_rows and b.shape[1] <= width:
         return make(apply, b.toarray() if sp.issparse(b) else b, is_complex)
     x = np.empty((shape[0], b.shape[1]), kind, order="C" if by_rows else "F")

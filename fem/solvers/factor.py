@@ -196,10 +196,7 @@ def backends() -> tuple[str, ...]:
 
 
 def factorise(
-    A: Sparse | Array,
-    backend: str | None = None,
-    like: Factor | None = None,
-    definite: bool = True,
+    A: Sparse | Array, backend: str | None = None, like: Factor | None = None, definite: bool = True
 ) -> Factor:
     """Factorise a symmetric or Hermitian sparse matrix.
 

@@ -37,13 +37,13 @@ class Interior(Factor):
 
     Attributes
     ----------
-    kept, rest : (m,) int and (s,) int
+    kept_rows, rest : (m,) int and (s,) int
         The rows of A that were kept, as given, and all others, ascending.
     half_is_root : bool
         Whether `energy` needs only what `down` leaves.
     """
 
-    kept: Integers = field(kw_only=True)
+    kept_rows: Integers = field(kw_only=True)
     rest: Integers = field(kw_only=True)
     _down: Solve = field(kw_only=True, repr=False)
     _up: Solve = field(kw_only=True, repr=False)
@@ -52,7 +52,7 @@ class Interior(Factor):
     def extend(self, v: Any) -> Array:
         """Ψ v = -A_ss⁻¹ A_sm v, (s,) or (s, k): how the rest follows the kept rows statically."""
         v = np.asarray(v)
-        shape = len(self.rest), len(self.rest) + len(self.kept)
+        shape = len(self.rest), len(self.rest) + len(self.kept_rows)
         both = np.zeros((shape[1], *v.shape[1:]), v.dtype)
         both[shape[0] :] = v
         return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
@@ -63,13 +63,13 @@ class Interior(Factor):
 
     def down(self, z: Any) -> tuple[Array, Array]:
         """First sweep of a solution: what `up` goes on from, (s,) or (s, k), and Ψᴴ z."""
-        shape = len(self.rest) + len(self.kept), len(self.rest)
+        shape = len(self.rest) + len(self.kept_rows), len(self.rest)
         both = in_blocks(self._down, z, shape, self.is_complex, self._by_rows)
         return both[: len(self.rest)], both[len(self.rest) :]
 
     def up(self, half: Array, v: Array) -> Array:
         """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
-        shape = len(self.rest), len(self.rest) + len(self.kept)
+        shape = len(self.rest), len(self.rest) + len(self.kept_rows)
         both = np.empty((shape[1], *half.shape[1:]), np.result_type(half, v))
         both[: shape[0]], both[shape[0] :] = half, v
         return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
@@ -137,7 +137,7 @@ def schur_complement(
         factor.solve,
         factor.analysis,
         True,
-        kept=kept,
+        kept_rows=kept,
         rest=rest,
         _down=factor.down,
         _up=factor.up,
@@ -149,17 +149,13 @@ def schur_complement(
 
 
 def _by_solves(
-    A: sp.csc_array,
-    kept: Integers,
-    rest: Integers,
-    backend: str | None,
-    like: Interior | None,
+    A: sp.csc_array, kept_rows: Integers, rest: Integers, backend: str | None, like: Interior | None
 ) -> tuple[Array, Interior]:
     """The same by one solve for each row that is kept."""
-    A_sm = A[rest][:, kept].tocsc()
+    A_sm = A[rest][:, kept_rows].tocsc()
     A_ms = A_sm.conj().T.tocsr()
     factor = factorise(A[rest][:, rest], backend, like)
-    S = A[kept][:, kept].toarray() - A_ms @ factor.solve(A_sm)
+    S = A[kept_rows][:, kept_rows].toarray() - A_ms @ factor.solve(A_sm)
     size = len(rest)
 
     def down(z: Array) -> Array:
@@ -174,7 +170,7 @@ def _by_solves(
         factor.nonzeros,
         factor._solve,
         factor._analysis,
-        kept=kept,
+        kept_rows=kept_rows,
         rest=rest,
         _down=down,
         _up=lambda both: both[:size] - factor.solve(A_sm @ both[size:]),

@@ -21,7 +21,7 @@ from scipy.linalg import get_blas_funcs
 from vanelock.common.arrays import Array, Integers
 from vanelock.fem.solvers.backend import cholmod_errors, pattern_of
 
-FILLED = 1500
+_FILLED = 1500
 """Zeros that cost no more than one panel more: half as many panels take 1.1 times the entries."""
 
 
@@ -83,7 +83,7 @@ class _Panels:
         return X
 
 
-def panels_of(L: sp.csc_array, columns: int, filled: int = FILLED) -> _Panels:
+def _panels_of(L: sp.csc_array, columns: int, filled: int = _FILLED) -> _Panels:
     """The panels of the first columns of a factor in sorted compressed columns."""
     counts, first = np.diff(L.indptr), L.indptr[:-1]
     # A column's structure without the diagonal lies within that of the next if its first row is it.
@@ -144,7 +144,7 @@ class _TrailingAnalysis:
     """Ordering of the rest, and supernodes of the whole, for one pattern and one set of rows."""
 
     pattern: bytes
-    kept: Integers
+    kept_rows: Integers
     order: Integers
     symbolic: Any
 
@@ -204,7 +204,7 @@ class _TrailingFactor:
 
 
 def trailing_factor(
-    A: sp.csc_array, kept: Integers, rest: Integers, like: Any = None
+    A: sp.csc_array, kept_rows: Integers, rest: Integers, like: Any = None
 ) -> _TrailingFactor:
     """Factorise A, in canonical form, with the kept rows last.
 
@@ -215,21 +215,21 @@ def trailing_factor(
 
     pattern = pattern_of(A) + str(A.dtype).encode()
     analysis = like if isinstance(like, _TrailingAnalysis) and like.pattern == pattern else None
-    if analysis is not None and not np.array_equal(analysis.kept, kept):
+    if analysis is not None and not np.array_equal(analysis.kept_rows, kept_rows):
         analysis = None
     if analysis is not None:
         order = analysis.order
     else:
         order = _fill_reducing(A, rest)
-    last = np.concatenate([rest[order], kept])
-    size = abs(A.diagonal()[kept])
+    last = np.concatenate([rest[order], kept_rows])
+    size = abs(A.diagonal()[kept_rows])
     added = np.where(size > 0, size, 1.0)
     whole = sp.csc_array(A[last][:, last])
     whole = sp.csc_array(whole + sp.diags_array(np.r_[np.zeros(len(rest)), added], format="csc"))
     with cholmod_errors():
         if analysis is None:
             symbolic = analyze(whole, mode="supernodal", ordering_method="natural")
-            analysis = _TrailingAnalysis(pattern, kept, order, symbolic)
+            analysis = _TrailingAnalysis(pattern, kept_rows, order, symbolic)
         factor = analysis.symbolic.cholesky(whole)
         del whole
         L = sp.csc_array(factor.L())
@@ -239,7 +239,7 @@ def trailing_factor(
     S += S.conj().T
     S /= 2
     S[np.diag_indices_from(S)] -= added
-    return _TrailingFactor(S, order, analysis, panels_of(L, len(rest)))
+    return _TrailingFactor(S, order, analysis, _panels_of(L, len(rest)))
 
 
 def _fill_reducing(A: sp.csc_array, rest: Integers) -> Integers:

@@ -103,9 +103,7 @@ def _solid(name: str) -> tuple[str, int] | None:
 def _resolved(deck: _Deck) -> RawMesh:
     """Numbers for the names of sets inside sets, blocks for the elements."""
     raw = RawMesh(
-        deck.source,
-        np.array(deck.numbers, np.int64),
-        np.array(deck.places, float).reshape(-1, 3),
+        deck.source, np.array(deck.numbers, np.int64), np.array(deck.places, float).reshape(-1, 3)
     )
     for name, (numbers, nodes) in deck.elements.items():
         by_count: dict[int, tuple[list[int], list[list[int]]]] = {}

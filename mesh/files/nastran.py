@@ -98,7 +98,7 @@ def _field(fields: list[str], i: int) -> str:
     return fields[i] if i < len(fields) else ""
 
 
-def _element(name: str, fields: list[str], at: str) -> tuple[str, list[int]]:
+def _element(name: str, fields: list[str], where: str) -> tuple[str, list[int]]:
     if name in _FLAT:
         count, kind = _FLAT[name]
         nodes = [word for word in fields[:count]]
@@ -108,8 +108,8 @@ def _element(name: str, fields: list[str], at: str) -> tuple[str, list[int]]:
         count = len(nodes)
         if not kind:
             allowed = " or ".join(map(str, _SOLIDS[name]))
-            raise InputError(f"{at}: {name} with {count} nodes: it must have {allowed}")
-    return kind, [integer(word, at) for word in nodes]
+            raise InputError(f"{where}: {name} with {count} nodes: it must have {allowed}")
+    return kind, [integer(word, where) for word in nodes]
 
 
 def _case_sets(source: str, lines: list[str]) -> dict[str, list[Integers]]:
@@ -133,7 +133,7 @@ def _case_sets(source: str, lines: list[str]) -> dict[str, list[Integers]]:
     return found
 
 
-def _listed(words: list[str], at: str) -> Integers:
+def _listed(words: list[str], where: str) -> Integers:
     """Numbers of a list with THRU, BY and EXCEPT."""
     found: list[Integers] = [np.empty(0, np.int64)]
     i, end, total = 0, 0, 0
@@ -142,20 +142,20 @@ def _listed(words: list[str], at: str) -> Integers:
         if words[i].upper() == "EXCEPT":
             excepting, i = True, i + 1
             continue
-        low = integer(words[i], at)
+        low = integer(words[i], where)
         excepting = excepting and low <= end
         numbers = np.array([low])
         if i + 1 < len(words) and words[i + 1].upper() == "THRU":
             if i + 2 >= len(words):
-                raise InputError(f"{at}: THRU without an end")
+                raise InputError(f"{where}: THRU without an end")
             step = 1
-            high = integer(words[i + 2], at)
+            high = integer(words[i + 2], where)
             i += 2
             if i + 2 < len(words) and words[i + 1].upper() == "BY":
-                step = integer(words[i + 2], at)
+                step = integer(words[i + 2], where)
                 i += 2
-            numbers, end, excepting = span(low, high, step, at), high, False
-            total = counted(total, numbers, at)
+            numbers, end, excepting = span(low, high, step, where), high, False
+            total = counted(total, numbers, where)
         if excepting:
             found[-1] = found[-1][~np.isin(found[-1], numbers)]
         else:

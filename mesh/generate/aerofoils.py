@@ -269,8 +269,8 @@ def _section(gmsh: Any, vane: VaneDimensions, along: float) -> int:
     """Closed wire around an aerofoil's section, in the frame of its radial axis."""
     kernel = gmsh.model.occ
 
-    def point(place: Floats) -> int:
-        return _put(gmsh, along, place[0], vane.hook.mid_plane + place[1])
+    def point(position: Floats) -> int:
+        return _put(gmsh, along, position[0], vane.hook.mid_plane + position[1])
 
     sides = [[point(p) for p in s] for s in aerofoil.outline(vane, aerofoil.STATIONS, along)]
     leading, trailing = (point(place) for place in aerofoil.edges(vane, along).control)
@@ -333,10 +333,10 @@ def _curve(gmsh: Any, vane: VaneDimensions, face: root_fillet.RationalFace, row:
     return curve
 
 
-def _point(gmsh: Any, vane: VaneDimensions, place: Floats) -> int:
-    return _put(gmsh, place[0], place[1], vane.hook.mid_plane + place[2])
+def _point(gmsh: Any, vane: VaneDimensions, position: Floats) -> int:
+    return _put(gmsh, position[0], position[1], vane.hook.mid_plane + position[2])
 
 
-def _put(gmsh: Any, *place: float) -> int:
-    tag: int = gmsh.model.occ.addPoint(*np.round(place, _DECIMALS))
+def _put(gmsh: Any, *coordinates: float) -> int:
+    tag: int = gmsh.model.occ.addPoint(*np.round(coordinates, _DECIMALS))
     return tag

@@ -165,10 +165,7 @@ def casing_sector(
             "force": loaded,
             "output": outputs,
         },
-        frames={
-            "hook_front": np.concatenate(frames[:2]),
-            "hook_rear": np.concatenate(frames[2:]),
-        },
+        frames={"hook_front": np.concatenate(frames[:2]), "hook_rear": np.concatenate(frames[2:])},
         sectors=sectors,
         cad_volume=stretch * mesh.volume,
     )
@@ -185,7 +182,7 @@ _TRIALS = 40  # of each
 _ENOUGH = 3  # of them that lead to the number
 
 
-def _divide_face(gmsh: Any, face: int, size: float, wanted: int) -> None:
+def _divide_face(gmsh: Any, face: int, size: float, nodes: int) -> None:
     """Prescribe counts of intervals on a face's edges that give it a number of nodes.
 
     The same search finds the same counts; of those found the ones closest to an even mesh of the
@@ -195,24 +192,24 @@ def _divide_face(gmsh: Any, face: int, size: float, wanted: int) -> None:
     try:
         bases = [alone.even(size * _RATIO ** (k / _STEPS), size) for k in _outwards(_STEPS)]
         reached = [count for count, _ in bases]
-        if not min(reached) <= wanted <= max(reached):
-            raise InputError(_out_of_reach(alone, reached, wanted, size))
+        if not min(reached) <= nodes <= max(reached):
+            raise InputError(_out_of_reach(alone, reached, nodes, size))
         natural = bases[0][1]
-        bases.sort(key=lambda base: abs(base[0] - wanted))
+        bases.sort(key=lambda even: abs(even[0] - nodes))
         found: list[tuple[float, Integers]] = []
         for count, intervals in bases[:_BASES]:
-            for trial in _near(intervals, alone.straight, count, wanted):
+            for trial in _near(intervals, alone.straight, count, nodes):
                 got = alone.nodes(trial, size)
                 reached.append(got)
-                if got == wanted:
+                if got == nodes:
                     found.append((alone.unevenness(trial, natural), trial))
                     break
             if len(found) == _ENOUGH:
                 break
         if not found:
-            near = sorted(set(reached), key=lambda count: abs(count - wanted))[:2]
+            near = sorted(set(reached), key=lambda count: abs(count - nodes))[:2]
             raise InputError(
-                f"mesh.face_nodes = {wanted}: not found with elements of {size * 1e3:g} mm: "
+                f"mesh.face_nodes = {nodes}: not found with elements of {size * 1e3:g} mm: "
                 f"allowed are {' and '.join(map(str, sorted(near)))}, or another mesh.size"
             )
     finally:
@@ -225,16 +222,16 @@ def _outwards(steps: int) -> list[int]:
     return sorted(range(-steps, steps + 1), key=lambda k: (abs(k), -k))
 
 
-def _near(intervals: Integers, straight: Booleans, count: int, wanted: int) -> Iterator[Integers]:
+def _near(intervals: Integers, straight: Booleans, count: int, nodes: int) -> Iterator[Integers]:
     """Counts of intervals near those given whose total allows the wanted number of nodes.
 
     Changes go to straight edges, more often to those with many intervals, which they disturb less.
     """
-    random = np.random.default_rng(wanted)
+    random = np.random.default_rng(nodes)
     total = int(intervals.sum())
-    need = round((wanted - count) / 3.3)
+    need = round((nodes - count) / 3.3)
     # The nearest change of the total with B = 1 - F modulo 4.
-    off = (1 - wanted - total - need + 2) % 4 - 2
+    off = (1 - nodes - total - need + 2) % 4 - 2
     if need + off == 0:
         yield intervals
     for trial in range(_TRIALS):
@@ -254,19 +251,19 @@ def _near(intervals: Integers, straight: Booleans, count: int, wanted: int) -> I
             yield changed
 
 
-def _out_of_reach(alone: "_Alone", reached: list[int], wanted: int, size: float) -> str:
+def _out_of_reach(alone: "_Alone", reached: list[int], nodes: int, size: float) -> str:
     low, high = SMALLEST, LARGEST
     most, fewest = (alone.even(limit, limit)[0] for limit in (low, high))
     text = (
-        f"mesh.face_nodes = {wanted}: with elements of {size * 1e3:g} mm a cyclic face of the "
+        f"mesh.face_nodes = {nodes}: with elements of {size * 1e3:g} mm a cyclic face of the "
         f"casing has about {reached[0]} nodes: allowed are {min(reached)} to {max(reached)}"
     )
-    if not fewest <= wanted <= most:
+    if not fewest <= nodes <= most:
         return f"{text}; with other mesh.size {fewest} to about {most}"
     while high / low > 1.01:
         middle = np.sqrt(low * high)
-        low, high = (middle, high) if alone.even(middle, middle)[0] > wanted else (low, middle)
-    return f"{text}; {wanted} suits mesh.size = {1e3 * np.sqrt(low * high):.2g} mm"
+        low, high = (middle, high) if alone.even(middle, middle)[0] > nodes else (low, middle)
+    return f"{text}; {nodes} suits mesh.size = {1e3 * np.sqrt(low * high):.2g} mm"
 
 
 @dataclass(frozen=True)

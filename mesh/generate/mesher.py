@@ -32,7 +32,7 @@ _TALL = 0.05
 """And above which it stands by itself, as those do that span the columns of a rounded edge."""
 
 
-def level(gmsh: Any) -> int:
+def _level(gmsh: Any) -> int:
     """Remove such elements from the current model's linear mesh, and count the low that stay.
 
     Those stay that have some height of their own, that bound another face as well, or where a
@@ -89,14 +89,14 @@ _FINER = (1.0, 0.98, 0.96, 0.93, 0.9, 0.86)
 """Sizes to try, relative to the one asked for."""
 _ENOUGH = 0.05
 """Smallest condition number (SICN) at which no other size is tried."""
-BAD = 0.03
+_BAD = 0.03
 """Smallest condition number that is not worth a third more unknowns."""
 # Condition numbers below which the mesher changes an element: at first slivers only, since it
 # tries in vain, for minutes, to improve what is flat because the wall is thin.
 _SLIVER, _POOR = 0.02, 0.3
 
 
-def tetrahedra(
+def _tetrahedra(
     gmsh: Any,
     size: float,
     local: Local | None = None,
@@ -106,7 +106,7 @@ def tetrahedra(
     """Mesh the current model with linear tetrahedra no larger than `size`, m."""
     reached: dict[tuple[float, bool], float] = {}
     for split in (False, True):
-        if max(reached.values(), default=-1.0) > BAD:
+        if max(reached.values(), default=-1.0) > _BAD:
             break
         for finer in _FINER:
             last = finer, split
@@ -149,7 +149,7 @@ def _attempt(
     gmsh.model.mesh.optimize("")
     if split:
         gmsh.model.mesh.optimize("Netgen")
-    if level(gmsh):
+    if _level(gmsh):
         return 0.0
     _, corners = gmsh.model.mesh.getElementsByType(_TETRAHEDRON)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
@@ -193,8 +193,8 @@ def generate(
     stretch: float = 1.0,
     same_faces: bool = False,
 ) -> MeshArrays:
-    """Mesh the current model with curved quadratic tetrahedra; arguments as of `tetrahedra`."""
-    tetrahedra(gmsh, size, local, stretch, same_faces)
+    """Mesh the current model with curved quadratic tetrahedra; arguments as of `_tetrahedra`."""
+    _tetrahedra(gmsh, size, local, stretch, same_faces)
     gmsh.model.mesh.setOrder(2)
     _, nodes = gmsh.model.mesh.getElementsByType(_TETRA10)
     used, cells = np.unique(np.asarray(nodes, dtype=np.int64), return_inverse=True)
@@ -217,11 +217,7 @@ def nodes_on(gmsh: Any, mesh: MeshArrays, dim: int, tag: int) -> Integers:
 
 
 def matching(
-    points: Floats,
-    candidates: Integers,
-    places: Floats,
-    what: str,
-    tolerance: float = TOLERANCE,
+    points: Floats, candidates: Integers, places: Floats, what: str, tolerance: float = TOLERANCE
 ) -> Integers:
     """The candidates in the order of the places (k, 3) where they must lie, one each.
 
@@ -238,23 +234,13 @@ def matching(
     return np.asarray(candidates[nearest])
 
 
-def along(
-    points: Floats,
-    candidates: Integers,
-    places: Floats,
-    what: str,
-) -> Integers:
+def along(points: Floats, candidates: Integers, places: Floats, what: str) -> Integers:
     """Like `matching`, for nodes that the kernel spread over a curve in its own measure."""
     spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).min()
     return matching(points, candidates, places, what, 0.2 * float(spacing))
 
 
-def nearest(
-    points: Floats,
-    candidates: Integers,
-    places: Floats,
-    what: str,
-) -> Integers:
+def nearest(points: Floats, candidates: Integers, places: Floats, what: str) -> Integers:
     """Like `along`, for candidates that are many more than the places (k, 3)."""
     spacing = np.linalg.norm(np.diff(places, axis=0), axis=1).min()
     _, found = cKDTree(points[candidates]).query(places)

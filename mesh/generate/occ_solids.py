@@ -27,8 +27,8 @@ def revolve(gmsh: Any, corners: Sequence[Corner], half_angle: float) -> Entity:
     occ = gmsh.model.occ
     c, s = np.cos(half_angle), np.sin(half_angle)
 
-    def put(place: Floats) -> int:
-        tag: int = occ.addPoint(place[0] * c, -place[0] * s, place[1])
+    def put(point: Floats) -> int:
+        tag: int = occ.addPoint(point[0] * c, -point[0] * s, point[1])
         return tag
 
     outline = edges(corners)

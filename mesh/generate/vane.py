@@ -118,7 +118,7 @@ def vane_segment(
     right = left @ turn(sectors).T
     output = aerofoil.output_points(dimensions, sectors)
     with session("vane") as gmsh:
-        solid, volume = vane_solid(gmsh, dimensions, sectors)
+        solid, volume = _vane_solid(gmsh, dimensions, sectors)
         (band_tags,) = occ_solids.imprint(
             gmsh, solid, [occ_solids.arc(gmsh, band[0], band[-1]) for band in bands]
         )
@@ -196,7 +196,7 @@ def _part(
     return valid(part)
 
 
-def vane_solid(
+def _vane_solid(
     gmsh: Any, vane: VaneDimensions, sectors: int
 ) -> tuple[occ_solids.Entity, float | None]:
     """The segment as one body of the open session.

@@ -23,7 +23,7 @@ def pieces(length: float, nodes: int, size: float) -> int:
     return max(1, int(np.ceil(2 * length / (nodes - 1) / (_STRETCH * size) - 1e-9)))
 
 
-def cylindrical(radius: float, angle: Floats, z: float | Floats) -> Floats:
+def _cylindrical(radius: float, angle: Floats, z: float | Floats) -> Floats:
     """Cartesian points (k, 3) of a radius, angles (k,) and axial positions."""
     return np.stack(
         [radius * np.cos(angle), radius * np.sin(angle), np.broadcast_to(z, np.shape(angle))],
@@ -44,7 +44,7 @@ def hook_bands(hook: HookDimensions, sectors: int, pieces: int = 1) -> Floats:
     rear = 2 * hook.mid_plane - hook.band_position
     return np.array(
         [
-            cylindrical(radius, angle, z)
+            _cylindrical(radius, angle, z)
             for z in (hook.band_position, rear)
             for radius in (hook.roof_radius, hook.lip_radius)
         ]
@@ -119,7 +119,7 @@ def force_points(casing: CasingDimensions, sectors: int) -> Floats:
     """Loaded nodes, evenly around the ring on the shell's outside at mid-length: (k, 3) m."""
     count = casing.force_nodes
     angle = np.pi / sectors * ((2 * np.arange(count) + 1) / count - 1)
-    return cylindrical(casing.outer_radius, angle, 0.5 * casing.length)
+    return _cylindrical(casing.outer_radius, angle, 0.5 * casing.length)
 
 
 def casing_output_points(casing: CasingDimensions, sectors: int) -> Floats:
@@ -128,4 +128,4 @@ def casing_output_points(casing: CasingDimensions, sectors: int) -> Floats:
     The first lies in the middle of the sector, the others a quarter of the pitch to either side.
     """
     angle = np.pi / sectors * np.array([0.0, -0.5, 0.5])
-    return cylindrical(casing.outer_radius, angle, 0.5 * (casing.rail_front + casing.groove_mouth))
+    return _cylindrical(casing.outer_radius, angle, 0.5 * (casing.rail_front + casing.groove_mouth))

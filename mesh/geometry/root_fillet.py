@@ -8,8 +8,8 @@ at the top T on the line. It is the rational parabola of F, C, T with the weight
 edge, the arc lies on the mitre of the two offsets.
 
 A surface that is tangent to another one cannot be united with it reliably. The shroud at which the
-arcs end is therefore thought lower than the real one, by r (1 - cos `SLANT`): the fillet meets the
-shroud at the angle `SLANT` and covers the arc but for that angle.
+arcs end is therefore thought lower than the real one, by r (1 - cos `_SLANT`): the fillet meets the
+shroud at the angle `_SLANT` and covers the arc but for that angle.
 
 Fillets that reach an edge of their shrouds or a quarter of the span are refused. The outermost of
 evenly spaced aerofoils stand half a spacing from the segment's ends: fillets that keep off these do
@@ -31,9 +31,9 @@ from vanelock.common.errors import InputError
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import CLEARANCE, VaneDimensions
 
-SLANT = np.radians(12.0)
+_SLANT = np.radians(12.0)
 """Angle at which fillets meet the shroud, rad."""
-PLACES = np.linspace(0.0, 1.0, 13)
+_PLACES = np.linspace(0.0, 1.0, 13)
 """Along a strip, where its surfaces are interpolated."""
 STRIPS = 4
 """Around a section: convex side, trailing edge, concave side, leading edge."""
@@ -44,16 +44,16 @@ _STEP = 1e-5  # of a strip, for directions along it
 class _Strip:
     """A fillet along a side or a rounded edge, in the aerofoil's axes: radial, across, axial."""
 
-    foot: Floats  # (n, 3), Of the arcs at `PLACES`, m; the axial position counts from mid-plane
-    corner: Floats  # (n, 3), Of the arcs at `PLACES`, m; the axial position counts from mid-plane
-    top: Floats  # (n, 3), Of the arcs at `PLACES`, m; the axial position counts from mid-plane
+    foot: Floats  # (n, 3), Of the arcs at `_PLACES`, m; the axial position counts from mid-plane
+    corner: Floats  # (n, 3), Of the arcs at `_PLACES`, m; the axial position counts from mid-plane
+    top: Floats  # (n, 3), Of the arcs at `_PLACES`, m; the axial position counts from mid-plane
     weight: Floats  # (n,), Of their corners
 
-    def arc(self, place: int, across: Floats) -> Floats:
+    def arc(self, index: int, across: Floats) -> Floats:
         """Points (m, 3) on the arc of a place, at `across` from 0 at the foot to 1 at the top."""
         t = across[:, None]
-        shares = ((1 - t) ** 2, 2 * t * (1 - t) * self.weight[place], t**2)
-        ends = self.foot[place], self.corner[place], self.top[place]
+        shares = ((1 - t) ** 2, 2 * t * (1 - t) * self.weight[index], t**2)
+        ends = self.foot[index], self.corner[index], self.top[index]
         total = sum(share * end for share, end in zip(shares, ends, strict=True))
         return np.asarray(total / sum(shares))
 
@@ -65,7 +65,7 @@ class RationalFace:
     Attributes
     ----------
     rows : (d + 1, n, 3) float
-        Of degree d, at `PLACES`, m.
+        Of degree d, at `_PLACES`, m.
     weights : (d + 1, n) float
     """
 
@@ -81,7 +81,7 @@ class RationalFace:
     def _spline(self) -> Any:
         from scipy.interpolate import make_interp_spline  # loads much, and few have fillets
 
-        return make_interp_spline(PLACES, self._homogeneous(), k=3)
+        return make_interp_spline(_PLACES, self._homogeneous(), k=3)
 
     def _homogeneous(self) -> Floats:
         weights = self.weights[..., None]
@@ -108,19 +108,19 @@ class RationalFace:
 def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> list[_Strip]:
     """The four strips of a fillet at the inner or the outer shroud."""
     radius = (vane.root_fillet or 0.0) if radius is None else radius
-    sunk = radius * (1 - np.cos(SLANT))
+    sunk = radius * (1 - np.cos(_SLANT))
     level = (
         vane.outer_shroud_inner_radius + sunk if outer else vane.inner_shroud_outer_radius - sunk
     )
-    corners = [corner(vane, k, PLACES, level) for k in range(STRIPS)]
+    corners = [corner(vane, k, _PLACES, level) for k in range(STRIPS)]
     ups = [_outwards(places) for places, _ in corners]
     normals = []
     for k, up in enumerate(ups):
-        ahead, behind = (corner(vane, k, PLACES + step, level)[0] for step in (_STEP, -_STEP))
+        ahead, behind = (corner(vane, k, _PLACES + step, level)[0] for step in (_STEP, -_STEP))
         normals.append(_unit(np.cross(ahead - behind, up)))
     made = []
     for k, ((places, lines), up) in enumerate(zip(corners, ups, strict=True)):
-        normal, mitre = normals[k].copy(), np.ones(len(PLACES))
+        normal, mitre = normals[k].copy(), np.ones(len(_PLACES))
         for end, other in ((0, normals[k - 1][-1]), (-1, normals[(k + 1) % STRIPS][0])):
             normal[end] = _unit((normals[k][end] + other)[None])[0]
             mitre[end] = 1 / (normal[end] @ other)
@@ -164,7 +164,7 @@ def corner(vane: VaneDimensions, strip: int, places: Floats, level: float) -> tu
 def levels(vane: VaneDimensions, strip: int) -> Floats:
     """Points (5, n, 3) on the aerofoil's lines: at the shrouds and at the quarters between them."""
     inner, outer = (
-        corner(vane, strip, PLACES, level)[0]
+        corner(vane, strip, _PLACES, level)[0]
         for level in (vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius)
     )
     return inner + np.linspace(0, 1, 5)[:, None, None] * (outer - inner)
@@ -182,7 +182,7 @@ def faces(vane: VaneDimensions) -> list[list[RationalFace]]:
         between = [low.top, *levels(vane, k)[1:-1], high.top]
         skirts = []
         for strip, radial in ((low, start), (high, end)):
-            skirts.append(np.column_stack([np.full(len(PLACES), radial), strip.foot[:, 1:]]))
+            skirts.append(np.column_stack([np.full(len(_PLACES), radial), strip.foot[:, 1:]]))
         nets = [
             [skirts[0], low.foot],
             [low.foot, low.corner, low.top],
@@ -190,7 +190,7 @@ def faces(vane: VaneDimensions) -> list[list[RationalFace]]:
             [high.top, high.corner, high.foot],
             [high.foot, skirts[1]],
         ]
-        weights = [np.ones((len(net), len(PLACES))) for net in nets]
+        weights = [np.ones((len(net), len(_PLACES))) for net in nets]
         weights[1][1], weights[-2][1] = low.weight, high.weight
         found.append([RationalFace(np.array(n), w) for n, w in zip(nets, weights, strict=True)])
     return found
@@ -214,7 +214,7 @@ def feet(vane: VaneDimensions, outer: bool) -> Floats:
 def sweep(vane: VaneDimensions) -> float:
     """The largest angle that an arc turns by outside its shroud, rad."""
     least = min(s.weight.min() for outer in (False, True) for s in strips(vane, outer))
-    return float(np.pi - 2 * np.arcsin(least) - SLANT)
+    return float(np.pi - 2 * np.arcsin(least) - _SLANT)
 
 
 def volume(vane: VaneDimensions) -> float:
@@ -225,7 +225,7 @@ def volume(vane: VaneDimensions) -> float:
     """
     low, high = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     gauss, weight = np.polynomial.legendre.leggauss(4)
-    starts, step = PLACES[:-1], PLACES[1] - PLACES[0]
+    starts, step = _PLACES[:-1], _PLACES[1] - _PLACES[0]
     along = (starts[:, None] + step * (gauss + 1) / 2).ravel()
     by = np.tile(weight * step / 2, len(starts))
     fine, shares = np.polynomial.legendre.leggauss(40)

@@ -26,8 +26,8 @@ _Teller = Callable[[int], str]
 _SHOWN = 5  # nodes in a report
 
 
-def mates(
-    own: Floats,
+def _mates(
+    points: Floats,
     other: Floats,
     tolerance: float,
     sets: tuple[str, str],
@@ -36,14 +36,14 @@ def mates(
 ) -> tuple[Integers, list[str]]:
     """For each place of one set the node of the other set that lies there."""
     problems = []
-    trees = cKDTree(own), cKDTree(other)
-    to_other, nearest = trees[1].query(own)
+    trees = cKDTree(points), cKDTree(other)
+    to_other, nearest = trees[1].query(points)
     to_own, _ = trees[0].query(other)
     lost = [_far(to_other, tolerance, tellers[0]), _far(to_own, tolerance, tellers[1])]
     if any(count for count, _ in lost):
         first = 1 if lost[1][0] else 0  # the set whose nodes would be moved, first
         (count, listed), (back, furthest) = lost[first], lost[1 - first]
-        total = len(own), len(other)
+        total = len(points), len(other)
         line = (
             f"{sets[first]}: {count} of {total[first]} nodes {'is' if count == 1 else 'are'} "
             f"further than {_millimetres(tolerance)} from the nearest node of {sets[1 - first]}: "
@@ -62,7 +62,7 @@ def mates(
             problems.append(
                 f"{sets[0]}: {both} both meet {tellers[1](int(shared[0]))} of {sets[1]}"
             )
-        elif len(own) != len(other):
+        elif len(points) != len(other):
             alone = np.setdiff1d(np.arange(len(other)), nearest)[0]
             problems.append(
                 f"{sets[1]}: {tellers[1](int(alone))} lies where another one meets {sets[0]}"
@@ -133,10 +133,7 @@ def pair(
     problems = _held(sides["vane"], sides["casing"])
     for name in HOOKS:
         problems += _meet(sides["vane"], sides["casing"], name, tolerance)
-    for side, left, right in (
-        (sides["vane"], *INTERLOCKS),
-        (sides["casing"], "left", "right"),
-    ):
+    for side, left, right in ((sides["vane"], *INTERLOCKS), (sides["casing"], "left", "right")):
         if side.own and left in side.sets and right in side.sets:
             problems += follow(side, left, right, tolerance)
     _refuse(problems)
@@ -159,11 +156,11 @@ def _refuse(problems: list[str]) -> None:
 
 def _held(vane: Side, casing: Side) -> list[str]:
     """Refuse a ring without clamped nodes; the program's own casing has some."""
-    given = casing.given
+    original = casing.original
     clamped = any(len(side.sets.get("fixed", ())) for side in (vane, casing))
-    if clamped or not isinstance(given, OwnPart):
+    if clamped or not isinstance(original, OwnPart):
         return []
-    have = ", ".join(sorted(given.mesh.node_sets)) or "none"
+    have = ", ".join(sorted(original.mesh.node_sets)) or "none"
     return [
         f"{casing.source}: no clamped nodes: name the set in [casing.sets] fixed = ...; the file "
         f"has {have}"
@@ -181,7 +178,7 @@ def _meet(vane: Side, casing: Side, name: str, tolerance: float) -> list[str]:
     if not moves.own:
         return []
     own, other = stays.sets[name], moves.sets[name]
-    found, problems = mates(
+    found, problems = _mates(
         stays.points[own],
         moves.points[other],
         tolerance,
@@ -199,7 +196,7 @@ def follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
     """Put a right face's nodes in the order of the left one's, at the places of their images."""
     onto = turn(side.sectors).T
     own, other = side.sets[left], side.sets[right]
-    found, problems = mates(
+    found, problems = _mates(
         side.points[own] @ onto,
         side.points[other],
         tolerance,
@@ -301,13 +298,13 @@ def _by_row(places: Floats) -> Integers:
 
 
 def _normals(
-    own: list[Floats], other: list[Floats], moves: Side, name: str, stays: Side
+    directions: list[Floats], other: list[Floats], moves: Side, name: str, stays: Side
 ) -> tuple[Floats, list[str]]:
     """Normals (k, 3) that the nodes share with their mates, and what is wrong with them."""
-    normal = np.zeros((len(own), 3))
-    off = np.zeros(len(own))
-    several = np.zeros(len(own), bool)
-    for i, (a, b) in enumerate(zip(own, other, strict=True)):
+    normal = np.zeros((len(directions), 3))
+    off = np.zeros(len(directions))
+    several = np.zeros(len(directions), bool)
+    for i, (a, b) in enumerate(zip(directions, other, strict=True)):
         normal[i], off[i], several[i] = contact.opposed(a, b)
     problems = []
     where = f"{moves.source}, {name}"
@@ -318,8 +315,8 @@ def _normals(
         more = ", ..." if len(worst) > 5 else ""
         mate = "its mates" if moves is stays else stays.source
         problems.append(
-            f"{where}: at {len(wrong)} of {len(own)} nodes the faces are not opposed to those of "
-            f"{mate}, within {contact.OPPOSED:g} degrees: {', '.join(listed)}{more}"
+            f"{where}: at {len(wrong)} of {len(directions)} nodes the faces are not opposed "
+            f"to those of {mate}, within {contact.OPPOSED:g} degrees: {', '.join(listed)}{more}"
         )
     elif several.any():
         node = moves.sets[name][int(np.flatnonzero(several)[0])]

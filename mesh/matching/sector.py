@@ -15,10 +15,7 @@ _KNOWN = ("fixed", "left", "right", "force", "output")
 
 
 def read_sector(
-    path: str | os.PathLike[str],
-    sectors: int = 1,
-    unit: str = "m",
-    tolerance: float = TOLERANCE,
+    path: str | os.PathLike[str], sectors: int = 1, unit: str = "m", tolerance: float = TOLERANCE
 ) -> Part:
     """Read a part with all sets of its file, its cyclic faces matched.
 

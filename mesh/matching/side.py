@@ -143,7 +143,7 @@ OPPOSED = 15.0  # degrees by which mates' faces may miss being parallel
 _CLEAR = np.cos(np.radians(45.0))
 
 
-def candidates(points: Floats, faces: Integers, nodes: Integers) -> list[Floats]:
+def _candidates(points: Floats, faces: Integers, nodes: Integers) -> list[Floats]:
     """For each node the directions (c, 3) in which faces around it look.
 
     The normals of curved faces are taken at the node itself; those of about one direction are
@@ -192,22 +192,22 @@ def _directions(weighted: Floats) -> list[tuple[Floats, list[int]]]:
     return [(mean / np.linalg.norm(mean), members) for mean, members in groups]
 
 
-def opposed(own: Floats, other: Floats) -> tuple[Floats, float, bool]:
+def opposed(directions: Floats, other: Floats) -> tuple[Floats, float, bool]:
     """The normal that two nodes in contact share, from the directions of their faces."""
-    if not len(own) or not len(other):
+    if not len(directions) or not len(other):
         return np.zeros(3), 180.0, False
-    cosine = (-own @ other.T).clip(-1, 1)
+    cosine = (-directions @ other.T).clip(-1, 1)
     a, b = np.unravel_index(cosine.argmax(), cosine.shape)
-    normal = own[a] - other[b]
+    normal = directions[a] - other[b]
     normal /= max(float(np.linalg.norm(normal)), 1e-300)
-    several = (cosine > np.cos(np.radians(OPPOSED))) & (own @ normal < _CLEAR)[:, None]
+    several = (cosine > np.cos(np.radians(OPPOSED))) & (directions @ normal < _CLEAR)[:, None]
     return normal, float(np.degrees(np.arccos(cosine[a, b]))), bool(several.any())
 
 
-def frames(normal: Floats, wanted: Floats, instead: Floats) -> Floats:
+def frames(normal: Floats, tangent: Floats, instead: Floats) -> Floats:
     """Frames (k, 3, 3): the normals, a first tangent, and their cross product."""
-    along = np.abs(np.sum(normal * wanted, axis=1)) > _CLEAR
-    first = np.where(along[:, None], instead, wanted)
+    along = np.abs(np.sum(normal * tangent, axis=1)) > _CLEAR
+    first = np.where(along[:, None], instead, tangent)
     first = first - np.sum(first * normal, axis=1, keepdims=True) * normal
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([normal, first, np.cross(normal, first)], axis=1)
@@ -237,23 +237,25 @@ class Side:
         Its contact frames as far as they are known.
     """
 
-    def __init__(self, given: Part | OwnPart, sectors: int) -> None:
-        self.given, self.sectors = given, sectors
-        self.own = isinstance(given, OwnPart)
-        mesh = given.mesh if isinstance(given, OwnPart) else given
-        self.name = given.name
+    def __init__(self, original: Part | OwnPart, sectors: int) -> None:
+        self.original, self.sectors = original, sectors
+        self.own = isinstance(original, OwnPart)
+        mesh = original.mesh if isinstance(original, OwnPart) else original
+        self.name = original.name
         self.source = (
-            f"{given.name} ({given.mesh.source})" if isinstance(given, OwnPart) else given.name
+            f"{original.name} ({original.mesh.source})"
+            if isinstance(original, OwnPart)
+            else original.name
         )
         self.points = mesh.points.copy()
         self.cells, self.cell_type = mesh.cells, mesh.cell_type
-        self.sets = dict(given.node_sets)
-        self.frames = {} if isinstance(given, OwnPart) else dict(given.frames)
+        self.sets = dict(original.node_sets)
+        self.frames = {} if isinstance(original, OwnPart) else dict(original.frames)
 
     def describe(self, node: int) -> str:
         """What errors call a node."""
-        if isinstance(self.given, OwnPart):
-            return self.given.describe(node)
+        if isinstance(self.original, OwnPart):
+            return self.original.describe(node)
         return f"node {node}"
 
     def of(self, name: str) -> Floats:
@@ -262,13 +264,13 @@ class Side:
 
     def directions(self, name: str) -> list[Floats]:
         """Directions in which the faces around a set's nodes look; of given faces alone."""
-        return candidates(self.points, self._faces(name), self.sets[name])
+        return _candidates(self.points, self._faces(name), self.sets[name])
 
     def _faces(self, name: str) -> Integers:
         """Faces on the outside, of a set that was given as faces only its own."""
         faces = exterior(self.cells, solid(self.cell_type))
-        if isinstance(self.given, OwnPart) and name in self.given.face_sets:
-            corners = self.given.face_sets[name]
+        if isinstance(self.original, OwnPart) and name in self.original.face_sets:
+            corners = self.original.face_sets[name]
             wanted = {tuple(row) for row in np.sort(corners, axis=1).tolist()}
             rows = np.sort(faces[:, : corners.shape[1]], axis=1).tolist()
             faces = faces[[tuple(row) in wanted for row in rows]]
@@ -285,8 +287,8 @@ class Side:
 
     def part(self) -> Part:
         """The part as the later stages need it."""
-        if isinstance(self.given, Part):
-            return self.given
+        if isinstance(self.original, Part):
+            return self.original
         return Part(
             self.name,
             self.points,

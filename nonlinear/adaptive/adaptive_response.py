@@ -125,12 +125,7 @@ def adaptive_response(
     monitored = _loudest(levels, first.harmonics, omegas) if monitor is None else monitor
     left_out = None if neglected is None else lru_cache(None)(neglected)
     estimator = Estimator(levels, monitored, left_out, mesh_error)
-    pointwise = Pointwise(
-        estimator,
-        shares,
-        first.harmonics,
-        chooses_harmonics=harmonics is None,
-    )
+    pointwise = Pointwise(estimator, shares, first.harmonics, chooses_harmonics=harmonics is None)
     if is_range:
         check_bound(first, limits, monitored, UNBOUND)
         found = Exploring(pointwise, omegas[0], omegas[1], reporter, options.direction).curve()

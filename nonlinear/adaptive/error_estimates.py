@@ -79,11 +79,11 @@ class Estimator:
     neglected: Callable[[int], Neglected] | None = None
     mesh_error: Callable[[int, Floats], Floats] | None = None
 
-    def estimate(self, found: Solution, harmonics: int) -> Estimate:
+    def estimate(self, solution: Solution, harmonics: int) -> Estimate:
         """Errors of a converged solution with H harmonics."""
-        state = _Wide(self.levels, found, harmonics + BEYOND)
+        state = _Wide(self.levels, solution, harmonics + BEYOND)
         wide = state.structure
-        amplitudes = wide.amplitudes(found.omega, state.w)
+        amplitudes = wide.amplitudes(solution.omega, state.w)
         q = self._output(wide, amplitudes)
         A, slope = amplitude_and_slope(q, self._rates(state, amplitudes))
         step = state.answer_to_deviation(state.gap)
@@ -182,13 +182,13 @@ _Force = Callable[[Structure, int, float, Complex], Complex]
 class _Wide:
     """A solution taken with more harmonics, and the balance linearised there once for all."""
 
-    def __init__(self, levels: HarmonicLevels, found: Solution, harmonics: int) -> None:
+    def __init__(self, levels: HarmonicLevels, solution: Solution, harmonics: int) -> None:
         family = levels.guessing(harmonics)
-        self.structure, self.omega = family.structure, found.omega
-        self.w = resized(found.w, harmonics)
-        self.balance: Balance = family.at(found.omega)
+        self.structure, self.omega = family.structure, solution.omega
+        self.w = resized(solution.w, harmonics)
+        self.balance: Balance = family.at(solution.omega)
         self.u = self.balance.displacement(self.w)
-        self.deviation: Deviation = family.friction(self.u, found.omega)
+        self.deviation: Deviation = family.friction(self.u, solution.omega)
         self.gap = self.deviation.w - self.w
         self.rows = active_rows(self.w, self.deviation)
         self._linear: Linearised | None = None
@@ -198,7 +198,7 @@ class _Wide:
             self._linear = linearise(
                 self.balance, self.deviation, self.rows, weight, None, kept, stiffness
             )
-            levels.keep(harmonics, self._linear.kept)
+            levels.keep(harmonics, self._linear.reuse)
 
     def answer_to_deviation(self, gap: Floats) -> Floats | None:
         """Change dw if the law asks for w + gap, (c, 3, m) m; None where P is singular."""
@@ -288,7 +288,7 @@ def neglected_harmonics(
     family = levels.solver(response.harmonics).family
     begin = to_real(response.contact[point] - response.force[point] / response.stiffness)
     held = fixed(family.at(omega), family.friction)
-    found = solve(held, begin, 0.0, tolerance=options.tolerance, kept=None)
+    found = solve(held, begin, 0.0, tolerance=options.tolerance, reuse=None)
     if not found.converged:
         return float("nan")
     estimator, more = Estimator(levels, output), response.harmonics + BEYOND
@@ -297,7 +297,7 @@ def neglected_harmonics(
     if not abs(change) <= _SMALL * estimate.amplitude:
         wide, start = levels.guessing(more), resized(found.w, more)
         held = fixed(wide.at(omega), wide.friction)
-        again = solve(held, start, 0.0, tolerance=options.tolerance, kept=None)
+        again = solve(held, start, 0.0, tolerance=options.tolerance, reuse=None)
         reached = half(estimator.output(wide.structure, omega, again.w))
         change = reached - estimate.amplitude if again.converged else np.nan
     return float(np.abs(change) / estimate.amplitude) if estimate.amplitude > 0 else float("nan")

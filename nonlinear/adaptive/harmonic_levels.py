@@ -134,10 +134,10 @@ class HarmonicLevels:
         basis = self._bases.get(harmonics)
         return None if basis is None else to_be_made(basis)
 
-    def keep(self, harmonics: int, kept: Kept | None) -> None:
+    def keep(self, harmonics: int, reuse: Kept | None) -> None:
         """Have later balances of H harmonics start from this."""
-        if isinstance(kept, KeptBasis):
-            self._bases[harmonics] = kept.basis
+        if isinstance(reuse, KeptBasis):
+            self._bases[harmonics] = reuse.basis
 
 
 def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:

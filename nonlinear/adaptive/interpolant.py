@@ -39,13 +39,13 @@ class Interpolant:
         """The curve at places; beyond its ends, its first and last pieces go on."""
         return self._across(np.arange(len(self.x)), x)
 
-    def _across(self, kept: Integers, x: Floats) -> Floats:
+    def _across(self, chosen: Integers, x: Floats) -> Floats:
         """The curve through some of the points, at places."""
         slope = self.slope
         if not np.all(np.isfinite(slope)):
             known = np.gradient(self.y, self.x) if len(self.x) > 1 else np.zeros(len(self.x))
             slope = np.where(np.isfinite(slope), slope, known)
-        X, y, slope = self.x[kept], self.y[kept], slope[kept]
+        X, y, slope = self.x[chosen], self.y[chosen], slope[chosen]
         if len(X) == 1:
             return np.asarray(y[0] + slope[0] * (x - X[0]))
         i = np.clip(np.searchsorted(X, x, side="right") - 1, 0, len(X) - 2)

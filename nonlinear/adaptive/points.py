@@ -52,14 +52,14 @@ class Shares(OfKind):
 class Point:
     """A frequency solved with H harmonics; `estimate` is None where that did not converge.
 
-    A neighbour should begin with `wanted` harmonics; the error by neglected ones is `measured`, or
+    A neighbour should `begin_with` so many harmonics; the error by neglected ones is `measured`, or
     estimated only.
     """
 
     solution: Solution
     harmonics: int
     estimate: Estimate | None
-    wanted: int
+    begin_with: int
     measured: bool = False
 
     @property
@@ -102,41 +102,43 @@ class Pointwise:
         """The solution at a frequency if Newton's iteration finds it at once."""
         if not neighbours:
             return None
-        H = neighbours[-1].wanted
+        H = neighbours[-1].begin_with
         return self.levels.solver(H).easily(omega, self._lifted(neighbours, H))
 
     def point(
         self,
         omega: float,
         neighbours: Sequence[Point],
-        found: Solution | None = None,
+        solution: Solution | None = None,
         least: int = 0,
     ) -> Point:
         """Solve at a frequency, rad/s, with as many harmonics as it takes, `least` or more.
 
         From up to two neighbours that converged, the nearest last, perhaps at the frequency itself;
-        `found` is the solution with the harmonics that the nearest one wants.
+        `solution` is the solution with the harmonics that the nearest one wants.
         """
         begin = time.process_time()
-        H = max(neighbours[-1].wanted if neighbours else self.least, least)
+        H = max(neighbours[-1].begin_with if neighbours else self.least, least)
         fewer = next((point for point in neighbours if point.omega == omega), None)
         beside = [point for point in neighbours if point is not fewer]
         while True:
-            if found is None and fewer is not None:
-                found = self._raised(fewer, H)
-            if found is None:
-                found = self.levels.solver(H).point(omega, self._lifted(beside, H))
-            point = Point(found, H, None, H)
-            if not found.converged:
+            if solution is None and fewer is not None:
+                solution = self._raised(fewer, H)
+            if solution is None:
+                solution = self.levels.solver(H).point(omega, self._lifted(beside, H))
+            point = Point(solution, H, None, H)
+            if not solution.converged:
                 break
-            self.levels.keep(H, found.kept)
-            estimate = self.estimator.estimate(found, H)
+            self.levels.keep(H, solution.reuse)
+            estimate = self.estimator.estimate(solution, H)
             self._largest = max(self._largest, estimate.amplitude)
-            point = replace(point, estimate=estimate, wanted=self._wanted(found, estimate, H))
-            if not self._needs_harmonics(found, estimate, H):
+            point = replace(
+                point, estimate=estimate, begin_with=self._wanted(solution, estimate, H)
+            )
+            if not self._needs_harmonics(solution, estimate, H):
                 break
             H = min(H + BEYOND, _MOST)
-            fewer, found = point, None
+            fewer, solution = point, None
         spent = time.process_time() - begin
         return replace(point, solution=replace(point.solution, seconds=spent))
 
@@ -189,19 +191,19 @@ class Pointwise:
         found = self._lifted([a, b], H)
         return len(found) == 2 and joined(self.levels.solver(H), *found)
 
-    def _needs_harmonics(self, found: Solution, estimate: Estimate, H: int) -> bool:
+    def _needs_harmonics(self, solution: Solution, estimate: Estimate, H: int) -> bool:
         if not self.chooses_harmonics or H >= _MOST:
             return False
-        if H < _SLIPPING and np.any(found.deviation.state != STUCK):
+        if H < _SLIPPING and np.any(solution.deviation.state != STUCK):
             return True
-        return self._truncation(estimate, found.omega) > self.shares.harmonics
+        return self._truncation(estimate, solution.omega) > self.shares.harmonics
 
-    def _wanted(self, found: Solution, estimate: Estimate, H: int) -> int:
+    def _wanted(self, solution: Solution, estimate: Estimate, H: int) -> int:
         """The number of harmonics that a neighbour should begin with."""
-        few = self._truncation(estimate, found.omega) < _FEWER * self.shares.harmonics
+        few = self._truncation(estimate, solution.omega) < _FEWER * self.shares.harmonics
         if not self.chooses_harmonics or not few:
             return H
-        slips = np.any(found.deviation.state != STUCK)
+        slips = np.any(solution.deviation.state != STUCK)
         return min(H, max(H - BEYOND, self.least, _SLIPPING if slips else 1))
 
     def _truncation(self, estimate: Estimate, omega: float) -> float:
@@ -234,12 +236,12 @@ class Pointwise:
         starts = [found.w]
         if H > point.harmonics and point.estimate and point.estimate.better is not None:
             starts.insert(0, point.estimate.better)
-        held, kept = fixed(family.at(found.omega), family.friction), self.levels.kept(H)
+        held, reuse = fixed(family.at(found.omega), family.friction), self.levels.kept(H)
 
         def attempt(*starts: Floats) -> Solution:
             for start in starts:
                 w = resized(start, H)
-                again = solve(held, w, 0.0, tolerance=tolerance, kept=kept)
+                again = solve(held, w, 0.0, tolerance=tolerance, reuse=reuse)
                 if again.converged:
                     break
             return again
@@ -247,5 +249,5 @@ class Pointwise:
         again = self.levels.points(
             f"again {tolerance:g}", H, found.omega, [found], attempt, lambda: attempt(*starts)
         )
-        self.levels.keep(H, again.kept)
+        self.levels.keep(H, again.reuse)
         return replace(again, parameter=found.omega)

@@ -38,7 +38,7 @@ _WIDEST = 48
 """Parts of the range: how far apart points may be where the curve is high."""
 _BANDS = 2
 """Half-power bandwidths of the structure: how far apart they may be there at most."""
-CROWD = 200
+_CROWD = 200
 """Points of a curve beyond which none is added; of the second half, the high ones come first."""
 _ROUNDS = 20
 _STEADY = 5
@@ -135,8 +135,8 @@ class Exploring:
                 self._refuse_unbound(curve)
             wanted = curve.wanted(share, self.closest, self.widest)
             wanted = wanted[~np.isin(wanted, lost)]
-            if len(points) + len(wanted) > CROWD / 2:
-                wanted = _highest(curve, wanted, max(CROWD - len(points), 0))
+            if len(points) + len(wanted) > _CROWD / 2:
+                wanted = _highest(curve, wanted, max(_CROWD - len(points), 0))
             for omega in wanted:
                 points = self._with(points, float(omega))
             if not len(wanted):
@@ -180,7 +180,7 @@ class Exploring:
         return Interpolant(*numbers.T)
 
     def _swept(
-        self, first: Point, end: float, jumps: bool = True, coarse: float = 1.0
+        self, begin: Point, end: float, jumps: bool = True, coarse: float = 1.0
     ) -> Iterator[Point]:
         """From a point to a frequency in steps over which the amplitude stays near the line.
 
@@ -189,8 +189,8 @@ class Exploring:
         allowed, span = _BEND * coarse**2, self.high - self.low
         finest = coarse * max(self.damping_ratio * self.low / 10, span / 2000)
         longest = coarse * span / 12
-        steps = StepControl(first.omega, end, coarse * span / 30, finest, longest, (0.3, 2.0))
-        history, closest = [first], max(finest, self.closest)
+        steps = StepControl(begin.omega, end, coarse * span / 30, finest, longest, (0.3, 2.0))
+        history, closest = [begin], max(finest, self.closest)
         while steps.here != end:
             last, omega = history[-1], steps.ahead
             known = [p for p in history if p.solution.converged]
@@ -209,7 +209,7 @@ class Exploring:
                 continue
             self.broken |= error > 1.0 or (easy is None and bool(known))
             yield point
-            expected = round(span / max(abs(omega - first.omega), 1e-9 * span))
+            expected = round(span / max(abs(omega - begin.omega), 1e-9 * span))
             self.progress(point.omega, point.amplitude, expected)
             history = [*history, point][-2:]
 
@@ -341,9 +341,9 @@ class Exploring:
         return [*points[:place], point, *points[place:]]
 
 
-def _highest(curve: Interpolant, wanted: Floats, most: int) -> Floats:
+def _highest(curve: Interpolant, omegas: Floats, most: int) -> Floats:
     """Of some places, those where the curve is high or, where there are none, any; some at most."""
-    heights = curve.at(wanted)
+    heights = curve.at(omegas)
     high = heights > HIGH * curve.y.max()
     order = np.argsort(-heights)[: min(most, high.sum() or most)]
-    return np.sort(wanted[order])
+    return np.sort(omegas[order])

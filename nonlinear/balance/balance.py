@@ -207,13 +207,13 @@ class Structure:
         push = self.modal_force(harmonic, omega)
         return np.asarray(modes.rows @ modes.solve(harmonic * omega, push))
 
-    def columns(self, harmonic: int, omega: float, wanted: Integers) -> Array:
+    def columns(self, harmonic: int, omega: float, components: Integers) -> Array:
         """Columns of R̂_h, (k, 3c), of the wanted (k,) components, by summing all modes."""
         if harmonic == 0:
-            return self._static_columns[wanted]
+            return self._static_columns[components]
         modes = self.at(harmonic)
-        shares = modes.solve(harmonic * omega, modes.pull[:, wanted])
-        return (modes.rows @ shares).T * self.stiffness[wanted, None]
+        shares = modes.solve(harmonic * omega, modes.pull[:, components])
+        return (modes.rows @ shares).T * self.stiffness[components, None]
 
     def assembled(
         self, omega: float, vibrations: Iterable[Array], compute: tuple[_Compute, ...]
@@ -295,14 +295,14 @@ def structure(
     system: System,
     harmonics: int,
     harmonic_diameters: str = "wave",
-    known: Mapping[int, StuckModes] | None = None,
+    stuck: Mapping[int, StuckModes] | None = None,
 ) -> Structure:
     """Prepare a system for the balance of `harmonics` harmonics."""
-    known = known or {}
-    check(system, known=known, harmonics=harmonics)
+    stuck = stuck or {}
+    check(system, known=stuck, harmonics=harmonics)
     wave = harmonic_diameters == "wave"
     diameters = tuple(system.nodal_diameter(h if wave else min(h, 1)) for h in range(harmonics + 1))
-    modes = dict(known)
+    modes = dict(stuck)
     for k in sorted(set(diameters)):
         mirrored = (system.sectors - k) % system.sectors
         if k in modes:

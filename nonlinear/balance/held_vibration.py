@@ -90,10 +90,10 @@ class _ExcitedModes:
         row[self._far] = -found[len(self._near) :] @ self._answer
         return row
 
-    def columns(self, stiffness: Floats, wanted: Integers) -> Array:
+    def columns(self, stiffness: Floats, components: Integers) -> Array:
         """Columns of R̂, (k, 3c), of the wanted (k,) components."""
-        moved = self.solve(self.modes.pull[:, wanted])[0]
-        return (self.modes.rows @ moved).T * stiffness[wanted, None]
+        moved = self.solve(self.modes.pull[:, components])[0]
+        return (self.modes.rows @ moved).T * stiffness[components, None]
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 _TINY = np.finfo(float).tiny
 _NEAR = 9.0
 """Of s², below which the square of a mode's frequency is near."""
-FEW = 100
+_FEW = 100
 """Modes up to which the balance is solved as it stands, which is quicker."""
 _SMALL, _MOST = 1e-13, 60
 """Relative change at which a repetition ends, and repetitions before all modes are coupled."""
@@ -65,7 +65,7 @@ class LimitModes:
         if self.damping.ndim == 1:
             y = force / (diagonal + 1j * s * self.damping[:, None])
             return self._back(y), np.zeros(len(s))
-        if len(diagonal) <= FEW:
+        if len(diagonal) <= _FEW:
             y = np.zeros_like(force)
             for i in range(len(s)):
                 with suppress(la.LinAlgError):  # else the balance stays open by all of the force

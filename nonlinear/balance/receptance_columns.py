@@ -20,9 +20,9 @@ class HeldColumns:
         self.components: Integers = np.empty(0, np.int64)
         self.place: Integers = np.full(size, -1)
 
-    def _admitted(self, wanted: Integers) -> Integers:
+    def _admitted(self, components: Integers) -> Integers:
         """Those wanted that were not held, as if they were now."""
-        missing = wanted[self.place[wanted] < 0]
+        missing = components[self.place[components] < 0]
         self.place[missing] = len(self.components) + np.arange(len(missing))
         self.components = np.concatenate([self.components, missing])
         return missing
@@ -40,24 +40,26 @@ class Columns(HeldColumns):
         self.held: list[Array] = [np.empty((0, size), complex) for _ in compute]
         self._chosen: tuple[Integers, Integers, list[Array]] | None = None
 
-    def hold(self, wanted: Integers) -> None:
+    def hold(self, components: Integers) -> None:
         """Make sure that the columns of these components are held."""
-        if not len(missing := self._admitted(wanted)):
+        if not len(missing := self._admitted(components)):
             return
         for h, compute in enumerate(self.compute):
             fresh = compute(missing)
             old = self.held[h]
             self.held[h] = np.concatenate([old, fresh]) if len(old) else np.ascontiguousarray(fresh)
 
-    def part(self, wanted: Integers, rows: Integers) -> list[Array]:
+    def part(self, components: Integers, rows: Integers) -> list[Array]:
         """Some rows of some columns, (k, r) for each harmonic; the last choice is kept."""
         last = self._chosen
-        if last is None or not (np.array_equal(last[0], wanted) and np.array_equal(last[1], rows)):
-            self.hold(wanted)
-            places = self.place[wanted][:, None]
+        if last is None or not (
+            np.array_equal(last[0], components) and np.array_equal(last[1], rows)
+        ):
+            self.hold(components)
+            places = self.place[components][:, None]
             held = [each[places, rows] for each in self.held]
             held[0] = np.ascontiguousarray(held[0].real)
-            last = self._chosen = (wanted, rows, held)
+            last = self._chosen = (components, rows, held)
         return last[2]
 
     def all(self, harmonic: int) -> Array:
@@ -69,7 +71,7 @@ class Columns(HeldColumns):
 
 def no_columns(size: int) -> Callable[[Integers], Array]:
     """Columns that are zero."""
-    return lambda wanted: np.zeros((len(wanted), size))
+    return lambda components: np.zeros((len(components), size))
 
 
 @kernel

@@ -45,9 +45,9 @@ class _FarColumns:
         self._held = np.empty((0, len(dynamic), size), complex)
         self._count = 0
 
-    def at(self, wanted: Integers) -> tuple[Array, Integers]:
+    def at(self, components: Integers) -> tuple[Array, Integers]:
         """Columns held so far, (m, k, 3c), and where among them the wanted ones are."""
-        missing = wanted[self._place[wanted] < 0]
+        missing = components[self._place[components] < 0]
         if len(missing):
             count = self._count + len(missing)
             if count > len(self._held):
@@ -61,7 +61,7 @@ class _FarColumns:
                 self._held[first : first + len(some)] = self.sprung(fresh)
             self._place[missing] = np.arange(self._count, count)
             self._count = count
-        return self._held, self._place[wanted]
+        return self._held, self._place[components]
 
     def sprung(self, columns: Array) -> Array:
         """Columns (j, k, 3c) once the springs act."""
@@ -165,19 +165,19 @@ class Tabulated:
         near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
         return np.asarray((table.linear @ shares) * growth + near)
 
-    def _columns(self, harmonic: int, omega: float, shares: Floats, wanted: Integers) -> Array:
+    def _columns(self, harmonic: int, omega: float, shares: Floats, components: Integers) -> Array:
         """Columns of R̂_h."""
         table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
         near = modes.rows[:, : table.low]
-        held, places = table.columns.at(wanted)
+        held, places = table.columns.at(components)
         if table.near is not None:
-            out = np.zeros((len(wanted), len(near)), complex)
+            out = np.zeros((len(components), len(near)), complex)
             combine(held, shares, places, out)
-            push = near[wanted].conj() * self.structure.stiffness[wanted, None]
+            push = near[components].conj() * self.structure.stiffness[components, None]
             return out + self._near(harmonic, omega, shares, push, out)
         dynamic = modes.dynamic(harmonic * omega)[: table.low]
-        out = (near[wanted].conj() / dynamic) @ near.T
-        out *= self.structure.stiffness[wanted, None]
+        out = (near[components].conj() / dynamic) @ near.T
+        out *= self.structure.stiffness[components, None]
         combine(held, shares, places, out)
         return out
 

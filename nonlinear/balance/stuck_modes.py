@@ -366,17 +366,17 @@ class HarmonicModes(Product):
 
 @one_thread
 def harmonic_modes(
-    system: System, harmonics: int, known: Mapping[int, StuckModes] | None = None
+    system: System, harmonics: int, stuck: Mapping[int, StuckModes] | None = None
 ) -> HarmonicModes:
     """Stuck modes for harmonics 0 to `harmonics`; friction, preload and loads do not matter.
 
-    Those of nodal diameters that are `known` are taken as they are.
+    Those of nodal diameters that are `stuck` are taken as they are.
     """
-    known = known or {}
+    stuck = stuck or {}
     wanted = {system.nodal_diameter(h) for h in range(harmonics + 1)}
     wanted |= {(system.sectors - k) % system.sectors for k in wanted}
     held = sorted(wanted & set(system.diameters))
-    return HarmonicModes({k: known[k] if k in known else stuck_modes(system, k) for k in held})
+    return HarmonicModes({k: stuck[k] if k in stuck else stuck_modes(system, k) for k in held})
 
 
 def _real(value: Array, where: str) -> Array:

@@ -67,7 +67,7 @@ def _excess(angle: float, u: Floats, alpha: float, path: Path) -> tuple[float, f
     """|p - w|² - r² and half its slope."""
     motion_at(angle, u, alpha, path.phi, path.motion)
     at = path.motion
-    x, y, r = at[PX] - path.place[0], at[PY] - path.place[1], at[R]
+    x, y, r = at[PX] - path.slider[0], at[PY] - path.slider[1], at[R]
     return x * x + y * y - r * r, x * at[DX] + y * at[DY] - r * at[DR]
 
 
@@ -204,7 +204,7 @@ def _end_slip(alpha: float, path: Path) -> None:
     """W = p - r e at the end of a step and δw = e (e·δp - δr) + t η."""
     at, phi, m = path.motions[STAGES - 1], path.phis[STAGES - 1], path.phi.size
     ex, ey = path.force[0], path.force[1]
-    path.place[0], path.place[1] = at[PX] - at[R] * ex, at[PY] - at[R] * ey
+    path.slider[0], path.slider[1] = at[PX] - at[R] * ex, at[PY] - at[R] * ey
     for k in range(path.across.size):
         path.change[0, k], path.change[1, k] = -ey * path.across[k], ex * path.across[k]
     if path.across.size < 3 * m:
@@ -221,7 +221,7 @@ def _touch_down(angle: float, u: Floats, alpha: float, path: Path) -> bool:
     """Begin at the disc's centre; whether it slips at once, its centre faster than its edge."""
     motion_at(angle, u, alpha, path.phi, path.motion)
     at, m = path.motion, path.phi.size
-    path.place[0], path.place[1] = at[PX], at[PY]
+    path.slider[0], path.slider[1] = at[PX], at[PY]
     slips = bool(math.hypot(at[DX], at[DY]) > at[DR])
     later = 0.0 if slips or at[DR] <= 0.0 else -alpha / at[DR]  # the instant moves with v
     for k in range(m):
@@ -261,7 +261,7 @@ def _closed(
             break
         if not slips:
             motion_at(angle, u, alpha, path.phi, at)
-            x, y = at[PX] - path.place[0], at[PY] - path.place[1]
+            x, y = at[PX] - path.slider[0], at[PY] - path.slider[1]
             _begin_slip(x, y, path)
             rate = force[0] * at[DX] + force[1] * at[DY] - at[DR]
             limit = _FIRST * math.hypot(x, y) / max(math.hypot(at[DX], at[DY]), 1e-300)
@@ -302,7 +302,7 @@ def once_round(
     if count == 0:
         motion_at(0.0, u, alpha, path.phi, path.motion)
         at = path.motion
-        x, y = at[PX] - path.place[0], at[PY] - path.place[1]
+        x, y = at[PX] - path.slider[0], at[PY] - path.slider[1]
         size, slips = math.hypot(x, y), False
         if size >= (1.0 - 1e-13) * at[R]:
             _begin_slip(x, y, path)

@@ -321,30 +321,30 @@ def rest_point(centre: Floats, radius: Floats, w: Floats) -> tuple[bool, int, in
 
 @kernel
 def rest_rates(
-    w: Floats, centre: Floats, radius: Floats, first: int, second: int, to_first: Floats,
-    to_second: Floats,
+    w: Floats, centre: Floats, radius: Floats, one: int, other: int, to_one: Floats,
+    to_other: Floats,
 ) -> None:  # fmt: skip
     """Rates (2, 3) of the rest point to the centre and radius of the discs that hold it."""
-    ex, ey = centre[first, 0] - w[0], centre[first, 1] - w[1]
+    ex, ey = centre[one, 0] - w[0], centre[one, 1] - w[1]
     size = math.hypot(ex, ey)
     ex, ey = ex / size, ey / size
-    to_first[:] = 0.0
-    to_second[:] = 0.0
-    if second == NONE:
-        turned = math.hypot(w[0], w[1]) / math.hypot(centre[first, 0], centre[first, 1])
-        to_first[0, 0] = ex * ex + turned * ey * ey
-        to_first[0, 1] = to_first[1, 0] = (1.0 - turned) * ex * ey
-        to_first[1, 1] = ey * ey + turned * ex * ex
-        to_first[0, 2], to_first[1, 2] = -ex, -ey
+    to_one[:] = 0.0
+    to_other[:] = 0.0
+    if other == NONE:
+        turned = math.hypot(w[0], w[1]) / math.hypot(centre[one, 0], centre[one, 1])
+        to_one[0, 0] = ex * ex + turned * ey * ey
+        to_one[0, 1] = to_one[1, 0] = (1.0 - turned) * ex * ey
+        to_one[1, 1] = ey * ey + turned * ex * ex
+        to_one[0, 2], to_one[1, 2] = -ex, -ey
         return
-    fx, fy = centre[second, 0] - w[0], centre[second, 1] - w[1]
+    fx, fy = centre[other, 0] - w[0], centre[other, 1] - w[1]
     size = math.hypot(fx, fy)
     fx, fy = fx / size, fy / size
     # e·(δu - δw) = δr on both edges
     det = ex * fy - ey * fx
     if det == 0.0:
         return
-    to_first[0, 0], to_first[0, 1], to_first[0, 2] = fy * ex / det, fy * ey / det, -fy / det
-    to_first[1, 0], to_first[1, 1], to_first[1, 2] = -fx * ex / det, -fx * ey / det, fx / det
-    to_second[0, 0], to_second[0, 1], to_second[0, 2] = -ey * fx / det, -ey * fy / det, ey / det
-    to_second[1, 0], to_second[1, 1], to_second[1, 2] = ex * fx / det, ex * fy / det, -ex / det
+    to_one[0, 0], to_one[0, 1], to_one[0, 2] = fy * ex / det, fy * ey / det, -fy / det
+    to_one[1, 0], to_one[1, 1], to_one[1, 2] = -fx * ex / det, -fx * ey / det, fx / det
+    to_other[0, 0], to_other[0, 1], to_other[0, 2] = -ey * fx / det, -ey * fy / det, ey / det
+    to_other[1, 0], to_other[1, 1], to_other[1, 2] = ex * fx / det, ex * fy / det, -ex / det

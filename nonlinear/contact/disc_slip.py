@@ -232,7 +232,7 @@ class Path(NamedTuple):
         The path piece by piece where there is room, and how many there are.
     """
 
-    place: Floats
+    slider: Floats
     change: Floats
     force: Floats
     across: Floats
@@ -295,7 +295,7 @@ def add_free(begin: float, end: float, path: Path) -> None:
 @kernel
 def add_held(begin: float, end: float, path: Path) -> None:
     """Add the integrals of a held slider and of its changes."""
-    _write(HELD, begin, end, path.place[0], path.place[1], path)
+    _write(HELD, begin, end, path.slider[0], path.slider[1], path)
     m = path.w.shape[1]
     held = np.zeros((m + 1) // 2, np.complex128)
     add_integrals(begin, end, held)
@@ -303,7 +303,7 @@ def add_held(begin: float, end: float, path: Path) -> None:
         h = (j + 1) // 2
         integral = -held[h].imag if j > 0 and j % 2 == 0 else held[h].real
         for i in range(2):
-            path.w[i, j] += path.place[i] * integral
+            path.w[i, j] += path.slider[i] * integral
             for k in range(path.change.shape[1]):
                 path.jacobian[i, j, k] += path.change[i, k] * integral
 

@@ -23,15 +23,7 @@ from numba import float64, types
 
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.fourier import (
-    TURN,
-    basis,
-    derivative,
-    grid,
-    kernel,
-    roots,
-    value_and_slope,
-)
+from vanelock.nonlinear.fourier import TURN, basis, derivative, grid, kernel, roots, value_and_slope
 from vanelock.rom.system.element import Element, Force
 
 _LAPS = 64

@@ -207,16 +207,16 @@ def _begin(
     plain = start.copy()
     for _ in range(_LAPS):
         path = new_path(m, 2, 0)
-        path.place[:] = start
+        path.slider[:] = start
         path.change[0, 0] = path.change[1, 1] = 1.0
         once_round(u, alpha, contact, 0, brackets, path)
-        x, y = path.place[0] - start[0], path.place[1] - start[1]
+        x, y = path.slider[0] - start[0], path.slider[1] - start[1]
         before, gap = gap, math.hypot(x, y)
         if tried and gap > 0.5 * before and gap > 1e-13 * size:
             start[:] = plain
             tried, gap = False, math.inf
             continue
-        plain[:] = path.place
+        plain[:] = path.slider
         if gap <= 1e-13 * size:
             start[:] = plain
             return
@@ -266,7 +266,7 @@ def slider_pieces(u: Floats, alpha: float, table: Floats) -> Floats:
     path = new_path(m, 3 * m, 0)
     for _ in range(2):  # to count the pieces, then to write them down
         path = new_path(m, 3 * m, path.filled[0])
-        path.place[:] = start
+        path.slider[:] = start
         once_round(u, alpha, contact, count, len(table), path)
     return path.pieces
 
@@ -283,7 +283,7 @@ def _add_friction(
         add_coefficients(u, alpha, path, w, jacobian)
         return slips, work
     path = new_path(m, 3 * m + 2, 0)
-    if _start(u, alpha, contact, table, w, jacobian, path.place):
+    if _start(u, alpha, contact, table, w, jacobian, path.slider):
         return False, 0.0
     path.change[0, 3 * m] = path.change[1, 3 * m + 1] = 1.0
     slips, work = once_round(u, alpha, contact, 0, brackets, path)

@@ -50,7 +50,7 @@ def _append(
     kind: int,
     begin: float,
     end: float,
-    place: float,
+    position: float,
     source: float,
     factor: float,
 ) -> int:
@@ -65,14 +65,14 @@ def _append(
             return count
     row = segments[count]
     row[KIND], row[BEGIN], row[END] = kind, begin, end
-    row[PLACE], row[SOURCE], row[FACTOR] = place, source, factor
+    row[PLACE], row[SOURCE], row[FACTOR] = position, source, factor
     return count + 1
 
 
 @kernel
-def _whole(segments: Floats, kind: int, place: float, source: float, factor: float) -> int:
+def _whole(segments: Floats, kind: int, position: float, source: float, factor: float) -> int:
     """One segment over the whole period."""
-    return _append(segments, 0, kind, 0.0, TURN, place, source, factor)
+    return _append(segments, 0, kind, 0.0, TURN, position, source, factor)
 
 
 @kernel

@@ -96,7 +96,7 @@ def land(
     share, spent = (target - a.parameter) / (b.parameter - a.parameter), 0
     chord = np.linalg.norm(b.w - a.w) + APART * np.linalg.norm(b.w)
     for begin in (a.w + share * (b.w - a.w), b.w, a.w):
-        found = solve(family, begin, target, tolerance=tolerance, kept=a.kept)
+        found = solve(family, begin, target, tolerance=tolerance, reuse=a.reuse)
         spent += found.iterations
         way = np.linalg.norm(found.w - a.w) + np.linalg.norm(found.w - b.w)
         if found.converged and (bend is None or way <= bend * chord):
@@ -108,7 +108,7 @@ def polished(family: Family, point: PathPoint, tolerance: float) -> Solution:
     """A point of a path, to the tolerance and better; not converged where that is not reached."""
     rough = point.solution
     there = at_solution(family, rough)
-    found = refined(there, rough.w, rough.parameter, point.plane, tolerance, rough.kept)
+    found = refined(there, rough.w, rough.parameter, point.plane, tolerance, rough.reuse)
     if found.converged:
         return found
     return replace(rough, converged=rough.residual <= tolerance)
@@ -154,7 +154,7 @@ def locate(
         w = a.w + share * (b.w - a.w)
         parameter = a.parameter + share * (b.parameter - a.parameter)
         found = solve(
-            family, w, parameter, CuttingPlane(w, parameter, *normal), tolerance, kept=a.kept
+            family, w, parameter, CuttingPlane(w, parameter, *normal), tolerance, reuse=a.reuse
         )
         tangent = tangent_at(family, found) if found.converged else None
         if tangent is None:
@@ -178,7 +178,7 @@ def locate(
     return _Located(replace(found, iterations=spent), tangent, left, len(solved))
 
 
-def _bracketed(at: Callable[[float], float], values: tuple[float, float]) -> None:
+def _bracketed(function: Callable[[float], float], values: tuple[float, float]) -> None:
     """Close in on the root of a function between 0 and 1, given its values there.
 
     The secant through the ends, the end that stays twice counting half (the Illinois rule); a
@@ -191,7 +191,7 @@ def _bracketed(at: Callable[[float], float], values: tuple[float, float]) -> Non
         share = (low * f_high - high * f_low) / (f_high - f_low)
         if i % 4 == 3 or not low < share < high:
             share = 0.5 * (low + high)
-        f = at(share)
+        f = function(share)
         if abs(f) < 1e-13 * size or high - low < 1e-13:
             return
         if (f > 0) == (f_high > 0):

@@ -59,7 +59,7 @@ class _SoftLaw(Law):
 
 
 @dataclass(frozen=True)
-class Hardening:
+class _Hardening:
     """Problems at one load whose contacts have the share s = softest^(1 - p) of their stiffness."""
 
     balance: Balance
@@ -107,7 +107,7 @@ class _HeldLaw(Law):
 
 
 @dataclass(frozen=True)
-class Release:
+class _Release:
     """Problems at one load, contacts held as by `_HeldLaw` at p = 1 and themselves at p = 0."""
 
     balance: Balance
@@ -134,7 +134,7 @@ class Release:
         return np.where(rows // w.shape[2] % 3 == 0, lifting, sliding)
 
 
-def release(balance: Balance, law: Law) -> Release:
+def _released(balance: Balance, law: Law) -> _Release:
     """The family from contacts that all stick, held as much as each needs, to `law`."""
     size = np.abs(balance.linear).sum(axis=2)
     if law.isotropic:  # friction has to hold both directions at once
@@ -144,7 +144,7 @@ def release(balance: Balance, law: Law) -> Release:
     alpha = np.where(law.alpha > 0, law.alpha, np.inf)
     held = pressed + _SURPLUS * ((size[:, 1:] + least) / alpha).max(axis=1)
     pressed[list(law.elements)] = held[list(law.elements)] = 0.0
-    return Release(balance, law, pressed, held)
+    return _Release(balance, law, pressed, held)
 
 
 @dataclass
@@ -154,10 +154,10 @@ class Effort:
     left: int = EFFORT
     attempted: Callable[[], None] = lambda: None
 
-    def spent(self, found: Solution) -> Solution:
+    def spent(self, solution: Solution) -> Solution:
         """The solution, its steps taken off."""
-        self.left -= found.iterations
-        return found
+        self.left -= solution.iterations
+        return solution
 
 
 def from_nothing(
@@ -250,7 +250,7 @@ class _Way:
 def _harden(balance: Balance, law: Law) -> list[_Way]:
     """From soft contacts to the true ones, those tried first that are the least soft."""
     start = np.zeros_like(balance.linear)
-    families = (Hardening(balance, law, softest) for softest in _SOFTEST)
+    families = (_Hardening(balance, law, softest) for softest in _SOFTEST)
     return [_Way(family, start, 0.0, 1.0, limit=40, shortest=1e-5) for family in families]
 
 
@@ -268,7 +268,7 @@ def _raise_force(balance: Balance, law: Law, static: Floats | None) -> list[_Way
 
 def _release(balance: Balance, law: Law) -> list[_Way]:
     """From contacts held down and held back by force to the true ones."""
-    return [_Way(release(balance, law), np.zeros_like(balance.linear), 1.0, 0.0)]
+    return [_Way(_released(balance, law), np.zeros_like(balance.linear), 1.0, 0.0)]
 
 
 def _followed(

@@ -119,9 +119,9 @@ def tangent_at(family: Family, point: Solution, balance: Balance | None = None) 
         weight = np.append(weight, 1 / family.longest)
     elif not len(rows):
         return Tangent(right.reshape(point.w.shape), 1.0, right[:0])
-    kept = None if point.kept is None else replace(point.kept, stale=True)
+    reuse = None if point.reuse is None else replace(point.reuse, stale=True)
     stiffness = family.law(point.parameter).stiffness.reshape(-1)
-    linear = linearise(balance, point.deviation, rows, weight, border, kept, stiffness)
+    linear = linearise(balance, point.deviation, rows, weight, border, reuse, stiffness)
     right[rows] = family.rate(point.parameter, point.w, point.deviation, rows)
     moved = linear.solve(right, _EXACT)
     if moved is None:
@@ -252,7 +252,7 @@ class SolutionPath:
         family = self.family
         if isinstance(family, Bordered):
             family = family.with_beside(beside)
-        found = solve(family, plane.w, plane.parameter, plane, _ROUGH, 12, begin.kept)
+        found = solve(family, plane.w, plane.parameter, plane, _ROUGH, 12, begin.reuse)
         self.iterations += found.iterations
         moved = here.units.length(
             found.w - plane.w, found.parameter - plane.parameter, found.beside - beside
@@ -269,17 +269,17 @@ class SolutionPath:
         self._take(length, found)
         return found
 
-    def _continues(self, begin: Solution, found: Solution) -> bool:
+    def _continues(self, begin: Solution, solution: Solution) -> bool:
         """Whether a point is not too far from the last one."""
         if isinstance(self.family, Carried):
-            return self.family.holds(found)
+            return self.family.holds(solution)
         # Where the path leads away from the target, steps grow with the distance from there.
         far = max(abs(begin.parameter - self.target), abs(self.span))
-        return abs(found.parameter - begin.parameter) <= 0.3 * far
+        return abs(solution.parameter - begin.parameter) <= 0.3 * far
 
-    def _take(self, length: float, found: Solution) -> None:
+    def _take(self, length: float, solution: Solution) -> None:
         """Note a step, and how long the next one is."""
-        growth = float(np.clip(3.5 / max(found.iterations, 1), 0.5, _GROWTH))
+        growth = float(np.clip(3.5 / max(solution.iterations, 1), 0.5, _GROWTH))
         self.taken, self.length = length, min(length * growth, self.longest)
 
     def _across(self, here: PathPoint) -> Solution | None:
@@ -292,7 +292,7 @@ class SolutionPath:
         balance, law = family.at(parameter), family.law(parameter)
         for _ in range(_ROUNDS):
             w = 0.5 * (w + law(balance.displacement(w), balance.omega).w)
-        found = solve(family, w, parameter, tolerance=_ROUGH, kept=here.solution.kept)
+        found = solve(family, w, parameter, tolerance=_ROUGH, reuse=here.solution.reuse)
         self.iterations += found.iterations
         length = here.units.length(found.w - here.solution.w, _ACROSS * parameter, np.zeros(1))
         if not (found.converged and length < 1.0 and self._continues(here.solution, found)):

@@ -50,7 +50,7 @@ class _Characteristic:
     @property
     def size(self) -> int:
         """M, remembered values included."""
-        return len(self.structure.chosen) + len(self.law.kept)
+        return len(self.structure.chosen) + len(self.law.memory)
 
     @cached_property
     def _rows(self) -> tuple[list[Complex], Complex]:
@@ -116,7 +116,7 @@ class _Characteristic:
 
     def diagonal(self, s: complex) -> Complex:
         """(m,) p, of z too."""
-        kept = 1 - self.law.kept * np.exp(-TURN * s)
+        kept = 1 - self.law.memory * np.exp(-TURN * s)
         return np.concatenate([self.structure.diagonal(s), kept])
 
     def __call__(self, s: complex) -> Complex:
@@ -184,13 +184,13 @@ _LARGEST = 500  # modes told apart
 class Zeros:
     """Zeros of S in a window.
 
-    `series`: what S is approximated by; `each` list of (complex, (m,) complex): s, and amplitudes a
-    of unit norm with S(s) a = 0; `complete`: whether the winding of det S counts as many; False
+    `series`: what S is approximated by; `pairs` list of (complex, (m,) complex): s, amplitudes a of
+    unit norm with S(s) a = 0; `complete`: whether the winding of det S counts as many; False
     where the series does not converge.
     """
 
     series: Series
-    each: list[tuple[complex, Complex]]
+    pairs: list[tuple[complex, Complex]]
     complete: bool
 
 
@@ -244,7 +244,7 @@ def _improved(series: Series, s: complex, a: Complex) -> tuple[complex, Complex]
     return s, a
 
 
-def _missed(matrix: _Matrix, window: Rectangle, known: Complex) -> int:
+def _missed(matrix: _Matrix, window: Rectangle, zeros: Complex) -> int:
     """Zeros in a window beside the known ones: turns of det S / Π(s - known) along its edge.
 
     Without the known zeros it varies slowly; steps are halved until none turns it by a radian.
@@ -254,7 +254,7 @@ def _missed(matrix: _Matrix, window: Rectangle, known: Complex) -> int:
 
     def direction(t: float) -> complex:
         s = complex(np.interp(t, np.arange(5), corners))
-        away = np.where(s == known, 1, s - known)
+        away = np.where(s == zeros, 1, s - zeros)
         turned = (away.conj() / np.abs(away)).prod()
         return complex(np.linalg.slogdet(matrix(s))[0] * turned)
 

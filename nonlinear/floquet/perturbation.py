@@ -153,10 +153,10 @@ class PerturbedStructure:
             found[place] = (rows[place] * answer) @ pull[place]
         return found
 
-    def output_rows(self, place: int) -> Complex:
+    def output_rows(self, index: int) -> Complex:
         """(d, n) displacements of the outputs, or of the contacts without any, in all modes."""
-        modes = self.each[place]
-        diameter = self.diameter + (place - self.harmonics) * self.system.engine_order
+        modes = self.each[index]
+        diameter = self.diameter + (index - self.harmonics) * self.system.engine_order
         output = self.system.at(diameter % self.system.sectors).output
         if output is None or not len(output):
             return modes.rows
@@ -206,7 +206,7 @@ class Transfer(Protocol):
         """(q,) places among `components` of the first of the two that z belongs to."""
 
     @property
-    def kept(self) -> Floats:
+    def memory(self) -> Floats:
         """(q,) κ."""
 
     def at(self, s: complex) -> Transferred:
@@ -246,7 +246,7 @@ class _LawTransfer:
         return np.zeros(0, np.int64)
 
     @property
-    def kept(self) -> Floats:
+    def memory(self) -> Floats:
         """(0,)."""
         return np.zeros(0)
 
@@ -295,12 +295,7 @@ def law_transfer(u: Floats, alpha: Floats, harmonics: int) -> _LawTransfer:
 
 @kernel
 def _pieces(
-    u: Floats,
-    alpha: Floats,
-    table: Floats,
-    moments: Complex,
-    held: Floats,
-    answers: Booleans,
+    u: Floats, alpha: Floats, table: Floats, moments: Complex, held: Floats, answers: Booleans
 ) -> None:
     """Moments ∫ e^{ikθ} of what follows u and v, pieces held, and whether a component answers."""
     m = u.shape[2]

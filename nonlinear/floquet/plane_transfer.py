@@ -223,16 +223,16 @@ class _PlaneTransfer:
     """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
 
     `components` (o,): which, counted through (c, 3); `partners` (3, o): the component itself, v of
-    its contact, and the other tangential component; `still` (3, o, M, M): from each of them what
+    its contact, and the other tangential component; `static` (3, o, M, M): from each of them what
     does not depend on s; `paths` tuple of (int, float, SliderSteps): place among the components, α
-    and path of each contact that slips; `kept` (q,): κ of those that never open; `harmonics`: P.
+    and path of each contact that slips; `memory` (q,): κ of those that never open; `harmonics`: P.
     """
 
     components: Integers
     partners: Integers
-    still: Complex
+    static: Complex
     paths: tuple[tuple[int, float, _SliderSteps], ...]
-    kept: Floats
+    memory: Floats
     harmonics: int
 
     @property
@@ -242,7 +242,7 @@ class _PlaneTransfer:
 
     def at(self, s: complex) -> Transferred:
         """Γ, Y and C at one s."""
-        parts, M = self.still.copy(), 2 * self.harmonics + 1
+        parts, M = self.static.copy(), 2 * self.harmonics + 1
         shown, read = [], []
         for place, alpha, path in self.paths:
             eta, held, across = _passing(path, alpha, self.harmonics, s)
@@ -265,12 +265,12 @@ class _PlaneTransfer:
         """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
         components = np.union1d(self.components, opened)
         own = np.searchsorted(components, self.components)
-        still = np.zeros((3, len(components), *self.still.shape[2:]), complex)
-        still[:, own] = self.still
+        still = np.zeros((3, len(components), *self.static.shape[2:]), complex)
+        still[:, own] = self.static
         still[_ALONG, np.searchsorted(components, opened)] -= np.eye(2 * self.harmonics + 1)
         paths = tuple((int(own[place]), alpha, path) for place, alpha, path in self.paths)
         return replace(
-            self, components=components, partners=_partners(components), still=still, paths=paths
+            self, components=components, partners=_partners(components), static=still, paths=paths
         )
 
 

@@ -32,7 +32,7 @@ from vanelock.nonlinear.newton.newton import scales, solve
 from vanelock.rom.system.coordinates import check, check_ring
 from vanelock.rom.system.system import System
 
-WINDOW = Rectangle(left=-0.1, right=1.0, half=0.52)
+_WINDOW = Rectangle(left=-0.1, right=1.0, half=0.52)
 """Of s = λ/ω: motions that shrink to no less than 0.53 a period and grow to no more than 500.
 
 A little higher than the half harmonics at which diameters meet.
@@ -94,16 +94,16 @@ class _FloquetMotion:
 class _FloquetMotions:
     """The motions beside one wave.
 
-    `each`: the most unstable first; `complete`: whether they are as many as were counted.
+    `motions`: the most unstable first; `complete`: whether they are as many as were counted.
     """
 
-    each: list[_FloquetMotion]
+    motions: list[_FloquetMotion]
     complete: bool
 
     @property
     def growth(self) -> float:
         """Largest Re λ/ω; that of the window's edge where none lies in it."""
-        return self.each[0].exact.real if self.each else WINDOW.left
+        return self.motions[0].exact.real if self.motions else _WINDOW.left
 
 
 def _motions(
@@ -120,22 +120,22 @@ def _motions(
     found: list[_FloquetMotion] = []
     complete = True
     for n in range(system.sectors // 2 + 1):
-        of_diameter = partial(PerturbedStructure, system, modes, n, omega, harmonics, WINDOW)
-        here = zeros(of_diameter, law, WINDOW)
+        of_diameter = partial(PerturbedStructure, system, modes, n, omega, harmonics, _WINDOW)
+        here = zeros(of_diameter, law, _WINDOW)
         complete &= here.complete
         found += _within(here, system)
     found.sort(key=lambda motion: -motion.s.real)
-    each: list[_FloquetMotion] = []
+    motions: list[_FloquetMotion] = []
     for motion in found:
-        if not any(_are_same(motion, other, system) for other in each):
-            each.append(motion)
-    return _FloquetMotions(each, complete)
+        if not any(_are_same(motion, other, system) for other in motions):
+            motions.append(motion)
+    return _FloquetMotions(motions, complete)
 
 
-def _within(found: Zeros, system: System) -> Iterator[_FloquetMotion]:
+def _within(zeros: Zeros, system: System) -> Iterator[_FloquetMotion]:
     """Motions of the zeros of a diameter, each at 0 <= n <= N/2 and |Im s| <= 1/2."""
-    N, n = system.sectors, found.series.exact.structure.diameter
-    for s, a in found.each:
+    N, n = system.sectors, zeros.series.exact.structure.diameter
+    for s, a in zeros.pairs:
         if (2 * n) % N == 0 and s.imag < -1e-7:
             continue  # its conjugate is there, too
         shift = round(s.imag)
@@ -143,12 +143,12 @@ def _within(found: Zeros, system: System) -> Iterator[_FloquetMotion]:
         mirrored = 2 * diameter > N
         if mirrored:
             diameter, moved = N - diameter, moved.conjugate()
-        yield _FloquetMotion(diameter, moved, found.series, (s, a), shift, mirrored)
+        yield _FloquetMotion(diameter, moved, zeros.series, (s, a), shift, mirrored)
 
 
 def _are_same(one: _FloquetMotion, other: _FloquetMotion, system: System) -> bool:
     """Whether two motions are one that two diameters have, or one twice, where these meet."""
-    N, edge = system.sectors, 1 - WINDOW.half
+    N, edge = system.sectors, 1 - _WINDOW.half
     if min(abs(one.s.imag), abs(other.s.imag)) < edge:
         return False
     for turn in (-1, 1):
@@ -309,11 +309,11 @@ def _check(system: System, response: Response, finer: int, count: int) -> None:
     check_ring(system, system.sectors // 2, "stability")
 
 
-def _modes(system: System, known: Mapping[int, StuckModes]) -> dict[int, StuckModes]:
+def _modes(system: System, stuck: Mapping[int, StuckModes]) -> dict[int, StuckModes]:
     """Stuck modes of the nodal diameters 0 ... N - 1."""
     every: dict[int, StuckModes] = {}
     for k in range(system.sectors // 2 + 1):
-        every[k] = (known[k] if k in known else stuck_modes(system, k)).held
+        every[k] = (stuck[k] if k in stuck else stuck_modes(system, k)).held
         if every[k].coupled_damping is not None:
             raise InputError(
                 f"system: nd/{k}/C: given one that couples the modes, joints "
@@ -345,10 +345,10 @@ def _point_stability(
     if again is not None:
         more = _MORE if finer > response.harmonics else 2 * _MORE
         found.append(_motions(system, modes, again, omega, finer + more, friction))
-    for i, motion in enumerate(found[-1].each[:count]):
+    for i, motion in enumerate(found[-1].motions[:count]):
         exponent[i], diameter[i] = omega * motion.exact, motion.diameter
         seen[i] = motion.frequencies(_FREQUENCIES)
-    growing = sum(motion.s.real > NEUTRAL for motion in found[-1].each)
+    growing = sum(motion.s.real > NEUTRAL for motion in found[-1].motions)
     growth[: len(found)] = [each.growth for each in found]
     verdict = UNDECIDED
     if all(each.complete for each in found):
@@ -368,7 +368,7 @@ def _solved_again(
 ) -> Floats | None:
     """The wave with more harmonics, (c, 3, 2H + 1) m; None where no solution was found."""
     given = (u.shape[2] - 1) // 2
-    balance = structure(system, given, known=modes).balance(omega)
+    balance = structure(system, given, stuck=modes).balance(omega)
     w = contact_law(system.contacts, given, friction=friction)(u).w
     off = np.abs(u - balance.displacement(w)) / scales(balance.linear)
     if off.max(initial=0.0) > max(_FOREIGN, truncation):
@@ -379,7 +379,7 @@ def _solved_again(
     if harmonics == given:
         return u
     again = fixed(
-        structure(system, harmonics, known=modes).balance(omega),
+        structure(system, harmonics, stuck=modes).balance(omega),
         contact_law(system.contacts, harmonics, friction=friction),
     )
     found = solve(again, resized(w, harmonics), 0.0)

@@ -36,7 +36,7 @@ from vanelock.rom.system.system import System
 
 _LONGEST = 1 / 40
 """Longest step of a path with one contact, relative to the range; several add up in quadrature."""
-LIMIT = 4000  # points of a path
+_LIMIT = 4000  # points of a path
 
 
 _BEND = 3.0
@@ -246,8 +246,8 @@ def _followed(
             expected = max(len(places) + 1, round(len(places) / max(share, 0.01)))
             size = float(solver.amplitude(exact).max(initial=0.0))
             progress(len(places), expected, exact.omega / TURN, size)
-        if len(places) >= LIMIT:
-            return places, f"it goes on, but {LIMIT} points are the most"
+        if len(places) >= _LIMIT:
+            return places, f"it goes on, but {_LIMIT} points are the most"
         if (exact.omega - begun.omega) / span < -0.1:
             return places, "it goes back below the lowest frequency by a tenth of the range"
     return places, f"no next point was found, not even {SHORTEST:.1%} of the amplitude further on"
@@ -268,8 +268,5 @@ def _fold_between(
     found = locate(family, before, after, turning, (values[0], values[1]), tolerance)
     if found is not None:
         return _Place(found.solution, 0.0, True, found.left > 1e-3)
-    outer = max(
-        (before, after),
-        key=lambda step: np.sign(before.rate) * step.solution.parameter,
-    )
+    outer = max((before, after), key=lambda step: np.sign(before.rate) * step.solution.parameter)
     return _Place(replace(outer.solution, converged=False), 0.0, True)

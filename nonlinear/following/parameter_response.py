@@ -39,7 +39,7 @@ from vanelock.rom.system.system import System
 
 Joint: TypeAlias = str | Sequence[str] | Booleans | None
 
-NAMES = {"force": "1", "mu": "1", "interference": "m"}
+_NAMES = {"force": "1", "mu": "1", "interference": "m"}
 """Parameters and their units."""
 
 
@@ -141,7 +141,7 @@ class Parameter:
 
 def checked_parameter(name: str, system: System, values: Floats, joint: Joint = None) -> Parameter:
     """A parameter by its name, checked against the values that it shall take."""
-    check_option("parameter", name, NAMES)
+    check_option("parameter", name, _NAMES)
     if name == "force" and joint is not None:
         raise InputError(f"joint: given {joint!r}: the force acts on no joint; leave it out")
     if not len(values) or not np.all(np.isfinite(values)):
@@ -169,11 +169,11 @@ def checked_values(values: ArrayLike) -> Floats:
 class _AboutRest:
     """Problems whose mean is held at the state at rest, which may move with the parameter.
 
-    `moving` are those of all harmonics, `still` the static ones, `rest` gives their solution.
+    `moving` are those of all harmonics, `static` those of rest, `rest` gives their solution.
     """
 
     moving: Loads | Frictions
-    still: Loads | Frictions
+    static: Loads | Frictions
     rest: Callable[[float], Solution]
 
     def _held(self, parameter: float) -> Loads | Frictions:
@@ -198,12 +198,12 @@ class _AboutRest:
         """Derivative of W at fixed w, on the given components of w."""
         rates = self._held(parameter).rate(parameter, w, deviation, rows)
         rest = replace(self.rest(parameter), parameter=parameter)
-        tangent = tangent_at(self.still, rest)
+        tangent = tangent_at(self.static, rest)
         if tangent is None:
             return rates
-        pushed = self.still.at(parameter + 1).linear - self.still.at(parameter).linear
+        pushed = self.static.at(parameter + 1).linear - self.static.at(parameter).linear
         moved = np.zeros_like(w)
-        moved[:, :, :1] = pushed + self.still.balance.moved(tangent.z)
+        moved[:, :, :1] = pushed + self.static.balance.moved(tangent.z)
         return rates + response_to(deviation, rows, moved)
 
 
@@ -344,11 +344,11 @@ def parameter_response(
 class Tracer:
     """What solves at one value of a parameter after another, at one frequency.
 
-    `at`: the system by value, ready to be solved; `family`: by the coordinate of the parameter;
+    `system_at`: the system by value, ready; `family`: by the coordinate of the parameter;
     `tolerance`: relative residual that counts as converged.
     """
 
-    at: Callable[[float], PreparedSystem]
+    system_at: Callable[[float], PreparedSystem]
     varied: Parameter
     family: Family
     tolerance: float
@@ -357,14 +357,14 @@ class Tracer:
         """Solve at a value, given up to two converged neighbours, the nearest last."""
         place = self.varied.coordinate(value)
         tried = []
-        kept = history[-1].kept if history else None
+        reuse = history[-1].reuse if history else None
         for start in starts(place, history):
-            tried.append(solve(self.family, start, place, tolerance=self.tolerance, kept=kept))
+            tried.append(solve(self.family, start, place, tolerance=self.tolerance, reuse=reuse))
             if tried[-1].converged:
                 return counted(tried, place)
         if history:
             arc = follow(self.family, history[-1], place, self.tolerance)
             if arc.solution is not None:
                 return counted([*tried, arc.solution], place)
-        found = from_nothing(self.family.at(place), self.at(value).law, self.tolerance)
+        found = from_nothing(self.family.at(place), self.system_at(value).law, self.tolerance)
         return counted([*tried, replace(found, parameter=place)], place)

@@ -108,11 +108,11 @@ class Resonance:
             q[1, h] = row @ modes.solve(h * omega, changed if rate is None else changed + rate)
         return amplitude_and_slope(*q)
 
-    def read(self, omega: float, start: Floats, kept: Kept | None = None) -> CurvePoint | None:
+    def read(self, omega: float, start: Floats, reuse: Kept | None = None) -> CurvePoint | None:
         """Solve at a frequency, rad/s; None if that fails."""
         balance = self.family.at(omega)
         held = fixed(balance, self.family.friction)
-        found = refined(held, start, 0.0, tolerance=self.tolerance, kept=kept)
+        found = refined(held, start, 0.0, tolerance=self.tolerance, reuse=reuse)
         if not found.converged:
             return None
         return self.reading(replace(found, parameter=omega), balance)
@@ -126,13 +126,13 @@ class Resonance:
         return CurvePoint(solution, amplitude, slope=slope, tangent=tangent)
 
     def peak(
-        self, omega: float, start: Floats, bend: float, kept: Kept | None = None
+        self, omega: float, start: Floats, bend: float, reuse: Kept | None = None
     ) -> CurvePoint | None:
         """The peak near a frequency, by a safeguarded secant of the slope, from guesses.
 
         Of ω, of w there and of `bend`, A''/A; None where solutions are lost or no maximum is near.
         """
-        first = self.read(omega, start, kept)
+        first = self.read(omega, start, reuse)
         if first is None:
             return None
         found = self._secant(first, bend)
@@ -141,8 +141,8 @@ class Resonance:
         found = self._climb(first, bend) or found
         return found if found and found.amplitude < _HIGHEST * first.amplitude else None
 
-    def _secant(self, first: CurvePoint, bend: float) -> CurvePoint | None:
-        here, known, omega_of = first, [first], attrgetter("omega")
+    def _secant(self, begin: CurvePoint, bend: float) -> CurvePoint | None:
+        here, known, omega_of = begin, [begin], attrgetter("omega")
         for _ in range(_LIMIT):
             if len(known) > 1:
                 before = known[-2]
@@ -164,7 +164,7 @@ class Resonance:
                 if high - low < max(1e-13 * high, self.condition**2 * width):
                     if abs(np.log(rising.amplitude / falling.amplitude)) > _LOWER:
                         return None  # not a kink but a fold
-                    best = max(rising, falling, key=lambda each: each.amplitude)
+                    best = max(rising, falling, key=lambda reading: reading.amplitude)
                     found = replace(best, bend=bend, distance=abs(distance), sharp=True)
                     return found.led_to_by(known)
                 slow = len(known) > 8 and len(known) % 2
@@ -172,7 +172,7 @@ class Resonance:
                     omega = 0.5 * (low + high)
             assert here.tangent is not None
             along = here.tangent.z * (omega - here.omega)
-            following = self.read(omega, here.solution.w + along, here.solution.kept)
+            following = self.read(omega, here.solution.w + along, here.solution.reuse)
             if following is None or omega == here.omega:
                 return None
             if abs(np.log(following.amplitude / here.amplitude)) > _FALL:
@@ -181,14 +181,14 @@ class Resonance:
             known.append(here)
         return None
 
-    def _climb(self, first: CurvePoint, bend: float) -> CurvePoint | None:
+    def _climb(self, begin: CurvePoint, bend: float) -> CurvePoint | None:
         """The peak uphill of a reading along the path of solutions, folds or not.
 
         The path climbs as long as dA/ds = dA/dω · dω/ds > 0.
         """
         width = 1 / np.sqrt(abs(bend))
-        target = first.omega + float(np.sign(first.slope)) * 8 * width
-        begun = replace(first.solution, parameter=first.omega)
+        target = begin.omega + float(np.sign(begin.slope)) * 8 * width
+        begun = replace(begin.solution, parameter=begin.omega)
         spent, before, last, course, highest = 0, None, 0.0, 0.0, 0.0
 
         def rise(solution: Solution, tangent: Tangent) -> float:
@@ -198,7 +198,7 @@ class Resonance:
             size = np.hypot(np.linalg.norm(tangent.z) * scale, 1.0)
             return float(course * tangent.orientation * slope / size)
 
-        scale = width / max(np.abs(first.solution.u).max(initial=0.0), np.finfo(float).tiny)
+        scale = width / max(np.abs(begin.solution.u).max(initial=0.0), np.finfo(float).tiny)
         for count, step in enumerate(SolutionPath(self.family, begun, target, 0.2)):
             spent += step.solution.iterations
             turned = course
@@ -207,7 +207,7 @@ class Resonance:
             if before is not None and now <= 0:
                 break
             before, last = step, now
-            if count > 4 * _LIMIT or highest > _HIGHEST * first.amplitude:
+            if count > 4 * _LIMIT or highest > _HIGHEST * begin.amplitude:
                 return None
         else:
             return None

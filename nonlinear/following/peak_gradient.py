@@ -134,7 +134,7 @@ def peak_gradient(
     track, peak = track.begun(1.0)
     if peak is None or track.component is None:
         raise InputError("near: no peak was found in it")
-    found = gradient_of_peak(ready, track.component, peak, frequency)
+    found = _gradient_of_peak(ready, track.component, peak, frequency)
     if found is None:
         raise InputError("near: the solutions fold at the peak that was found in it")
     return found
@@ -181,13 +181,13 @@ def peak_gradient_of(
     at_point = float(response.amplitude[point, *component])
     if peak is None or peak.amplitude < (1 - LOWER) * at_point:
         raise InputError(f"point: given {point}: no peak was found there")
-    found = gradient_of_peak(ready, component, peak, frequency=True)
+    found = _gradient_of_peak(ready, component, peak, frequency=True)
     if found is None:
         raise InputError(f"point: given {point}: the solutions fold at the peak there")
     return found
 
 
-def gradient_of_peak(
+def _gradient_of_peak(
     ready: PreparedSystem, component: tuple[int, int], peak: CurvePoint, frequency: bool = False
 ) -> PeakGradient | None:
     """What moves a known peak; None where the solutions fold there."""
@@ -226,7 +226,7 @@ def _beside(
     resonance = Resonance(ready.solver.family, component, ready.options.tolerance)
     start, found, slopes = peak.solution, [], []
     for sign in (-1, 1):
-        reading = resonance.read(start.omega + sign * aside, start.w, start.kept)
+        reading = resonance.read(start.omega + sign * aside, start.w, start.reuse)
         if reading is None:
             return None
         gradient = amplitude_gradient(ready, reading.solution, component)

@@ -17,12 +17,7 @@ from vanelock.nonlinear.following.parameter_response import (
     joined,
 )
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
-from vanelock.nonlinear.following.peak_tracking import (
-    FINEST,
-    LONGEST,
-    PeakTrack,
-    named_component,
-)
+from vanelock.nonlinear.following.peak_tracking import FINEST, LONGEST, PeakTrack, named_component
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
 from vanelock.nonlinear.forced_response.linear_response import check_bound
 from vanelock.nonlinear.forced_response.options import Options, checked_range
@@ -172,17 +167,17 @@ def peak_response(
     ready = options.prepare(system, hertz, 1000)
     span = max(np.ptp([varied.coordinate(value) for value in given]), 1e-12)
     ridge = PeakTrack.along(ready, varied, hertz, component, span)
-    tracks, ridge = traced(ridge, given.tolist(), is_range, progress)
-    best, second = chosen(tracks)
+    tracks, ridge = _traced(ridge, given.tolist(), is_range, progress)
+    best, second = _chosen(tracks)
     return _collected(ridge, best, second, system)
 
 
-def traced(
+def _traced(
     ridge: PeakTrack, values: list[float], is_range: bool, progress: Progress | None
 ) -> tuple[list[_Track], PeakTrack]:
     """Tracks of peaks by value, and the ridge with its component chosen."""
     what = f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}"
-    structure = ridge.at(values[0]).structure
+    structure = ridge.system_at(values[0]).structure
     check_bound(structure, ridge.range, ridge.component, what)
     ridge, begun = ridge.begun(values[0])
     if begun is None:
@@ -296,7 +291,7 @@ def _backward(ridge: PeakTrack, track: _Track, values: Sequence[float]) -> None:
         known.extend(found)
 
 
-def chosen(tracks: Sequence[_Track]) -> tuple[list[CurvePoint], list[float]]:
+def _chosen(tracks: Sequence[_Track]) -> tuple[list[CurvePoint], list[float]]:
     """The highest peak at each value, and the amplitude of the next one or nan."""
     best, second = [], []
     for value in dict.fromkeys(value for track in tracks for value in track):
@@ -317,7 +312,7 @@ def _collected(
 ) -> PeakResponse:
     """Put the peaks into arrays."""
     assert ridge.component is not None
-    each = [ridge.at(peak.value).response([peak.solution]) for peak in best]
+    each = [ridge.system_at(peak.value).response([peak.solution]) for peak in best]
     response, mu = joined(each, system.contacts.mu)
     distance = np.array([peak.distance for peak in best])
     sharp = np.array([peak.sharp for peak in best], bool)

@@ -32,11 +32,12 @@ LONGEST = 1 / 25
 class PeakTrack:
     """What finds and follows the peak of one resonance, in a range from where sweeps begin, rad/s.
 
-    `at` is the system by value of the parameter; without a `component`, output node and direction,
-    it is that of the largest amplitude at the first peak; `span` is of the parameter's coordinate.
+    `system_at` is the system by value of the parameter; without a `component`, output node and
+    direction, it is that of the largest amplitude at the first peak; `span` is of the parameter's
+    coordinate.
     """
 
-    at: Callable[[float], PreparedSystem]
+    system_at: Callable[[float], PreparedSystem]
     varied: Parameter
     range: tuple[float, float]
     component: tuple[int, int] | None
@@ -46,14 +47,14 @@ class PeakTrack:
     def _peak(self, value: float, omega: float, near: CurvePoint, w: Floats) -> CurvePoint | None:
         """The peak near a frequency, from a guess of w and of its neighbour's curvature."""
         assert self.component is not None
-        ready = self.at(value)
+        ready = self.system_at(value)
         family, tolerance = ready.solver.family, ready.options.tolerance
         resonance = Resonance(family, self.component, tolerance, self.condition)
-        return resonance.peak(omega, w, near.bend, near.solution.kept)
+        return resonance.peak(omega, w, near.bend, near.solution.reuse)
 
     def sweep(self, value: float, loose: float = 1.0) -> list[Solution]:
         """Solutions over the range of frequencies; unless all are, without the unconverged ones."""
-        explored = list(self.at(value).solver.explore(*self.range, loose))
+        explored = list(self.system_at(value).solver.explore(*self.range, loose))
         return [solution for solution in explored if solution.converged] or explored
 
     @classmethod
@@ -94,7 +95,7 @@ class PeakTrack:
 
     def bounded(self, value: float) -> bool:
         """Whether no resonance at a value is proved to be one that nothing bounds."""
-        return unbound(self.at(value).structure, self.range, self.component) is None
+        return unbound(self.system_at(value).structure, self.range, self.component) is None
 
     def tops(
         self, value: float, swept: Sequence[Solution], close: float = _CLOSE
@@ -131,7 +132,7 @@ class PeakTrack:
 
     def amplitudes(self, value: float, swept: Sequence[Solution]) -> Floats:
         """(p, o, 3) amplitude of every output, m."""
-        ready = self.at(value)
+        ready = self.system_at(value)
         sizes = [ready.solver.amplitude(each) for each in swept]
         return np.array(sizes).reshape(-1, len(ready.structure.system.output_names), 3)
 
@@ -177,23 +178,23 @@ class PeakTrack:
         self, peaks: Sequence[CurvePoint], coordinate: float, value: float
     ) -> CurvePoint | None:
         """The peak at a value, expected from the last ones; None where it is not found there."""
-        omega, _, w = expected(peaks, coordinate)
+        omega, _, w = _expected(peaks, coordinate)
         last = peaks[-1]
         peak = self._peak(value, omega, last, w)
         if peak is None or abs(peak.omega - omega) > _NEAR * max(peak.width, last.width):
             return None
         return replace(peak, coordinate=coordinate, value=value)
 
-    def explore(self, first: CurvePoint, end: float) -> Iterator[CurvePoint]:
+    def explore(self, begin: CurvePoint, end: float) -> Iterator[CurvePoint]:
         """Peaks from the first one to a value at steps that follow the curve.
 
         Ends early where the peak is lost.
         """
         finest, target = FINEST * self.span, self.varied.coordinate(end)
         steps = StepControl(
-            first.coordinate, target, self.span / 100, finest, LONGEST * self.span, (0.4, 1.7), 4.0
+            begin.coordinate, target, self.span / 100, finest, LONGEST * self.span, (0.4, 1.7), 4.0
         )
-        peaks = [first]
+        peaks = [begin]
         while steps.here != target:
             coordinate = steps.ahead
             value = end if coordinate == target else self.value(coordinate)
@@ -206,7 +207,7 @@ class PeakTrack:
                 peaks = [*peaks, peak][-3:]
 
 
-def expected(peaks: Sequence[CurvePoint], coordinate: float) -> tuple[float, float, Floats]:
+def _expected(peaks: Sequence[CurvePoint], coordinate: float) -> tuple[float, float, Floats]:
     """Frequency, ln of the amplitude and w of a peak, by the parabola or line through the last."""
     last = peaks[-1]
     if len(peaks) == 1:
@@ -223,7 +224,7 @@ def expected(peaks: Sequence[CurvePoint], coordinate: float) -> tuple[float, flo
 
 def _surprise(peaks: Sequence[CurvePoint], peak: CurvePoint) -> float:
     """How far a peak lies from where it was expected, in units of what a drawn curve forgives."""
-    omega, size, _ = expected(peaks, peak.coordinate)
+    omega, size, _ = _expected(peaks, peak.coordinate)
     aside = abs(peak.omega - omega) / (0.5 * peak.width)
     return float(max(aside, abs(np.log(peak.amplitude) - size) / 0.03))
 

@@ -115,7 +115,7 @@ def static_response(
         If a stiffness is negative even with all contacts stuck, or friction is not possible.
     """
     still = replace(options, harmonics=0, coupling="coupled")
-    prepared = structure(system, 0, known=modes)
+    prepared = structure(system, 0, stuck=modes)
     found = from_nothing(prepared.balance(0.0), still.law(system.contacts), still.tolerance)
     response = assemble_response(prepared, [found])
     return replace(response, friction=still.friction, samples=still.samples or 0)
@@ -237,20 +237,20 @@ def _report(
         reporter(solution.omega, amplitude, expected)
 
 
-def _peaked(solver: PointSolver, found: list[Solution]) -> list[Solution]:
+def _peaked(solver: PointSolver, solutions: list[Solution]) -> list[Solution]:
     """One more point, at the vertex of the parabola through the three highest neighbours."""
-    if len(found) < 3:
-        return found
-    sizes = np.array([solver.amplitude(point).max(initial=0.0) for point in found])
+    if len(solutions) < 3:
+        return solutions
+    sizes = np.array([solver.amplitude(point).max(initial=0.0) for point in solutions])
     top = int(np.argmax(sizes))
-    if not 0 < top < len(found) - 1:
-        return found
-    x = np.array([found[i].omega for i in (top - 1, top, top + 1)]) - found[top].omega
+    if not 0 < top < len(solutions) - 1:
+        return solutions
+    x = np.array([solutions[i].omega for i in (top - 1, top, top + 1)]) - solutions[top].omega
     bend, rise, _ = np.polyfit(x, sizes[top - 1 : top + 2], 2)
     vertex = -rise / (2 * bend) if bend < 0 else 0.0
     if vertex == 0.0 or not min(x) < vertex < max(x):
-        return found
-    beside = found[top - 1] if (vertex < 0) == (x[0] < 0) else found[top + 1]
-    history = [point for point in (beside, found[top]) if point.converged]
-    added = solver.point(found[top].omega + vertex, history)
-    return [*found, added]
+        return solutions
+    beside = solutions[top - 1] if (vertex < 0) == (x[0] < 0) else solutions[top + 1]
+    history = [point for point in (beside, solutions[top]) if point.converged]
+    added = solver.point(solutions[top].omega + vertex, history)
+    return [*solutions, added]

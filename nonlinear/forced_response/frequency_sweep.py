@@ -210,13 +210,13 @@ class PointSolver:
                 yield found
                 history = [found] if smooth is None else [*history, found][-2:]
 
-    def _bend(self, history: list[Solution], found: Solution) -> float:
+    def _bend(self, history: list[Solution], solution: Solution) -> float:
         """Relative distance of a new amplitude from the line through the last two."""
         if len(history) < 2:
             return 0.0
         a, b = (self.amplitude(point) for point in history)
-        c = self.amplitude(found)
-        line = b + (b - a) * (found.omega - history[1].omega) / (
+        c = self.amplitude(solution)
+        line = b + (b - a) * (solution.omega - history[1].omega) / (
             history[1].omega - history[0].omega
         )
         size = max(np.abs(b).max(initial=0.0), np.finfo(float).tiny)
@@ -249,16 +249,16 @@ class PointSolver:
 
         return self._asked("easily", omega, history, solved)
 
-    def with_truncation(self, found: Solution) -> Solution:
+    def with_truncation(self, solution: Solution) -> Solution:
         """A solution with the relative error by modes that count by their static part alone."""
-        missed = self.family.structure.left_out(found.omega, found.w)
+        missed = self.family.structure.left_out(solution.omega, solution.w)
         stiffness = self.family.friction.stiffness.reshape(-1)
-        moved = sensitivity(self.family.at(found.omega), found, missed, stiffness)
+        moved = sensitivity(self.family.at(solution.omega), solution, missed, stiffness)
         if moved is None:
-            return replace(found, truncation=np.inf)
-        sizes = (np.abs(to_complex(each)[1:]).max(initial=0.0) for each in (moved, found.u))
+            return replace(solution, truncation=np.inf)
+        sizes = (np.abs(to_complex(each)[1:]).max(initial=0.0) for each in (moved, solution.u))
         wrong, largest = (float(size) for size in sizes)
-        return replace(found, truncation=wrong / largest if largest > 0 else 0.0)
+        return replace(solution, truncation=wrong / largest if largest > 0 else 0.0)
 
     def along(self, omega: float, history: list[Solution]) -> Solution | None:
         """The same along the path from the neighbours alone; None if it does not lead there."""
@@ -274,11 +274,11 @@ class PointSolver:
         self, question: str, omega: float, history: list[Solution], compute: Callable[[], S]
     ) -> S:
         """A solution that was written down, put into the equations, or one computed and timed."""
-        kept = history[-1].kept if history else None
+        reuse = history[-1].reuse if history else None
 
         def check(w: Floats) -> Solution:
             problem = fixed(self.family.at(omega), self.family.friction)
-            return solve(problem, w, 0.0, tolerance=self.tolerance, kept=kept)
+            return solve(problem, w, 0.0, tolerance=self.tolerance, reuse=reuse)
 
         def timed() -> S:
             begin = time.process_time()
@@ -325,10 +325,10 @@ class PointSolver:
     def _newton(self, omega: float, history: list[Solution]) -> list[Solution]:
         """Newton's iteration from what the history suggests; the last one tried may converge."""
         problem = fixed(self.family.at(omega), self.family.friction)
-        kept = history[-1].kept if history else None
+        reuse = history[-1].reuse if history else None
         tried: list[Solution] = []
         for start in starts(omega, history):
-            found = solve(problem, start, 0.0, tolerance=self.tolerance, kept=kept)
+            found = solve(problem, start, 0.0, tolerance=self.tolerance, reuse=reuse)
             tried.append(replace(found, parameter=omega))
             if found.converged:
                 break
@@ -378,5 +378,5 @@ def starts(parameter: float, history: Sequence[Solution]) -> Iterator[Floats]:
 def counted(tried: Sequence[Solution], parameter: float) -> Solution:
     """The best of some attempts at a value, with the iterations of all on the way there."""
     there = [each for each in tried if each.parameter == parameter]
-    best = min(there, key=lambda each: (not each.converged, each.residual))
+    best = min(there, key=lambda solution: (not solution.converged, solution.residual))
     return replace(best, iterations=sum(each.iterations for each in tried))

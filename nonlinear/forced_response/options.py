@@ -280,10 +280,10 @@ def with_keywords(function: Callable[..., Any]) -> Callable[..., Any]:
     return called
 
 
-def check_option(name: str, given: str, allowed: Iterable[str]) -> None:
+def check_option(name: str, value: str, allowed: Iterable[str]) -> None:
     """Refuse an option that is not among those allowed."""
-    if given not in allowed:
-        raise InputError(f"{name}: given {given!r}: allowed: {', '.join(allowed)}")
+    if value not in allowed:
+        raise InputError(f"{name}: given {value!r}: allowed: {', '.join(allowed)}")
 
 
 def check_forces(system: System, harmonics: int) -> None:

@@ -73,7 +73,7 @@ class Linearised(Protocol):
     """A linearised balance that can be solved."""
 
     @property
-    def kept(self) -> Kept | None:
+    def reuse(self) -> Kept | None:
         """What later ones may start from."""
 
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:
@@ -120,7 +120,7 @@ class _Direct:
         rows: Integers,
         weight: Floats,
         border: Border | None,
-        kept: Kept | None,
+        reuse: Kept | None,
     ) -> None:
         matrix = newton_matrix(balance, deviation, rows)
         self.unknowns = rows
@@ -134,7 +134,7 @@ class _Direct:
         if not held.all():
             matrix, self.unknowns = matrix[np.ix_(held, held)], self.unknowns[held]
         self.weight = weight
-        self.kept = kept
+        self.reuse = reuse
         factors, pivots, info = dgetrf(matrix)
         self.factors = factors, pivots
         self.singular = info != 0 or not np.isfinite(factors.diagonal().sum())
@@ -163,7 +163,7 @@ class _Direct:
         return float(np.prod(np.sign(diagonal)) * (-1.0) ** swaps)
 
 
-class Iterative(Preconditioned):
+class _Iterative(Preconditioned):
     """P applied, preconditioned by the strong directions of the receptances."""
 
     LIMIT, STALE = 60, 6
@@ -175,7 +175,7 @@ class Iterative(Preconditioned):
         rows: Integers,
         weight: Floats,
         border: Border | None,
-        kept: Kept | None,
+        reuse: Kept | None,
         stiffness: Floats,
     ) -> None:
         self.m = deviation.w.shape[2]
@@ -191,15 +191,17 @@ class Iterative(Preconditioned):
             self.rate, self.normal = border.rate[:, self.entries], border.normal[:, self.entries]
         self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
-        basis = kept.basis if isinstance(kept, KeptBasis) else strong_directions(balance, stiffness)
+        basis = (
+            reuse.basis if isinstance(reuse, KeptBasis) else strong_directions(balance, stiffness)
+        )
         self.basis = basis.of(self.components)
-        if not isinstance(kept, KeptBasis) or kept.stale:
+        if not isinstance(reuse, KeptBasis) or reuse.stale:
             matrix = small_matrix(self.basis, self.slope)
-            kept = KeptBasis(basis, matrix, dgetrf(matrix)[:2])
-        self.kept: KeptBasis = kept
-        self.factors = kept.factors
+            reuse = KeptBasis(basis, matrix, dgetrf(matrix)[:2])
+        self.reuse: KeptBasis = reuse
+        self.factors = reuse.factors
         if border is not None:
-            self.factors = dgetrf(self._bordered(kept.matrix))[:2]
+            self.factors = dgetrf(self._bordered(reuse.matrix))[:2]
 
     def _bordered(self, matrix: Floats) -> Floats:
         """The small matrix with the border's unknowns."""
@@ -241,7 +243,7 @@ class Iterative(Preconditioned):
         if self.border is not None:
             right = np.append(right, y[count:] - self.normal @ y[:count])
         small = dgetrs(*self.factors, right)[0]
-        inner = small[: len(self.kept.matrix)]
+        inner = small[: len(self.reuse.matrix)]
         moved = self.slope(spread_out(self.basis, inner, self.m))
         out = y.copy()
         out[:count] += moved.reshape(-1)
@@ -252,7 +254,7 @@ class Iterative(Preconditioned):
 
     def orientation(self) -> float:
         """Sign of det P = det(P M⁻¹) det M, M the preconditioner made at this very state."""
-        matrix = self.kept.matrix if self.border is None else self._bordered(self.kept.matrix)
+        matrix = self.reuse.matrix if self.border is None else self._bordered(self.reuse.matrix)
         return float(np.linalg.slogdet(matrix)[0]) * self._turned()
 
 
@@ -262,12 +264,12 @@ def linearise(
     rows: Integers,
     weight: Floats,
     border: Border | None,
-    kept: Kept | None,
+    reuse: Kept | None,
     stiffness: Floats,
 ) -> Linearised:
     """P at a state, ready to be solved; see `_Direct`."""
     if isinstance(balance, RingBalance):
-        return LinearisedRing(balance, deviation, rows, weight, border, kept)
+        return LinearisedRing(balance, deviation, rows, weight, border, reuse)
     if len(rows) <= _DIRECT:
-        return _Direct(balance, deviation, rows, weight, border, kept)
-    return Iterative(balance, deviation, rows, weight, border, kept, stiffness)
+        return _Direct(balance, deviation, rows, weight, border, reuse)
+    return _Iterative(balance, deviation, rows, weight, border, reuse, stiffness)

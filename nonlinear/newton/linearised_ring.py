@@ -56,9 +56,9 @@ class RingColumns(HeldColumns):
             tuple(Columns(each.size, each.compute[: harmonics + 1]) for each in self.waves)
         )
 
-    def hold(self, wanted: Integers) -> None:
+    def hold(self, components: Integers) -> None:
         """Make sure that the columns of these components are held, (H + 1, N, k, 3c)."""
-        if not len(missing := self._admitted(wanted)):
+        if not len(missing := self._admitted(components)):
             return
         fresh = np.empty((*self.held.shape[:2], len(missing), self.size), complex)
         for n, columns in enumerate(self.waves):
@@ -121,7 +121,7 @@ _WEAK = 0.1
 
 
 @dataclass(frozen=True)
-class KeptRing(Kept):
+class _KeptRing(Kept):
     """The inverses of P_n, kept over steps and frequencies while they serve.
 
     `contacts` (a,): of a sector, those that they are of: whose J̄ is not small; `inverse` (N/2 + 1,
@@ -149,7 +149,7 @@ class LinearisedRing(Preconditioned):
         rows: Integers,
         weight: Floats,
         border: "Border | None",
-        kept: Kept | None,
+        reuse: Kept | None,
     ) -> None:
         self.m, self.sectors = deviation.w.shape[2], balance.sectors
         self.weight, self.border, self.size = weight, border, deviation.w.size
@@ -168,12 +168,12 @@ class LinearisedRing(Preconditioned):
         self.places = self.entries
         if border is not None:
             self.places = np.append(self.entries, self.size + np.arange(border.count))
-        self.kept: KeptRing | None = kept if isinstance(kept, KeptRing) else None
-        if not (self.kept and self.kept.serves(contacts)):
-            self.kept = self._made(contacts)
-        self.singular = self.kept is None
-        if self.kept is not None:
-            self.strong = np.isin(contacts, self.kept.contacts)
+        self.reuse: _KeptRing | None = reuse if isinstance(reuse, _KeptRing) else None
+        if not (self.reuse and self.reuse.serves(contacts)):
+            self.reuse = self._made(contacts)
+        self.singular = self.reuse is None
+        if self.reuse is not None:
+            self.strong = np.isin(contacts, self.reuse.contacts)
             near, far = self._components(self.strong), self._components(~self.strong)
             self.coupling = np.ascontiguousarray(self.receptance[:, :, far[:, None], near])
         if border is not None and not self.singular:
@@ -183,7 +183,7 @@ class LinearisedRing(Preconditioned):
             self._pivot = border.corner + self._normal @ self._led.T
             self.singular |= np.linalg.slogdet(self._pivot)[0] == 0.0
 
-    def _made(self, contacts: Integers) -> KeptRing | None:
+    def _made(self, contacts: Integers) -> _KeptRing | None:
         """Inverses at this very state; None where one does not exist."""
         strong = np.abs(self.mean).max(axis=(1, 2)) > _WEAK
         matrices = self._waves(strong)
@@ -195,7 +195,7 @@ class LinearisedRing(Preconditioned):
             return None
         if sign == 0.0 or not np.all(np.isfinite(inverse)):
             return None
-        return KeptRing(contacts[strong], inverse, sign)
+        return _KeptRing(contacts[strong], inverse, sign)
 
     def _components(self, chosen: Booleans) -> Integers:
         """Places of some contacts' components among those of all that deviate."""
@@ -223,7 +223,7 @@ class LinearisedRing(Preconditioned):
 
     def _alike(self, y: Floats) -> Floats:
         """P⁻¹ of the ring of alike sectors, on the entries of these contacts."""
-        assert self.kept is not None
+        assert self.reuse is not None
         N, strong = self.sectors, self.strong
         x = y.reshape(N, self.a, 3 * self.m).copy()
         if not strong.any():
@@ -233,7 +233,7 @@ class LinearisedRing(Preconditioned):
             moved = _passed(self.coupling, x[:, ~strong].reshape(N, -1, self.m))
             right += (self.mean[strong] @ moved.reshape(N, -1, 3 * self.m, 1))[..., 0]
         waves = np.fft.rfft(right.reshape(N, -1), axis=0).conj()
-        solved = (self.kept.inverse @ waves[:, :, None])[:, :, 0]
+        solved = (self.reuse.inverse @ waves[:, :, None])[:, :, 0]
         x[:, strong] = np.fft.irfft(solved.conj(), N, axis=0).reshape(right.shape)
         return x.reshape(-1)
 
@@ -267,6 +267,6 @@ class LinearisedRing(Preconditioned):
 
     def orientation(self) -> float:
         """As of `Iterative`: waves n and N - n are conjugate and do not count."""
-        assert self.kept is not None
+        assert self.reuse is not None
         border = 1.0 if self.border is None else float(np.linalg.slogdet(self._pivot)[0])
-        return self.kept.sign * border * self._turned()
+        return self.reuse.sign * border * self._turned()

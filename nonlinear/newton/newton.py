@@ -106,7 +106,7 @@ class Solution:
         Whether the residual is below the tolerance.
     deviation : Deviation
         The law at u.
-    kept : Kept or None
+    reuse : Kept or None
         Preconditioner for the solutions that follow.
     seconds : float
         Processor time spent, where it was taken.
@@ -126,7 +126,7 @@ class Solution:
     iterations: int
     converged: bool
     deviation: Deviation
-    kept: Kept | None = None
+    reuse: Kept | None = None
     seconds: float = 0.0
     truncation: float = 0.0
     continued: bool = True
@@ -162,7 +162,7 @@ def sensitivity(
     if not len(rows):
         return pushed
     weight = np.broadcast_to(1 / scales(balance.linear), pushed.shape).reshape(-1)
-    linear = linearise(balance, solution.deviation, rows, weight, None, solution.kept, stiffness)
+    linear = linearise(balance, solution.deviation, rows, weight, None, solution.reuse, stiffness)
     right = np.zeros(pushed.size)
     right[rows] = response_to(solution.deviation, rows, pushed)
     step = linear.solve(right, 1e-4)
@@ -189,11 +189,7 @@ class _State:
 
 
 def _evaluate(
-    family: Family,
-    w: Floats,
-    parameter: float,
-    balance: Balance | None,
-    plane: CuttingPlane | None,
+    family: Family, w: Floats, parameter: float, balance: Balance | None, plane: CuttingPlane | None
 ) -> _State:
     if balance is None:
         balance = family.at(parameter)
@@ -216,7 +212,7 @@ def solve(
     plane: CuttingPlane | None = None,
     tolerance: float = TOLERANCE,
     limit: int = 15,
-    kept: Kept | None = None,
+    reuse: Kept | None = None,
 ) -> Solution:
     """Solve w = W(u(w)) from a start, at a parameter or on a plane."""
     bordered = isinstance(family, Bordered)
@@ -246,10 +242,10 @@ def solve(
         active[active_rows(state.w, state.deviation)] = True
         exact = min(1e-2, max(0.1 * tolerance / residual, residual))
         rows = np.flatnonzero(active)
-        following = _step(state, rows, weight, exact, held, plane, kept)
+        following = _step(state, rows, weight, exact, held, plane, reuse)
         if following is None:
             break
-        state, kept = following
+        state, reuse = following
         iteration += 1
     return Solution(
         omega=state.balance.omega,
@@ -260,7 +256,7 @@ def solve(
         iterations=iteration,
         converged=residual < tolerance,
         deviation=state.deviation,
-        kept=kept,
+        reuse=reuse,
         beside=tuple(state.family.beside.tolist()) if isinstance(state.family, Bordered) else (),
     )
 
@@ -271,14 +267,14 @@ def refined(
     parameter: float,
     plane: CuttingPlane | None = None,
     tolerance: float = TOLERANCE,
-    kept: Kept | None = None,
+    reuse: Kept | None = None,
 ) -> Solution:
     """`solve`, and one more step where it may help: what is derived wants more than others do."""
-    found = solve(family, start, parameter, plane, tolerance, kept=kept)
+    found = solve(family, start, parameter, plane, tolerance, reuse=reuse)
     if not found.converged or found.residual <= _FINE:
         return found
     there = at_solution(family, found)
-    again = solve(there, found.w, found.parameter, plane, _FINE, 1, found.kept)
+    again = solve(there, found.w, found.parameter, plane, _FINE, 1, found.reuse)
     if not again.residual < found.residual:
         return found
     return replace(again, converged=True, iterations=found.iterations + again.iterations)
@@ -312,13 +308,13 @@ def _step(
     tolerance: float,
     held: Balance | None,
     plane: CuttingPlane | None,
-    kept: Kept | None,
+    reuse: Kept | None,
 ) -> tuple[_State, Kept | None] | None:
     """One damped Newton step; None where the matrix is singular."""
     n, family = state.w.size, state.family
     border = _border(state, rows, plane)
     stiffness = family.law(state.parameter).stiffness.reshape(-1)
-    linear = linearise(state.balance, state.deviation, rows, weight, border, kept, stiffness)
+    linear = linearise(state.balance, state.deviation, rows, weight, border, reuse, stiffness)
     step = linear.solve(-state.gap, tolerance)
     if step is None:
         return None
@@ -340,4 +336,4 @@ def _step(
         if reached < (1 - length / 4) * merit:
             break
     assert best is not None
-    return best[1], linear.kept
+    return best[1], linear.reuse

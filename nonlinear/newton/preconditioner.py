@@ -210,7 +210,7 @@ class _Reached:
     hessenberg: Floats
 
 
-def gmres(
+def _gmres(
     operator: Callable[[Floats], Floats], right: Floats, tolerance: float, limit: int
 ) -> _Reached:
     """Solve A x = b by minimal residuals, from zero, without restart (Saad and Schultz, 1986)."""
@@ -261,7 +261,7 @@ def gmres(
 class Preconditioned(ABC):
     """P and what it is preconditioned by.
 
-    `weight` (n,): of each component in the norm; `places` (k,): components that P is of; `kept`:
+    `weight` (n,): of each component in the norm; `places` (k,): components that P is of; `reuse`:
     what preconditions; None where P is singular; `hessenberg` (j, j): P M⁻¹ in the subspace of the
     last solution.
     """
@@ -272,7 +272,7 @@ class Preconditioned(ABC):
     """Iterations for each digit after which what is kept is made anew."""
     weight: Floats
     places: Integers
-    kept: Kept | None
+    reuse: Kept | None
     hessenberg: Floats
 
     @abstractmethod
@@ -292,13 +292,13 @@ class Preconditioned(ABC):
             return self._operator(self._precondition(z / weight)) * weight
 
         with np.errstate(all="ignore"):
-            reached = gmres(scaled, inner * weight, tolerance, self.LIMIT)
+            reached = _gmres(scaled, inner * weight, tolerance, self.LIMIT)
         self.hessenberg = reached.hessenberg
         if not reached.residual < max(tolerance, 0.1):
             return None
         if reached.iterations > self.STALE * max(1.0, -np.log10(tolerance)):
-            assert self.kept is not None
-            self.kept = replace(self.kept, stale=True)
+            assert self.reuse is not None
+            self.reuse = replace(self.reuse, stale=True)
         step = np.zeros_like(gap)
         step[self.places] = self._precondition(reached.solution / weight)
         return step

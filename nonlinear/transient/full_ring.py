@@ -17,7 +17,7 @@ Within a time step the relative displacements run straight from where they are t
 rest at its end, u = known + G w, G the motion that the deviations w cause within the step. Along a
 straight path the contact law is exact: a slider that meets its bound goes with it, and one that
 comes back into contact holds on where the path crosses v = 0. The deviations at the end of the step
-are one scalar problem each, of isotropic friction one of two unknowns (`slider_in_plane`), solved
+are one scalar problem each, of isotropic friction one of two unknowns (`_slider_in_plane`), solved
 in turn, until none changes (nonlinear Gauss-Seidel).
 
 For these the disc's centre moves straight and its radius linearly, so that the path has a closed
@@ -174,23 +174,23 @@ _CLOSE = 1e-14
 
 
 @kernel
-def slider_in_plane(
-    known: Floats,
-    own: Floats,
+def _slider_in_plane(
+    free: Floats,
+    flexibility: Floats,
     held: Floats,
     u_before: Floats,
     r_before: float,
     r: float,
-    place: Floats,
+    slider: Floats,
     following: Floats,
     rates: Floats,
 ) -> None:
-    """Place w of a slider at the end of a step, u = known + own w."""
-    x, y, before = place[0], place[1], math.inf
+    """Place w of a slider at the end of a step, u = free + flexibility w."""
+    x, y, before = slider[0], slider[1], math.inf
     centre = u_before.copy()
     for _ in range(_ITERATIONS):
-        centre[0] = known[0] + own[0, 0] * x + own[0, 1] * y
-        centre[1] = known[1] + own[1, 0] * x + own[1, 1] * y
+        centre[0] = free[0] + flexibility[0, 0] * x + flexibility[0, 1] * y
+        centre[1] = free[1] + flexibility[1, 0] * x + flexibility[1, 1] * y
         kind, _ = pursue(held, u_before, centre, r_before, r, following, rates)
         fx, fy = following[0] - x, following[1] - y
         apart = math.hypot(fx, fy)
@@ -203,42 +203,48 @@ def slider_in_plane(
         before = apart
         a, b = rates[0, TO], rates[0, TO + 1]
         c, d = rates[1, TO], rates[1, TO + 1]
-        m00, m01 = 1.0 - a * own[0, 0] - b * own[1, 0], -a * own[0, 1] - b * own[1, 1]
-        m10, m11 = -c * own[0, 0] - d * own[1, 0], 1.0 - c * own[0, 1] - d * own[1, 1]
+        m00, m01 = (
+            1.0 - a * flexibility[0, 0] - b * flexibility[1, 0],
+            -a * flexibility[0, 1] - b * flexibility[1, 1],
+        )
+        m10, m11 = (
+            -c * flexibility[0, 0] - d * flexibility[1, 0],
+            1.0 - c * flexibility[0, 1] - d * flexibility[1, 1],
+        )
         det = m00 * m11 - m01 * m10
         x += (m11 * fx - m01 * fy) / det
         y += (m00 * fy - m10 * fx) / det
-    place[0], place[1] = following[0], following[1]
+    slider[0], slider[1] = following[0], following[1]
 
 
 @kernel
-def _normal_deviation(known: float, own: float) -> float:
-    """Deviation w = min(v, 0) where v = known + own w."""
-    return min(known, 0.0) / (1.0 - own)
+def _normal_deviation(free: float, flexibility: float) -> float:
+    """Deviation w = min(v, 0) where v = free + flexibility w."""
+    return min(free, 0.0) / (1.0 - flexibility)
 
 
 @kernel
 def _slider_place(
-    known: float,
-    own: float,
+    free: float,
+    flexibility: float,
     held: float,
     u_before: float,
     v_before: float,
     v: float,
     alpha: float,
 ) -> float:
-    """Place w of a slider at the end of a step, u = known + own w."""
+    """Place w of a slider at the end of a step, u = free + flexibility w."""
     if v <= 0.0:
-        return known / (1.0 - own)
+        return free / (1.0 - flexibility)
     place = held
     if v_before < 0.0:  # touches down on the way, unstressed
         share = v_before / (v_before - v)
-        place = ((1.0 - share) * u_before + share * known) / (1.0 - share * own)
-    apart = known + own * place - place
+        place = ((1.0 - share) * u_before + share * free) / (1.0 - share * flexibility)
+    apart = free + flexibility * place - place
     if apart > alpha * v:
-        return (known - alpha * v) / (1.0 - own)
+        return (free - alpha * v) / (1.0 - flexibility)
     if apart < -alpha * v:
-        return (known + alpha * v) / (1.0 - own)
+        return (free + alpha * v) / (1.0 - flexibility)
     return place
 
 
@@ -265,7 +271,7 @@ def _in_plane(
     coupling: Floats,
     radius: tuple[float, float],
     a: int,
-    place: Floats,
+    slider: Floats,
 ) -> None:
     """Place (2,) of a slider in the plane of columns a and a + 1; its radii at both ends."""
     known, own = np.empty(2), np.empty((2, 2))
@@ -274,15 +280,15 @@ def _in_plane(
         for k in range(2):
             own[i, k] = coupling[a + k, a + i]
             known[i] -= own[i, k] * w[a + k]
-        place[i] = w[a + i]
-    slider_in_plane(
+        slider[i] = w[a + i]
+    _slider_in_plane(
         known,
         own,
         w_before[a : a + 2],
         u_before[a : a + 2],
         radius[0],
         radius[1],
-        place,
+        slider,
         np.empty(2),
         np.empty((2, RATES)),
     )

@@ -47,7 +47,7 @@ class _Steps:
     rise: Floats
 
 
-def steps_of(
+def _steps_of(
     compliance: Floats, damping: Floats, step: float, static: Floats | None = None
 ) -> _Steps:
     """The step of modes with compliance Λ, s²/rad², and damping D, s/rad; `step` in s.
@@ -115,7 +115,7 @@ class RingMotion:
 
     `state` (k, 4, n) is what `_Steps` keep of each mode, y first, by diameter; `load` (k, n)
     and `static` (k, 3c) the modal loads of the deviations and their displacements through modes
-    without inertia; `place` (k, 3c) the contacts' displacements beside the steady vibration; `u`
+    without inertia; `resting` (k, 3c) the contacts' displacements beside the steady vibration; `u`
     and `w` (N, 3c), m, their relative displacements and deviations from sticking; `awake` (c,)
     contacts whose deviations change.
     """
@@ -123,7 +123,7 @@ class RingMotion:
     state: Complex
     load: Complex
     static: Complex
-    place: Complex
+    resting: Complex
     u: Floats
     w: Floats
     awake: Booleans
@@ -176,7 +176,7 @@ class Integrator:
             state=np.zeros((diameters, 4, n), complex),
             load=np.zeros((diameters, n), complex),
             static=np.zeros((diameters, d), complex),
-            place=np.zeros((diameters, d), complex),
+            resting=np.zeros((diameters, d), complex),
             u=self.linear[-1].copy(),
             w=np.zeros((self.ring.sectors, d)),
             awake=np.zeros(len(self.alpha), bool),
@@ -211,7 +211,7 @@ class Integrator:
             follow(piece, self.alpha, self.isotropic, motion.w)
             past.append(self.pulling(piece[-1], motion.w, self.linear[len(past) - 3]))
         motion.u[:] = path[-1]
-        motion.place[:] = self.ring.by_diameter(path[-1] - self.linear[-1])
+        motion.resting[:] = self.ring.by_diameter(path[-1] - self.linear[-1])
         motion.load[:] = self._loads(past[2])
         motion.static[:] = np.einsum("kad,ka->kd", self.rigid, past[2])
         change, before = self._loads(past[2] - past[1]), self._loads(past[1] - past[0])
@@ -270,7 +270,7 @@ class Integrator:
             motion.state,
             motion.load,
             motion.static,
-            motion.place,
+            motion.resting,
             motion.u,
             motion.w,
             motion.awake,
@@ -287,11 +287,7 @@ class Integrator:
 
 
 def integrator(
-    ring: FullRing,
-    omega: float,
-    steps: int,
-    modes: int | None = None,
-    isotropic: bool = False,
+    ring: FullRing, omega: float, steps: int, modes: int | None = None, isotropic: bool = False
 ) -> Integrator:
     """Prepare the motion of a ring at ω, rad/s."""
     contacts, step = ring.system.contacts, TURN / omega / steps
@@ -305,7 +301,7 @@ def integrator(
     response = np.zeros_like(rigid)
     for k, (kept, found) in enumerate(zip(counts, ring.modes, strict=True)):
         static = None if found.springs is None else found.static[:kept]
-        mode = steps_of(found.compliance[:kept], found.damping[:kept], step, static)
+        mode = _steps_of(found.compliance[:kept], found.damping[:kept], step, static)
         transition[k, :, :, :kept], hold[k, :, :kept] = mode.transition, mode.hold
         rise[k, :, :kept] = mode.rise
         near, far = found.rows[:, :kept], found.rows[:, kept:]
@@ -341,7 +337,7 @@ def integrator(
 
 
 def check_start(
-    whole: FullRing, frequency: float, friction: str, response: Response, point: int
+    ring: FullRing, frequency: float, friction: str, response: Response, point: int
 ) -> None:
     """Refuse a start that is another system's, another law's or another frequency's."""
     if not 0 <= point < response.points:
@@ -354,14 +350,14 @@ def check_start(
     given = float(response.frequency[point])
     if abs(given - frequency) > 1e-9 * frequency:
         raise InputError(f"start: given a point at {given} Hz: needs one at {frequency} Hz")
-    expected = [whole.system.nodal_diameter(h) for h in range(response.harmonics + 1)]
+    expected = [ring.system.nodal_diameter(h) for h in range(response.harmonics + 1)]
     if list(response.harmonic_diameters) != expected:
         raise InputError(
             f"start: given harmonics at nodal diameters {list(response.harmonic_diameters)}: a "
             f"wave has them at {expected}"
         )
-    if response.contact.shape[2] != whole.system.contacts.count:
+    if response.contact.shape[2] != ring.system.contacts.count:
         raise InputError(
             f"start: given {response.contact.shape[2]} contacts: the system has "
-            f"{whole.system.contacts.count}"
+            f"{ring.system.contacts.count}"
         )

@@ -28,12 +28,7 @@ from vanelock.nonlinear.forced_response.options import check_band
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
 from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.transient.full_ring import ring
-from vanelock.nonlinear.transient.integration import (
-    Integrator,
-    RingMotion,
-    check_start,
-    integrator,
-)
+from vanelock.nonlinear.transient.integration import Integrator, RingMotion, check_start, integrator
 from vanelock.nonlinear.transient.time_response import departure, output_history
 from vanelock.rom.system.system import System
 
@@ -284,12 +279,7 @@ def _check(
 
 
 def _disturb(
-    stepped: Integrator,
-    motion: RingMotion,
-    response: Response,
-    point: int,
-    size: float,
-    seed: int,
+    stepped: Integrator, motion: RingMotion, response: Response, point: int, size: float, seed: int
 ) -> None:
     """Add to every mode's velocity a share of what the wave gives that mode, drawn by chance."""
     whole, rates = stepped.ring, motion.state[:, 1]
@@ -325,15 +315,23 @@ def _followed(
         output = output_history(stepped, found)
         defects.append(found.defect)
         departures.append(departure(stepped, found, output, *start))
-        amplitude.append(half_range(output).reshape(outputs))
+        amplitude.append(_half_range(output).reshape(outputs))
         unsolved += found.unsolved
         if progress is not None:
             progress(done, periods, defects[-1])
-    state = motion.state, motion.load, motion.static, motion.place, motion.u, motion.w, motion.awake
+    state = (
+        motion.state,
+        motion.load,
+        motion.static,
+        motion.resting,
+        motion.u,
+        motion.w,
+        motion.awake,
+    )
     return _Chapter(state, np.array(amplitude), np.array(defects), np.array(departures), unsolved)
 
 
-def half_range(history: Floats) -> Floats:
+def _half_range(history: Floats) -> Floats:
     """(...) half the peak-to-peak of samples (s, ...), by parabolas through their extremes.
 
     The first sample is the one after the period began.

@@ -10,11 +10,11 @@ _SWEEPS = 400  # a step that takes more is counted as not solved
 
 
 @kernel
-def _gather(moved: Complex, known: Floats, shift: Complex, weight: Floats, u: Floats) -> None:
+def _gather(moved: Complex, free: Floats, shift: Complex, weight: Floats, u: Floats) -> None:
     """Displacements u (N, d): what is known plus amplitudes (k, d) by diameter."""
     for j in range(u.shape[0]):
         for a in range(u.shape[1]):
-            u[j, a] = known[j, a]
+            u[j, a] = free[j, a]
         for k in range(moved.shape[0]):
             turn = weight[k] * shift[k, j]
             for a in range(u.shape[1]):
@@ -39,14 +39,14 @@ def _predict(
 
 
 @kernel
-def _contacts(predicted: Complex, rows: Complex, static: Complex, known: Complex) -> None:
+def _contacts(predicted: Complex, rows: Complex, static: Complex, free: Complex) -> None:
     """Displacements (k, d) of the contacts by diameter while no deviation changes."""
     for k in range(rows.shape[0]):
         for a in range(rows.shape[1]):
             total = static[k, a]
             for m in range(rows.shape[2]):
                 total += rows[k, a, m] * predicted[k, 0, m]
-            known[k, a] = total
+            free[k, a] = total
 
 
 @kernel
@@ -113,17 +113,17 @@ def _commit(
 
 
 @kernel
-def _hold(opened: Integers, place: Complex, known: Complex, change: Complex) -> None:
+def _hold(opened: Integers, resting: Complex, free: Complex, change: Complex) -> None:
     """Changes (k, d) of what pulls at contacts open in the modes, their deviations held."""
-    for k in range(place.shape[0]):
+    for k in range(resting.shape[0]):
         for a in opened:
-            change[k, a] = place[k, a] - known[k, a]
+            change[k, a] = resting[k, a] - free[k, a]
 
 
 @kernel
 def _pull(
     opened: Integers,
-    place: Complex,
+    resting: Complex,
     moved: Complex,
     change: Complex,
     changed: Integers,
@@ -131,7 +131,7 @@ def _pull(
 ) -> int:
     """Changes of what pulls (k, d), from those of the deviations; how many columns are not zero.
 
-    Updates `place` (k, d) to where the contacts moved.
+    Updates `resting` (k, d) to where the contacts moved.
     """
     for a in opened:
         known = False
@@ -140,11 +140,11 @@ def _pull(
         if not known:
             changed[count] = a
             count += 1
-        for k in range(place.shape[0]):
-            change[k, a] -= moved[k, a] - place[k, a]
-    for k in range(place.shape[0]):
-        for a in range(place.shape[1]):
-            place[k, a] = moved[k, a]
+        for k in range(resting.shape[0]):
+            change[k, a] -= moved[k, a] - resting[k, a]
+    for k in range(resting.shape[0]):
+        for a in range(resting.shape[1]):
+            resting[k, a] = moved[k, a]
     return count
 
 
@@ -187,7 +187,7 @@ def march(
     state: Complex,
     load: Complex,
     static: Complex,
-    place: Complex,
+    resting: Complex,
     u: Floats,
     w: Floats,
     awake: Booleans,
@@ -207,7 +207,7 @@ def march(
         _copy(w, w_before)
         _predict(state, load, transition, hold, predicted)
         _contacts(predicted, rows, static, known)
-        _hold(opened, place, known, change)
+        _hold(opened, resting, known, change)
         _add(response, change, opened, opened.size, known)
         _gather(known, linear[i], shift, weight, u)
         while True:
@@ -227,7 +227,7 @@ def march(
                 break
         if sweeps == _SWEEPS:
             unsolved += 1
-        count = _pull(opened, place, moved, change, changed, count)
+        count = _pull(opened, resting, moved, change, changed, count)
         _add(rigid, change, changed, count, static)
         _commit(predicted, rows, rise, stiffness, change, changed, count, state, load, push)
         _copy(u, path[i])

@@ -27,13 +27,13 @@ def _coefficients(history: Floats, harmonics: int) -> Complex:
 
 
 def departure(
-    stepped: Integrator, found: Period, output: Floats, response: Response, point: int
+    stepped: Integrator, period: Period, output: Floats, response: Response, point: int
 ) -> float:
     """Largest difference of the harmonics from those of a point of a response."""
     lag = stepped.ring.lag(np.arange(response.harmonics + 1))
     largest = 0.0
     for history, expected in (
-        (found.u, response.contact[point]),
+        (period.u, response.contact[point]),
         (output, response.output[point]),
     ):
         q = expected.reshape(response.harmonics + 1, 1, -1) * lag[:, :, None]
@@ -43,10 +43,10 @@ def departure(
     return float(largest)
 
 
-def output_history(stepped: Integrator, found: Period) -> Floats:
+def output_history(stepped: Integrator, period: Period) -> Floats:
     """(s, N, 3o) displacement of the output nodes."""
     whole, n = stepped.ring, stepped.rows.shape[2]
-    deviations = stepped.pulling(found.u, found.w, stepped.linear)
+    deviations = stepped.pulling(period.u, period.w, stepped.linear)
     moved = []
     rows = [
         np.zeros((0, len(m.shapes))) if out is None else out.reshape(-1, len(m.shapes)) @ m.shapes
@@ -58,7 +58,7 @@ def output_history(stepped: Integrator, found: Period) -> Floats:
     for k, (modes, out) in enumerate(zip(whole.modes, rows, strict=True)):
         near, far = out[:, :n], out[:, n:]
         rigid = far / modes.static[n:] @ modes.rows[:, n:].conj().T * whole.stiffness
-        moved.append(found.y[:, k, : near.shape[1]] @ near.T + deviations[k] @ rigid.T)
+        moved.append(period.y[:, k, : near.shape[1]] @ near.T + deviations[k] @ rigid.T)
     history = whole.in_sectors(np.array(moved))
     angles = TURN * np.arange(1, stepped.steps + 1) / stepped.steps
     for h, amplitude in whole.linear(stepped.omega).items():
@@ -234,12 +234,12 @@ def time_response(
     )
 
 
-def _coordinates(stepped: Integrator, found: Period, harmonics: int) -> dict[int, Array]:
+def _coordinates(stepped: Integrator, period: Period, harmonics: int) -> dict[int, Array]:
     """Travelling part of every harmonic in all coordinates of its diameter."""
     whole, n = stepped.ring, stepped.rows.shape[2]
     linear = whole.linear(stepped.omega)
-    y = np.fft.fft(np.roll(found.y, 1, axis=0), axis=0) / stepped.steps
-    pulling = stepped.pulling(found.u, found.w, stepped.linear)
+    y = np.fft.fft(np.roll(period.y, 1, axis=0), axis=0) / stepped.steps
+    pulling = stepped.pulling(period.u, period.w, stepped.linear)
     deviations = np.fft.fft(np.roll(pulling, 1, axis=1), axis=1) / stepped.steps
     x: dict[int, Array] = {}
     for h in range(harmonics + 1):
@@ -257,22 +257,22 @@ def _coordinates(stepped: Integrator, found: Period, harmonics: int) -> dict[int
     return x
 
 
-def _states(found: Period) -> Integers:
+def _states(period: Period) -> Integers:
     """(N, c) what each contact does within the period."""
-    steps, sectors, _ = found.u.shape
-    v = found.u.reshape(steps, sectors, -1, 3)[..., 0]
-    w = found.w.reshape(steps, sectors, -1, 3)
+    steps, sectors, _ = period.u.shape
+    v = period.u.reshape(steps, sectors, -1, 3)[..., 0]
+    w = period.w.reshape(steps, sectors, -1, 3)
     opens, closes = np.any(v < 0, axis=0), np.any(v > 0, axis=0)
     slides = np.any(np.diff(w[..., 1:], axis=0, prepend=w[-1:, ..., 1:]) != 0, axis=(0, 3))
     state: Integers = np.select([opens & closes, opens, slides], [SLIP_OPEN, OPEN, SLIP], STUCK)
     return state
 
 
-def _dissipation(found: Period, force: Floats) -> Floats:
+def _dissipation(period: Period, force: Floats) -> Floats:
     """(N, c) friction work ∫ t dw in the period, J."""
-    steps, sectors, _ = found.u.shape
+    steps, sectors, _ = period.u.shape
     t = force.reshape(steps, sectors, -1, 3)[..., 1:]
-    w = found.w.reshape(steps, sectors, -1, 3)[..., 1:]
+    w = period.w.reshape(steps, sectors, -1, 3)[..., 1:]
     mean = (t + np.roll(t, 1, axis=0)) / 2
     work: Floats = (mean * np.diff(w, axis=0, prepend=w[-1:])).sum(axis=(0, 3))
     return work

@@ -212,8 +212,8 @@ def inertia_loads(part: HeldPart, modes: Fixed, x: Matrix) -> Matrix:
     return np.asarray(part.inertia.push(x) - part.M_ss @ taken_up)
 
 
-def _bordered(A: Matrix, across: Matrix, own: Matrix) -> Matrix:
-    return np.block([[A, across], [across.conj().T, hermitian(own)]])
+def _bordered(A: Matrix, across: Matrix, block: Matrix) -> Matrix:
+    return np.block([[A, across], [across.conj().T, hermitian(block)]])
 
 
 @dataclass(frozen=True)

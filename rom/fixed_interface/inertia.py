@@ -125,7 +125,7 @@ class Mass(Protocol):
 class _SectorMass:
     """M_ss at a nodal diameter, whose slaves are the left face's dofs and those of K_ss."""
 
-    own: sp.csr_array  # (s, s), mass of those of K_ss, the same at all nodal diameters
+    interior: sp.csr_array  # (s, s), mass of those of K_ss, the same at all nodal diameters
     across: sp.csr_array  # (F, s), that between them and both faces
     on_faces: sp.csr_array  # (l, l), that of the faces, Wᴴ M_FF W
     follow: sp.csr_array  # (F, l), W
@@ -133,7 +133,7 @@ class _SectorMass:
     @property
     def shape(self) -> tuple[int, int]:
         """(s, s)."""
-        size = self.own.shape[0] + self.follow.shape[1]
+        size = self.interior.shape[0] + self.follow.shape[1]
         return size, size
 
     @property
@@ -144,7 +144,7 @@ class _SectorMass:
 
     def diagonal(self) -> Matrix:
         """(s,)."""
-        return np.concatenate([self.on_faces.diagonal(), self.own.diagonal()])
+        return np.concatenate([self.on_faces.diagonal(), self.interior.diagonal()])
 
     def __matmul__(self, x: Matrix) -> Matrix:
         """M_ss x."""
@@ -152,7 +152,7 @@ class _SectorMass:
         x_l, x_s = x[:left], x[left:]
         of_faces = self.on_faces @ x_l + self.follow.conj().T @ real_times(self.across, x_s)
         moved = real_times(self.across.T, self.follow @ x_l)
-        return np.concatenate([of_faces, real_times(self.own, x_s) + moved])
+        return np.concatenate([of_faces, real_times(self.interior, x_s) + moved])
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class BoundaryAnswers:
     """Static answers to real motions of faces and masters, more as nodal diameters ask for more."""
 
     def __init__(self, interior: Interior, M: sp.csc_array, faces: int) -> None:
-        rows, kept = interior.rest, interior.kept
+        rows, kept = interior.rest, interior.kept_rows
         M_s, M_b = M[rows].tocsr(), M[kept].tocsr()
         self._interior = interior
         self._M_ss, self._M_sb = M_s[:, rows].tocsr(), M_s[:, kept].tocsr()

@@ -78,12 +78,7 @@ def _accurate(part: HeldPart, accuracy: float, highest: float, space: KrylovSpac
 
 
 def _missing(
-    part: HeldPart,
-    chosen: Candidates,
-    loads: Matrix,
-    answers: Matrix,
-    bound: float,
-    highest: float,
+    part: HeldPart, chosen: Candidates, loads: Matrix, answers: Matrix, bound: float, highest: float
 ) -> tuple[Matrix, Matrix]:
     """What the vectors leave of loads at the highest frequency where that is too much.
 
@@ -189,8 +184,8 @@ class Selection(OfKind):
         return fixed_modes(space, self.modes, below)
 
 
-def _one(given: dict[str, float | None]) -> str:
-    *names, last = given
+def _one(options: dict[str, float | None]) -> str:
+    *names, last = options
     return f"{', '.join(names)} and {last}"
 
 

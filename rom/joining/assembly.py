@@ -47,10 +47,10 @@ class _Merged:
             found.append(sp.csr_array(each, shape=(len(place), self.size)))
         return found
 
-    def rows(self, frames: Floats, at: Integers) -> sp.csr_array:
-        """(3c, n) matrix with each 3x3 frame in the joined coordinates `at` (c, 3) of its node."""
+    def rows(self, frames: Floats, coordinates: Integers) -> sp.csr_array:
+        """(3c, n) matrix with each 3x3 frame in the joined `coordinates` (c, 3) of its node."""
         rows = np.broadcast_to(np.arange(3 * len(frames)).reshape(-1, 3, 1), frames.shape)
-        columns = np.broadcast_to(at[:, None, :], frames.shape)
+        columns = np.broadcast_to(coordinates[:, None, :], frames.shape)
         moves = columns >= 0
         shape = (3 * len(frames), self.size)
         return sp.csr_array((frames[moves], (rows[moves], columns[moves])), shape=shape)
@@ -244,9 +244,9 @@ class Assembly:
             if any(A is not None for A in own)
         }
 
-    def _refuse_still(self, own: Floats, following: Floats) -> None:
+    def _refuse_still(self, rows: Floats, following: Floats) -> None:
         """A contact between nodes that cannot move against each other is none."""
-        moves = np.any(own != 0, axis=(1, 2)) | np.any(following != 0, axis=(1, 2))
+        moves = np.any(rows != 0, axis=(1, 2)) | np.any(following != 0, axis=(1, 2))
         start = 0
         for each in self.contacts:
             still = ~moves[start : start + len(each.own_nodes)]

@@ -321,9 +321,9 @@ def _meeting(
     return own, meets
 
 
-def _act_alike(name: str, part: Masters, own: Integers, other: Masters, mate: Integers) -> None:
+def _act_alike(name: str, part: Masters, nodes: Integers, other: Masters, mate: Integers) -> None:
     """Refuse means over patches on one side only, in words that say why the pairs lie apart."""
-    means, mates = np.isin(own, part.averaged), np.isin(mate, other.averaged)
+    means, mates = np.isin(nodes, part.averaged), np.isin(mate, other.averaged)
     if len(means) == len(mates) and np.any(means != mates):
         raise InputError(
             f"{name}: a patch on one side and a node on the other: average both sets of a joint, "
@@ -331,11 +331,11 @@ def _act_alike(name: str, part: Masters, own: Integers, other: Masters, mate: In
         )
 
 
-def _coincide(name: str, own: Floats, mate: Floats, mate_nodes: Array) -> None:
-    if len(own) != len(mate):
-        raise InputError(f"{name}: {len(own)} nodes on one part and {len(mate)} on the other")
-    distance = np.linalg.norm(own - mate, axis=1)
-    radius = np.hypot(own[:, 0], own[:, 1]).max(initial=1e-300)
+def _coincide(name: str, points: Floats, mate: Floats, mate_nodes: Array) -> None:
+    if len(points) != len(mate):
+        raise InputError(f"{name}: {len(points)} nodes on one part and {len(mate)} on the other")
+    distance = np.linalg.norm(points - mate, axis=1)
+    radius = np.hypot(points[:, 0], points[:, 1]).max(initial=1e-300)
     if np.any(distance > _COINCIDENT * radius):
         worst = int(np.argmax(distance))
         raise InputError(

@@ -17,10 +17,7 @@ _STIFF = 1e6
 
 
 def linear_modes(
-    system: System,
-    nodal_diameter: int,
-    count: int,
-    closed: Booleans | None = None,
+    system: System, nodal_diameter: int, count: int, closed: Booleans | None = None
 ) -> tuple[Floats, Complex]:
     """Lowest modes at a nodal diameter.
 

@@ -38,7 +38,7 @@ _MOST = 0.5
 """Largest share of its strain energy that is taken off any combination of modes."""
 DOUBT = 0.25
 """Of what is taken off, what remains of it at most (docs/theory/mesh_correction.md)."""
-FRICTIONLESS = 1e-6
+_FRICTIONLESS = 1e-6
 """Of the tangential stiffness, what is left to contacts without friction lest parts float."""
 _STRAINED = 1e-8
 """Strain energy of a combination of modes, relative to the largest, below which it is none."""
@@ -81,25 +81,12 @@ def spanned(shapes: Sequence[Matrix], K: Floats) -> Floats:
 
 
 @dataclass(frozen=True)
-class ModalExcess(Product):
-    """What meshes add to the modes of one nodal diameter.
+class _ModalExcess(Product):
+    """What meshes add to the modes of one nodal diameter."""
 
-    Attributes
-    ----------
-    frequency : (m,) float
-        Of the modes, Hz.
-    parts : (p, m, m)
-        E_p, J at modes of unit mass.
-    coefficients : (p, n, m)
-        Q_p in joined coordinates.
-    share : float
-        The largest part that E_p is of the strain energy of a combination of modes; above `_MOST`,
-        where no more than that is taken off, the mesh is too coarse to say.
-    """
-
-    frequency: Floats = field(metadata={"unit": "Hz"})
-    parts: Array
-    coefficients: Array
+    frequency: Floats = field(metadata={"unit": "Hz"})  # (m,), of the modes, Hz
+    parts: Array  # (p, m, m), E_p, J at modes of unit mass
+    coefficients: Array  # (p, n, m), Q_p in joined coordinates
     share: float
 
     @property
@@ -119,7 +106,7 @@ class MeshExcess(Product):
         By nodal diameter.
     """
 
-    diameters: dict[int, ModalExcess]
+    diameters: dict[int, _ModalExcess]
 
     def taken_off(self, system: System, factors: Sequence[float] = (1.0, 1.0)) -> System:
         """The system without it, at the nodal diameters that both have.
@@ -141,11 +128,8 @@ class MeshExcess(Product):
 
 
 def modal_excess(
-    shapes: Matrix,
-    frequency: Floats,
-    parts: Sequence[Array],
-    forces: Sequence[Array],
-) -> ModalExcess:
+    shapes: Matrix, frequency: Floats, parts: Sequence[Array], forces: Sequence[Array]
+) -> _ModalExcess:
     """The excess of modes, at most half of the strain energy of any combination of them.
 
     Parameters
@@ -172,7 +156,7 @@ def modal_excess(
         back = G @ W @ U
         kept.append(hermitian(back * share.clip(max=_MOST) @ back.conj().T))
         coefficients.append(KX @ W @ W.conj().T)
-    return ModalExcess(frequency, np.array(kept), np.array(coefficients), most)
+    return _ModalExcess(frequency, np.array(kept), np.array(coefficients), most)
 
 
 def rest_shapes(system: System, joints: Sequence[str]) -> Matrix:
@@ -193,7 +177,7 @@ def rest_shapes(system: System, joints: Sequence[str]) -> Matrix:
     if not joints or not set(joints) <= known.keys():
         raise InputError(f"joints: given {list(joints)}: needs some of {', '.join(known)}")
     found = []
-    for share in (1.0, FRICTIONLESS):
+    for share in (1.0, _FRICTIONLESS):
         springs = np.column_stack([contacts.kn, share * contacts.kt])
         held = one.K + np.einsum("cdi,cd,cdj->ij", rows.conj(), springs, rows)
         push = [rows[:, 0].conj().T @ (contacts.kn * contacts.of(joint)) for joint in joints]

@@ -236,7 +236,7 @@ def _of_dofs(problem: Problem, name: str, load: Floats) -> Floats:
 
 
 def cyclic_first(
-    shared: Condensed, wanted: Selection, diameters: Iterable[int], loads: Loads | None = None
+    shared: Condensed, selection: Selection, diameters: Iterable[int], loads: Loads | None = None
 ) -> Component:
     """Reduce a cyclic part at nodal diameters; all keep equally many fixed-interface vectors.
 
@@ -246,8 +246,8 @@ def cyclic_first(
     parts, vectors, bands = {}, {}, []
     at_rest = None
     for k in diameters:
-        parts[k] = at_diameter(shared, k)
-        vectors[k], band = wanted.of(parts[k])
+        parts[k] = _at_diameter(shared, k)
+        vectors[k], band = selection.of(parts[k])
         bands.append(band)
         if k == 0 and loads:
             sector = parts[k].held
@@ -269,7 +269,7 @@ def cyclic_first(
     )
 
 
-def at_diameter(shared: Condensed, nodal_diameter: int) -> HeldPart:
+def _at_diameter(shared: Condensed, nodal_diameter: int) -> HeldPart:
     """The sector at a nodal diameter, its masters held."""
     held = shared.held(nodal_diameter)
     masters = shared.answers.at(held.moved())

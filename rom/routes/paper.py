@@ -80,7 +80,7 @@ class CraigBampton:
         """Nothing: all diameters take all of it."""
 
 
-def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
+def craig_bampton(problem: Problem, selection: Selection) -> CraigBampton:
     """Reduce a part to the dofs of its faces and masters, in this order, and its modes."""
     m = problem.boundary_rows
     s = np.setdiff1d(np.arange(problem.K.shape[0]), m)
@@ -103,7 +103,7 @@ def craig_bampton(problem: Problem, wanted: Selection) -> CraigBampton:
     for block in blocks:
         M_mm[:, block] += Psi.T @ (M_sm[:, block].toarray() + M_ss @ Psi[:, block])
 
-    modes = wanted.modes_in(krylov_space(factor.solve, M_ss))
+    modes = selection.modes_in(krylov_space(factor.solve, M_ss))
     Phi = modes.vectors
     M_me = M_ms @ Phi + Psi.T @ (M_ss @ Phi)
     K_cb = sl.block_diag(hermitian(K_mm), np.diag(modes.omega_squared))
@@ -127,10 +127,7 @@ def paper(dense: CraigBampton, diameters: Iterable[int], interface_modes: int) -
 
 
 def _at_diameter(
-    problem: Problem,
-    part: CraigBampton,
-    nodal_diameter: int,
-    interface_modes: int,
+    problem: Problem, part: CraigBampton, nodal_diameter: int, interface_modes: int
 ) -> Reduced:
     """Cyclic symmetry, then Tran, of Craig-Bampton matrices with the two faces first."""
     faces, masters = len(problem.left), len(problem.rows)

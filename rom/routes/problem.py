@@ -46,7 +46,7 @@ def with_means(
     """
     if not len(nodes):
         return None, model.K, model.M
-    T = patch_transform(model, nodes)
+    T = _patch_transform(model, nodes)
     back = T.T.tocsc()  # products of unlike formats sort the large matrix anew
 
     def changed(A: sp.csc_array) -> sp.csc_array:
@@ -56,7 +56,7 @@ def with_means(
     return T, changed(model.K), changed(model.M)
 
 
-def patch_transform(model: Model, nodes: Integers) -> sp.csc_array:
+def _patch_transform(model: Model, nodes: Integers) -> sp.csc_array:
     """The transformation x = T z after which the dofs of some contact nodes are patch means."""
     part = model.part
     free = np.flatnonzero(model.dofs[:, 0] >= 0)
@@ -65,13 +65,13 @@ def patch_transform(model: Model, nodes: Integers) -> sp.csc_array:
     number[numbered] = np.arange(len(numbered))
     reserved = np.isin(numbered, np.concatenate([[-1], *part.node_sets.values()]))
     reserved[number[nodes]] = False
-    weights = patch_weights(part, nodes)[:, numbered]
+    weights = _patch_weights(part, nodes)[:, numbered]
     pivots = _pivots(sp.csc_array(weights), ~reserved, part.name)
     T = _of_one_component(weights, number[nodes], pivots)
     return sp.csc_array(sp.kron(T, sp.eye_array(3), format="csc"))
 
 
-def patch_weights(part: Part, nodes: Integers) -> sp.csr_array:
+def _patch_weights(part: Part, nodes: Integers) -> sp.csr_array:
     """Weights (k, n) of all nodes in the mean over the patch of each of some contact nodes."""
     place = np.full(len(part.points), -1)
     rows, first = [sp.csr_array((0, len(part.points)))], 0

@@ -99,7 +99,7 @@ def reduce_rows(
     K: sp.csc_array,
     M: sp.csc_array,
     rows: Integers,
-    wanted: Selection | None = None,
+    selection: Selection | None = None,
     C: sp.csc_array | None = None,
     loads: sp.csc_array | None = None,
     outputs: Integers | None = None,
@@ -116,7 +116,7 @@ def reduce_rows(
         Stiffness and mass, symmetric or Hermitian.
     rows : (m,) int
         Rows that are kept as coordinates, at most n - 1.
-    wanted : Selection, optional
+    selection : Selection, optional
         How many vectors; by default those that an accuracy of 1e-4 takes.
     C : (n, n) sparse, optional
         Damping.
@@ -133,7 +133,7 @@ def reduce_rows(
         If fewer vectors exist than are asked for.
     """
     part = _held_rows(K, M, rows)
-    chosen, band = (wanted or Selection(accuracy=DEFAULT)).of(part)
+    chosen, band = (selection or Selection(accuracy=DEFAULT)).of(part)
     rest = np.setdiff1d(np.arange(K.shape[0]), rows)
     if loads is not None:
         forces = loads[rest].toarray()
@@ -157,21 +157,21 @@ def reduce_sector(
     rows: Integers,
     faces: Faces,
     nodal_diameters: Sequence[int],
-    wanted: Selection | None = None,
+    selection: Selection | None = None,
     C: sp.csc_array | None = None,
 ) -> dict[int, ReducedRows]:
     """Reduce one sector of a ring at nodal diameters; all keep equally many vectors.
 
     Parameters
     ----------
-    K, M, rows, wanted, C
+    K, M, rows, selection, C
         As for `reduce_rows`, of the sector with both faces free; no kept row lies on one.
     faces : Faces
         What joins it to its neighbours.
     nodal_diameters : sequence of int
         0 to N - 1.
     """
-    selection, found = wanted or Selection(accuracy=DEFAULT), {}
+    selection, found = selection or Selection(accuracy=DEFAULT), {}
     for k in nodal_diameters:
         W, left = faces.follow(K.shape[0], k)
         own = np.searchsorted(left, rows)
@@ -202,10 +202,7 @@ def held_piece(held: HeldMatrices, M: sp.csc_array, rows: Integers) -> HeldPart:
 
 
 def _kept(
-    part: HeldPart,
-    products: Projected,
-    C: sp.csc_array | None,
-    rows: Integers,
+    part: HeldPart, products: Projected, C: sp.csc_array | None, rows: Integers
 ) -> ReducedRows:
     count = products.candidates.count
     damping = None

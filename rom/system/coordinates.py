@@ -19,10 +19,7 @@ ROUND_OFF = 1e-9
 
 
 def check(
-    system: System,
-    where: str = "system",
-    known: Collection[int] = (),
-    harmonics: int | None = None,
+    system: System, where: str = "system", known: Collection[int] = (), harmonics: int | None = None
 ) -> None:
     """Refuse matrices, contacts and forces that do not fit together."""
     if system.sectors < 1:
@@ -286,9 +283,9 @@ def assembled(
     )
 
 
-def _matrix(name: str, given: Any, size: int | None = None) -> Floats:
+def _matrix(name: str, matrix: Any, size: int | None = None) -> Floats:
     """A symmetric matrix of real numbers."""
-    array = as_array(given, name)
+    array = as_array(matrix, name)
     if array.ndim != 2 or array.shape[0] != array.shape[1] or not array.size:
         raise InputError(f"{name}: given shape {array.shape}: needs a square matrix")
     if size is not None and len(array) != size:
@@ -303,16 +300,16 @@ def _matrix(name: str, given: Any, size: int | None = None) -> Floats:
     return np.asarray(array, float)
 
 
-def _row(place: Place, size: int, where: str) -> Floats:
+def _row(displacement: Place, size: int, where: str) -> Floats:
     """(n,) factors of the coordinates that make a displacement."""
-    if isinstance(place, np.ndarray) and place.ndim:
-        row = as_array(place, where)
+    if isinstance(displacement, np.ndarray) and displacement.ndim:
+        row = as_array(displacement, where)
         if row.shape != (size,):
             raise InputError(f"{where}: given shape {row.shape}: needs a factor for each of {size}")
         return np.asarray(row, float)
-    pair = place if isinstance(place, tuple) else (place, None)
+    pair = displacement if isinstance(displacement, tuple) else (displacement, None)
     if len(pair) != 2:
-        raise InputError(f"{where}: given {place!r}: needs a coordinate, or two of them")
+        raise InputError(f"{where}: given {displacement!r}: needs a coordinate, or two of them")
     row = np.zeros(size)
     for number, sign in zip(pair, (1.0, -1.0), strict=True):
         if number is not None:
@@ -328,14 +325,14 @@ def _coordinate(number: Any, size: int, where: str) -> int:
     return found
 
 
-def _vector(given: Any, size: int, where: str) -> Complex:
+def _vector(force: Any, size: int, where: str) -> Complex:
     """(n,) forces by coordinate."""
-    if isinstance(given, Mapping):
+    if isinstance(force, Mapping):
         found = np.zeros(size, complex)
-        for number, value in given.items():
+        for number, value in force.items():
             found[_coordinate(number, size, where)] = as_array(value, where, is_complex=True)
     else:
-        found = np.asarray(as_array(given, where, is_complex=True), complex)
+        found = np.asarray(as_array(force, where, is_complex=True), complex)
     if found.shape != (size,):
         raise InputError(f"{where}: given shape {found.shape}: needs a force for each of {size}")
     return found

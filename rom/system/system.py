@@ -378,15 +378,15 @@ class System(Product):
         return read_system(cls, group)
 
 
-def _by_number(system: System, name: str, wanted: type) -> dict[int, Any]:
+def _by_number(system: System, name: str, kind: type) -> dict[int, Any]:
     """A field of the system that holds something for each of some whole numbers."""
     given = getattr(system, name)
     _check_type(f"System.{name}", given, Mapping)
     for key, item in given.items():
-        _check_type(f"System.{name}[{key}]", item, wanted)
+        _check_type(f"System.{name}[{key}]", item, kind)
     return {as_whole(key, f"System.{name}"): item for key, item in given.items()}
 
 
-def _check_type(name: str, given: Any, wanted: type) -> None:
-    if not isinstance(given, wanted):
-        raise InputError(f"{name}: given a {type(given).__name__}: needs a {wanted.__name__}")
+def _check_type(name: str, value: Any, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise InputError(f"{name}: given a {type(value).__name__}: needs a {kind.__name__}")

@@ -13,7 +13,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part, VaneDimensions, casing_sector, vane_segment
-from vanelock.mesh.gmsh_session import PACKAGES, load, missing_libraries, session
+from vanelock.mesh.gmsh_session import _PACKAGES, _missing_libraries, load, session
 
 TWICE = """
 import hashlib
@@ -40,14 +40,14 @@ def test_missing_library_is_named_with_the_command_that_installs_it() -> None:
             raise OSError(name)
         return name
 
-    assert missing_libraries(opens) == ["libGLU.so.1", "libXft.so.2"]
+    assert _missing_libraries(opens) == ["libGLU.so.1", "libXft.so.2"]
     with pytest.raises(InputError) as caught:
-        load(lambda: missing_libraries(opens))
+        load(lambda: _missing_libraries(opens))
     assert str(caught.value) == (
         "gmsh: system libraries libGLU.so.1, libXft.so.2 are missing: run `apt-get install -y "
         "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1`"
     )
-    assert PACKAGES in str(caught.value)
+    assert _PACKAGES in str(caught.value)
 
 
 def test_session_leaves_nothing_behind() -> None:

@@ -13,7 +13,7 @@ from vanelock import fem, rom
 from vanelock.common.cyclic import turn
 from vanelock.fem import Model
 from vanelock.mesh import Part
-from vanelock.mesh.contact_patches import Patch, averages, plane
+from vanelock.mesh.contact_patches import _averages, _Patch, _plane
 from vanelock.stages.parts.segment import Joint
 
 N = 8
@@ -103,7 +103,7 @@ def _strip(across: np.ndarray, ends: tuple[float, float], axial: tuple[float, fl
     planes += [[0, 0, -1, -axial[0]], [0, 0, 1, axial[1]]]
     centroid = across * np.mean(ends) + [x, 0, np.mean(axial)]
     area = (ends[1] - ends[0]) * (axial[1] - axial[0])
-    return Patch(np.array(planes, float), area, centroid)
+    return _Patch(np.array(planes, float), area, centroid)
 
 
 def patched(lattice: Callable[..., Part]) -> tuple[Part, Part]:
@@ -126,8 +126,8 @@ def patched(lattice: Callable[..., Part]) -> tuple[Part, Part]:
         part = lattice(counts, place, sectors=N)
         sets, weights = {}, {}
         for each, (origin, normal, patches) in surfaces.items():
-            face = plane(part.points, part.cells, origin, normal)
-            weights[each] = sp.csc_array(averages(name, part.points, part.cells, face, patches))
+            face = _plane(part.points, part.cells, origin, normal)
+            weights[each] = sp.csc_array(_averages(name, part.points, part.cells, face, patches))
             on = np.flatnonzero(np.abs((part.points - origin) @ normal) < 1e-9)
             apart = part.points[on][:, None] - [patch.centroid for patch in patches]
             sets[each] = on[np.linalg.norm(apart, axis=2).argmin(axis=0)]

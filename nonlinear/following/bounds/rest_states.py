@@ -57,7 +57,7 @@ class _Least:
     back: closed ones with n = 0, open ones with w_n = 0.
     """
 
-    place: Floats
+    point: Floats
     status: str
     pressing: Booleans
 
@@ -206,16 +206,16 @@ class RestStates:
         (states, best), every = last, np.ones_like(self.closed)
         left, proved = [replace(self, closed=every, either=every)], len(every) <= _FEW
         for _ in range(_PROGRAMMES if proved else 0):
-            reached = objective @ best.place
+            reached = objective @ best.point
             if not left or reached <= floor + _NOTHING * np.abs(objective).max():
-                return states.slider(best.place), proved
+                return states.slider(best.point), proved
             node = left.pop()
             found, either = node.least(objective), node._either.copy()
             if found.solved:
-                if not reached - objective @ found.place > _BETTER * abs(reached):
+                if not reached - objective @ found.point > _BETTER * abs(reached):
                     continue
                 start, by = self.stretch
-                n, off = (start + by @ found.place)[::3], -found.place[::3]
+                n, off = (start + by @ found.point)[::3], -found.point[::3]
                 slack = np.where(either, np.minimum(n, off), 0.0)
                 branch = int(slack.argmax())
                 if slack[branch] <= _NEARLY:
@@ -237,7 +237,7 @@ class RestStates:
             left += [
                 replace(node, closed=each, either=either) for each in (open_there, node.closed)
             ]
-        return states.slider(best.place), False
+        return states.slider(best.point), False
 
     def widest(self, mask: Booleans) -> Floats | None:
         """(c, 2) sliders, m, at which some contacts are furthest from each other."""
@@ -268,7 +268,7 @@ class RestStates:
         if self._fixed(objective):
             return self.zero
         last = self._last(objective, floor, closed)
-        return None if last is None else last[0].slider(last[1].place)
+        return None if last is None else last[0].slider(last[1].point)
 
     def _last(
         self, objective: Floats, floor: float, closed: Booleans | None = None
@@ -282,15 +282,15 @@ class RestStates:
             return None
         if not found.solved:
             raise InputError(f"bounds: the cone programme was not solved: {found.status}")
-        while objective @ found.place > floor + nothing:
+        while objective @ found.point > floor + nothing:
             other = replace(states, closed=states.closed ^ found.pressing)
             reached = other.least(objective)
             if reached.endless:
                 return None
             if not reached.solved:
                 break
-            gain = objective @ found.place - objective @ reached.place
-            if not gain > _BETTER * abs(objective @ found.place):
+            gain = objective @ found.point - objective @ reached.point
+            if not gain > _BETTER * abs(objective @ found.point):
                 break
             states, found = other, reached
         return states, found
@@ -318,7 +318,7 @@ def rest_states(
     system.contacts.refuse_elements("a bound over static friction")
     contacts = replace(system.contacts, slider=np.zeros_like(system.contacts.kt))
     system = replace(system, contacts=contacts)
-    prepared = structure(system, 0, known=modes)
+    prepared = structure(system, 0, stuck=modes)
     modes = {**(modes or {}), **prepared.modes}
     nominal, balance = static_response(system, options, modes), prepared.balance(0.0)
     return RestStates(

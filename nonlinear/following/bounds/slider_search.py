@@ -34,7 +34,7 @@ _ASSEMBLED = "assembled at zero"
 
 
 @dataclass(frozen=True)
-class PlacedPeak:
+class _PlacedPeak:
     """The peak with sliders assembled somewhere, (c, 2) m.
 
     `swept`: it is exact, and the highest there; `stationary`: the gradient leads no further.
@@ -46,7 +46,7 @@ class PlacedPeak:
     swept: bool = False
     stationary: bool = False
 
-    def with_sliders_placed(self) -> "PlacedPeak":
+    def with_sliders_placed(self) -> "_PlacedPeak":
         """The same, sliders that slid once and stick for good where they stick."""
         solution = self.peak.solution
         sticks = (solution.deviation.state == STUCK)[:, None]
@@ -90,23 +90,23 @@ class Search:
 
     def at(self, slider: Floats) -> PreparedSystem:
         """The system with sliders assembled at (c, 2), m."""
-        return self._way(slider, slider).at(0.0)
+        return self._way(slider, slider).system_at(0.0)
 
-    def exact(self, place: PlacedPeak) -> PlacedPeak:
+    def exact(self, candidate: _PlacedPeak) -> _PlacedPeak:
         """The same peak to the last digits, or a higher one with the same sliders."""
-        if place.swept:
-            return place
-        track = self._way(place.slider, place.slider, CONDITION)
-        peaks = [place.peak, *track.follow([track.placed(place.peak, 0.0)], 1.0)]
+        if candidate.swept:
+            return candidate
+        track = self._way(candidate.slider, candidate.slider, CONDITION)
+        peaks = [candidate.peak, *track.follow([track.placed(candidate.peak, 0.0)], 1.0)]
         peaks.append(track.begun(0.0)[1] or peaks[-1])
         best = peaks[-1]
         if best.amplitude < (1 + _HIGHER) * peaks[-2].amplitude:
             best = peaks[-2]
-        return replace(place, peak=self.tally(best), swept=True)
+        return replace(candidate, peak=self.tally(best), swept=True)
 
     def along(
-        self, begin: PlacedPeak, end: Floats, found_by: str, sign: float | None = None
-    ) -> list[PlacedPeak]:
+        self, begin: _PlacedPeak, end: Floats, found_by: str, sign: float | None = None
+    ) -> list[_PlacedPeak]:
         """Peaks on the way to another place; where one is lost, the highest there is goes on.
 
         With a sign, as far as they rise (1) or fall (-1), and the summit of a parabola there.
@@ -132,14 +132,14 @@ class Search:
         places = []
         for peak in passed:
             slider = (1 - peak.value) * begin.slider + peak.value * end
-            places.append(PlacedPeak(slider, self.tally(peak), found_by))
+            places.append(_PlacedPeak(slider, self.tally(peak), found_by))
         return places
 
-    def climbed(self, begin: PlacedPeak, sign: float, tolerance: float) -> list[PlacedPeak]:
+    def climbed(self, begin: _PlacedPeak, sign: float, tolerance: float) -> list[_PlacedPeak]:
         """Higher peaks (with -1 lower ones) along the gradient."""
         places = [begin]
         for _ in range(_STEPS):
-            top = max(places, key=lambda each: sign * each.peak.amplitude)
+            top = max(places, key=lambda placed: sign * placed.peak.amplitude)
             here = top.with_sliders_placed()
             ready, component = self.at(here.slider), self.component
             assert component is not None
@@ -163,8 +163,8 @@ class Search:
         return places
 
     def starts(
-        self, begin: PlacedPeak, count: int, random: np.random.Generator
-    ) -> list[list[PlacedPeak]]:
+        self, begin: _PlacedPeak, count: int, random: np.random.Generator
+    ) -> list[list[_PlacedPeak]]:
         """Ways to where slipping joints press most and least, and to random places, swept there.
 
         Every second random place is a vertex, the others lie between two of them.
@@ -200,7 +200,7 @@ class Search:
         if not np.isfinite(peak.distance):
             check_bound(self.ready.structure, track.range, track.component, what, peak.omega)
         search = replace(self, component=track.component)
-        nominal = PlacedPeak(zero, self.tally(peak), _ASSEMBLED, swept=True)
+        nominal = _PlacedPeak(zero, self.tally(peak), _ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
             known = replace(nominal, stationary=True)
             return Ends(search, (known, known, known), [])
@@ -208,20 +208,22 @@ class Search:
         drawn = [way[-1].peak.amplitude for way in ways if way[-1].found_by == "random"]
         lows = search.end([nominal], ways, -1.0, tolerance)
         found = search.end(lows, ways, 1.0, tolerance)  # a higher one may be met in search of it
-        low, high = (choose(found, key=lambda each: each.peak.amplitude) for choose in (min, max))
+        low, high = (
+            choose(found, key=lambda placed: placed.peak.amplitude) for choose in (min, max)
+        )
         return Ends(search, (low, nominal, high), drawn)
 
     def end(
         self,
-        begun: Sequence[PlacedPeak],
-        ways: Sequence[list[PlacedPeak]],
+        begun: Sequence[_PlacedPeak],
+        ways: Sequence[list[_PlacedPeak]],
         sign: float,
         tolerance: float,
-    ) -> list[PlacedPeak]:
+    ) -> list[_PlacedPeak]:
         """Places that are swept, the least (-1) or largest (1) peak among them."""
 
-        def key(place: PlacedPeak) -> float:
-            return sign * place.peak.amplitude
+        def key(candidate: _PlacedPeak) -> float:
+            return sign * candidate.peak.amplitude
 
         known = [*begun, *(place for way in ways for place in way)]
         others = list[float]()
@@ -237,35 +239,35 @@ class Search:
                 break
         return [each for each in known if each.swept]
 
-    def _best(self, known: list[PlacedPeak], sign: float, others: list[float]) -> PlacedPeak:
+    def _best(self, candidates: list[_PlacedPeak], sign: float, others: list[float]) -> _PlacedPeak:
         """The best place, exact; sweeps all that may be better, but where another peak is seen.
 
         `others` are frequencies, rad/s, at which sweeps saw peaks higher than those followed.
         """
 
-        def key(place: PlacedPeak) -> tuple[float, bool, bool]:
-            return sign * place.peak.amplitude, place.stationary, place.swept
+        def key(candidate: _PlacedPeak) -> tuple[float, bool, bool]:
+            return sign * candidate.peak.amplitude, candidate.stationary, candidate.swept
 
         while True:
-            known.sort(key=key, reverse=True)
-            size = known[0].peak.amplitude
+            candidates.sort(key=key, reverse=True)
+            size = candidates[0].peak.amplitude
             enough = sign * size - _ROUGH**2 / 2 * size
-            if best := next((p for p in known if p.swept and key(p)[0] >= enough), None):
+            if best := next((p for p in candidates if p.swept and key(p)[0] >= enough), None):
                 return best
-            place = known.pop(0)
-            least = min(each.peak.amplitude for each in known if each.swept)
+            place = candidates.pop(0)
+            least = min(each.peak.amplitude for each in candidates if each.swept)
             if sign > 0 or not self._seen(place, others, least):
-                known.append(self.exact(place))
-                if known[-1].peak.amplitude > (1 + _HIGHER) * size:
-                    others.append(known[-1].peak.omega)
+                candidates.append(self.exact(place))
+                if candidates[-1].peak.amplitude > (1 + _HIGHER) * size:
+                    others.append(candidates[-1].peak.omega)
 
-    def _seen(self, place: PlacedPeak, omegas: Sequence[float], size: float) -> bool:
+    def _seen(self, candidate: _PlacedPeak, omegas: Sequence[float], size: float) -> bool:
         """Whether an amplitude larger than that is at one of some frequencies, rad/s."""
         assert self.component is not None
-        track = self._way(place.slider, place.slider)
+        track = self._way(candidate.slider, candidate.slider)
         for omega in omegas[::-1]:
             self.tally.solved += 1
-            swept = track.at(0.0).solver.sweep(np.array([omega]))
+            swept = track.system_at(0.0).solver.sweep(np.array([omega]))
             solved = [each for each in swept if each.converged]
             if (track.amplitudes(0.0, solved)[:, *self.component] > size).any():
                 return True
@@ -281,7 +283,7 @@ class Ends:
     """
 
     search: Search
-    places: tuple[PlacedPeak, PlacedPeak, PlacedPeak]
+    places: tuple[_PlacedPeak, _PlacedPeak, _PlacedPeak]
     drawn: list[float]
 
 

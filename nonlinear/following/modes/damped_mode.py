@@ -34,11 +34,7 @@ from vanelock.nonlinear.following.modes.mode import (
     linear_mode,
 )
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
-from vanelock.nonlinear.forced_response.options import (
-    Options,
-    PreparedSystem,
-    check_option,
-)
+from vanelock.nonlinear.forced_response.options import Options, PreparedSystem, check_option
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier import TURN, one_thread

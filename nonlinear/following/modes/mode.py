@@ -315,7 +315,7 @@ def _exact(point: ModePoint, amplitude: float, tolerance: float) -> ModePoint | 
         w = point.solution.w.copy()
         w[:, :, 1:] *= amplitude / point.amplitude
         mode = replace(point.mode, held=replace(point.held, shape=point.shape))
-        found = refined(mode, w, amplitude, tolerance=tolerance, kept=point.solution.kept)
+        found = refined(mode, w, amplitude, tolerance=tolerance, reuse=point.solution.reuse)
         if not found.converged:
             return None
         point = ModePoint(mode, found)

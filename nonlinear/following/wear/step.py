@@ -73,9 +73,9 @@ def checked_archard(contacts: Contacts, coefficient: ArrayLike, area: ArrayLike)
     return Archard(k / A, contacts.mu)
 
 
-def _of_contacts(given: ArrayLike, name: str, unit: str, count: int) -> Floats:
+def _of_contacts(values: ArrayLike, name: str, unit: str, count: int) -> Floats:
     """A finite number of each contact."""
-    found = as_array(given, name)
+    found = as_array(values, name)
     if found.shape not in ((), (count,)):
         raise InputError(
             f"{name}: given shape {found.shape}: needs a number in {unit}, or one of each of the "

@@ -93,11 +93,11 @@ class Dwell:
         )
 
 
-def _positive(given: object, name: str) -> float:
+def _positive(value: object, name: str) -> float:
     """A number > 0."""
-    found = as_array(given, name)
+    found = as_array(value, name)
     if found.shape != () or not (np.isfinite(found) and found > 0):
-        raise InputError(f"{name}: given {given!r}: must be one number > 0 and finite")
+        raise InputError(f"{name}: given {value!r}: must be one number > 0 and finite")
     return float(found)
 
 
@@ -193,15 +193,19 @@ class Vibrations:
         )
 
     def _held(
-        self, v0: Floats, ready: PreparedSystem, found: Solution, component: tuple[int, int] | None
+        self,
+        v0: Floats,
+        ready: PreparedSystem,
+        solution: Solution,
+        component: tuple[int, int] | None,
     ) -> Vibration | None:
         """A solution at a frequency held as a vibration."""
-        if not found.converged:
+        if not solution.converged:
             return None
-        size = ready.solver.amplitude(found).reshape(-1, 3)
+        size = ready.solver.amplitude(solution).reshape(-1, 3)
         node, direction = component or np.unravel_index(size.argmax(), size.shape)
         named = (int(node), int(direction))
-        return Vibration(v0, CurvePoint(found, float(size[named])), named)
+        return Vibration(v0, CurvePoint(solution, float(size[named])), named)
 
 
 def vibrations(system: System, dwell: Dwell, options: Options) -> Vibrations:

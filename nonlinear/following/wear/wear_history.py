@@ -250,7 +250,7 @@ class _History:
             if self.status != DONE:
                 return
 
-    def _dwelt(self, i: int, dwell: Dwell, at: Vibrations) -> Vibration:
+    def _dwelt(self, i: int, dwell: Dwell, vibrations: Vibrations) -> Vibration:
         """The vibration at the end of a dwell, or where it ends early."""
         begin, passed = self.states[-1].cycles, 0.0
         while True:
@@ -258,11 +258,11 @@ class _History:
             left = dwell.cycles - passed
             if left <= _ROUND_OFF * dwell.cycles:
                 if dwell.at_peak:
-                    self.states[-1] = replace(last, higher=self._higher(last.vibration, at))
+                    self.states[-1] = replace(last, higher=self._higher(last.vibration, vibrations))
                 return last.vibration
             h = allowed(last.vibration, last.rate, self.share)
             h = left if h >= (1 - _ROUND_OFF) * left else h
-            taken = stepped(last.vibration, self.law, h, self.share, at.following)
+            taken = stepped(last.vibration, self.law, h, self.share, vibrations.following)
             if taken is None:
                 self._ended(last, h)
                 return last.vibration
@@ -270,9 +270,9 @@ class _History:
             passed = dwell.cycles if taken.cycles == left else passed + taken.cycles
             rest = self.preload.at(taken.end.v0)
             if rest.converged and (opened := self._opened(rest)).any():
-                self._opens(last, taken, opened, at, i)
+                self._opens(last, taken, opened, vibrations, i)
                 return self.states[-1].vibration
-            if not self._add(begin + passed, i, taken.end, rest, at, taken.jumped):
+            if not self._add(begin + passed, i, taken.end, rest, vibrations, taken.jumped):
                 return last.vibration
 
     def _add(
@@ -281,7 +281,7 @@ class _History:
         dwell: int,
         vibration: Vibration,
         rest: Rest,
-        at: Vibrations,
+        vibrations: Vibrations,
         jumped: bool = False,
     ) -> bool:
         """One more state, where it is solved at rest, too."""
@@ -289,15 +289,15 @@ class _History:
             self.status = _LOST
             return False
         rate = self.law.rate(vibration.solution.deviation)
-        whole = at.at(vibration.v0).response([vibration.solution])
+        whole = vibrations.at(vibration.v0).response([vibration.solution])
         self.states.append(_WornState(cycles, dwell, vibration, rate, rest, whole, jumped))
         if self.progress is not None:
             self.progress(cycles, self.total, vibration.frequency, vibration.point.amplitude)
         return True
 
-    def _higher(self, followed: Vibration, at: Vibrations) -> Vibration | None:
+    def _higher(self, followed: Vibration, vibrations: Vibrations) -> Vibration | None:
         """The highest peak of the range where it is higher than the one that was followed."""
-        found = at.first(followed.v0, followed.component)
+        found = vibrations.first(followed.v0, followed.component)
         self.solved += 1
         higher = (
             found is not None and found.point.amplitude > (1 + _HIGHER) * followed.point.amplitude
@@ -309,16 +309,16 @@ class _History:
         return np.asarray((self.states[0].rest.approach > 0) & (rest.approach <= 0))
 
     def _opens(
-        self, last: _WornState, taken: WearStep, opened: Booleans, at: Vibrations, i: int
+        self, last: _WornState, taken: WearStep, opened: Booleans, vibrations: Vibrations, i: int
     ) -> None:
         """End where the first of some joints opens within a step."""
         share = self._where(taken.interference, opened)
         self.status, self.cycles_to_loss = PRELOAD, last.cycles + share * taken.cycles
         v0 = taken.interference(share)
-        found = at.following(last.vibration, v0)
+        found = vibrations.following(last.vibration, v0)
         self.solved += 1
         if found is not None:
-            self._add(self.cycles_to_loss, i, found, self.preload.at(v0), at, taken.jumped)
+            self._add(self.cycles_to_loss, i, found, self.preload.at(v0), vibrations, taken.jumped)
             self.status = PRELOAD
 
     def _ended(self, last: _WornState, cycles: float) -> None:

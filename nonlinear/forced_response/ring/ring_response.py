@@ -39,7 +39,7 @@ _SMALLEST = 1 / 64
 
 
 @dataclass(frozen=True, kw_only=True)
-class RingSolver(PointSolver):
+class _RingSolver(PointSolver):
     """What solves one point of a ring after another.
 
     `parts`: problems by circular frequency whose deviations are a part, 0 to 1, of those given;
@@ -51,11 +51,11 @@ class RingSolver(PointSolver):
 
     def sweep(self, omegas: Floats) -> Iterator[Solution]:
         """Solve at each frequency; what the next ones start from goes when they are done."""
-        return (replace(each, kept=None) for each in super().sweep(omegas))
+        return (replace(each, reuse=None) for each in super().sweep(omegas))
 
     def explore(self, begin: float, end: float, loose: float = 1.0) -> Iterator[Solution]:
         """Solve from `begin` to `end`; what the next points start from goes when they are done."""
-        return (replace(each, kept=None) for each in super().explore(begin, end, loose))
+        return (replace(each, reuse=None) for each in super().explore(begin, end, loose))
 
     def _point(self, omega: float, history: list[Solution]) -> Solution:
         tried = self._newton(omega, history) if history else []
@@ -73,7 +73,7 @@ class RingSolver(PointSolver):
         """From the alike ring, at once or by parts of the deviations."""
         if not self.alike:
             return
-        nearest = min(self.alike, key=lambda each: abs(each.omega - omega))
+        nearest = min(self.alike, key=lambda solution: abs(solution.omega - omega))
         ahead = self.family.at(omega).linear
         sectors = self.family.structure.system.sectors
         w = np.zeros((sectors, len(ahead) // sectors, *ahead.shape[1:]))
@@ -99,9 +99,9 @@ class RingSolver(PointSolver):
         self, omega: float, part: float, start: Floats, last: Solution | None = None
     ) -> Solution:
         family = self.parts(part)
-        kept = None if last is None else last.kept
+        reuse = None if last is None else last.reuse
         problem = fixed(family.at(omega), family.friction)
-        found = solve(problem, start, 0.0, tolerance=self.tolerance, kept=kept)
+        found = solve(problem, start, 0.0, tolerance=self.tolerance, reuse=reuse)
         return replace(found, parameter=omega)
 
 
@@ -250,7 +250,7 @@ def ring_response(
     def law(harmonics: int) -> Law:
         return family(1.0, harmonics).friction
 
-    solver = RingSolver(family(1.0), law, options.tolerance, effort=options.effort, parts=family)
+    solver = _RingSolver(family(1.0), law, options.tolerance, effort=options.effort, parts=family)
     first = replace(options, harmonics=H).prepare(system, hertz, points, modes)
     alike, _ = swept(first.solver, frequencies, options.direction, progress)
     alike = [each for each in alike if each.converged]
@@ -271,7 +271,7 @@ def _check(options: Options) -> None:
 
 
 def _assembled(
-    source: RingSource, system: System, found: list[Solution], alike: Floats
+    source: RingSource, system: System, solutions: list[Solution], alike: Floats
 ) -> RingResponse:
     """Solved points as a response, the first sector's instant for all."""
     N, c, H = system.sectors, system.contacts.count, source.harmonics
@@ -284,19 +284,19 @@ def _assembled(
         shaped = to_complex(values).reshape(H + 1, N, -1, 3)[:, :, :c]
         return np.asarray(lag * shaped)
 
-    states = [each.deviation.state.reshape(N, -1)[:, :c] for each in found]
-    outputs = [lag * source.output(source.amplitudes(each.omega, each.w)) for each in found]
+    states = [each.deviation.state.reshape(N, -1)[:, :c] for each in solutions]
+    outputs = [lag * source.output(source.amplitudes(each.omega, each.w)) for each in solutions]
     return RingResponse(
-        frequency=np.array([each.omega for each in found]) / TURN,
-        contact=np.array([of_contacts(each.u) for each in found]),
-        force=np.array([of_contacts(each.u - each.w) * stiffness for each in found]),
+        frequency=np.array([each.omega for each in solutions]) / TURN,
+        contact=np.array([of_contacts(each.u) for each in solutions]),
+        force=np.array([of_contacts(each.u - each.w) * stiffness for each in solutions]),
         state=np.array(states),
-        dissipation=np.array([e.deviation.dissipation.reshape(N, -1)[:, :c] for e in found]),
+        dissipation=np.array([e.deviation.dissipation.reshape(N, -1)[:, :c] for e in solutions]),
         output=np.array(outputs),
         amplitude=half_peak_to_peak(np.array(outputs).swapaxes(0, 1)),
         alike=alike,
-        converged=np.array([each.converged for each in found]),
-        residual=np.array([each.residual for each in found]),
-        iterations=np.array([each.iterations for each in found]),
-        seconds=np.array([each.seconds for each in found]),
+        converged=np.array([each.converged for each in solutions]),
+        residual=np.array([each.residual for each in solutions]),
+        iterations=np.array([each.iterations for each in solutions]),
+        seconds=np.array([each.seconds for each in solutions]),
     )

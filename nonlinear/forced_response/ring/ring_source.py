@@ -122,30 +122,28 @@ def ring_source(
     limits: tuple[float, float],
     points: int,
     modes: SectorModes | None = None,
-    known: Mapping[int, StuckModes] | None = None,
+    stuck: Mapping[int, StuckModes] | None = None,
 ) -> RingSource:
     """The ring of a system, all sectors alike."""
-    N, known = system.sectors, known or {}
+    N, stuck = system.sectors, stuck or {}
     loaded = replace(system, contacts=_with_modes(system.contacts, modes))
     rows = 3 * loaded.contacts.count
-    if not all(k in known and len(known[k].rows) == rows for k in range(N)):
-        known = ring_modes(system, modes, known).diameters
+    if not all(k in stuck and len(stuck[k].rows) == rows for k in range(N)):
+        stuck = ring_modes(system, modes, stuck).diameters
     still = replace(loaded.contacts, v0=0 * loaded.contacts.v0, slider=0 * loaded.contacts.slider)
     unloaded = replace(loaded, contacts=still, force={})
     waves: list[Structure | Tabulated] = []
-    alike = structure(loaded, harmonics, known=known)
+    alike = structure(loaded, harmonics, stuck=stuck)
     waves.append(balances(alike, *limits, points))
     for n in range(1, N):
         diameters = tuple((n + k) % N for k in alike.nodal_diameters)
-        wave = Structure(unloaded, harmonics, diameters, {k: known[k] for k in diameters})
+        wave = Structure(unloaded, harmonics, diameters, {k: stuck[k] for k in diameters})
         waves.append(balances(wave, *limits, points))
     return RingSource(tuple(waves), np.zeros((N, len(alike.stiffness))))
 
 
 def ring_modes(
-    system: System,
-    modes: SectorModes | None = None,
-    known: Mapping[int, StuckModes] | None = None,
+    system: System, modes: SectorModes | None = None, stuck: Mapping[int, StuckModes] | None = None
 ) -> HarmonicModes:
     """Stuck modes of all N nodal diameters, which know the amplitudes of sectors' own modes, too.
 
@@ -156,7 +154,7 @@ def ring_modes(
     system : System
         With the nodal diameters 0 to N/2.
     modes : SectorModes, optional
-    known : dict of int to StuckModes, optional
+    stuck : dict of int to StuckModes, optional
         Of the system, computed before.
 
     Raises
@@ -164,12 +162,12 @@ def ring_modes(
     InputError
         If nodal diameters are missing, or the modes' rows do not fit.
     """
-    N, known = system.sectors, known or {}
-    check(system, known=known)
+    N, stuck = system.sectors, stuck or {}
+    check(system, known=stuck)
     check_ring(system, N // 2, "a ring of unlike sectors")
     half: dict[int, StuckModes] = {}
     for k in range(N // 2 + 1):
-        half[k] = known[k] if k in known else stuck_modes(system, k)
+        half[k] = stuck[k] if k in stuck else stuck_modes(system, k)
         if modes is not None:
             half[k] = _with_rows(half[k], modes, k)
     return HarmonicModes({k: half[k] if k in half else half[N - k].conjugate() for k in range(N)})
@@ -192,21 +190,21 @@ def _with_modes(contacts: Contacts, modes: SectorModes | None) -> Contacts:
     )
 
 
-def _with_rows(found: StuckModes, modes: SectorModes, k: int) -> StuckModes:
+def _with_rows(stuck: StuckModes, modes: SectorModes, k: int) -> StuckModes:
     """Stuck modes that know the amplitudes of a sector's own modes, too."""
     rows = modes.rows.get(k)
-    if rows is None or rows.shape != (len(modes.stiffness), len(found.shapes)):
+    if rows is None or rows.shape != (len(modes.stiffness), len(stuck.shapes)):
         given = "none" if rows is None else f"shape {rows.shape}"
-        wanted = (len(modes.stiffness), len(found.shapes))
+        wanted = (len(modes.stiffness), len(stuck.shapes))
         raise InputError(f"unlike.modes: rows of nodal diameter {k}: given {given}: needs {wanted}")
-    own = np.zeros((-(-len(rows) // 3) * 3, found.rows.shape[1]), np.result_type(rows, found.rows))
-    own[: len(rows)] = rows @ found.shapes
-    if not np.iscomplexobj(found.rows) and not own.imag.any():
+    own = np.zeros((-(-len(rows) // 3) * 3, stuck.rows.shape[1]), np.result_type(rows, stuck.rows))
+    own[: len(rows)] = rows @ stuck.shapes
+    if not np.iscomplexobj(stuck.rows) and not own.imag.any():
         own = own.real
-    springs = found.springs
+    springs = stuck.springs
     if springs is not None:
         springs = np.append(springs, np.zeros(len(own)))
-    return replace(found, rows=np.concatenate([found.rows, own]), springs=springs)
+    return replace(stuck, rows=np.concatenate([stuck.rows, own]), springs=springs)
 
 
 @dataclass(frozen=True)

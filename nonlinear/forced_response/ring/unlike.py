@@ -44,12 +44,7 @@ class SectorModes(Product):
     @classmethod
     @of_kind
     def of_part(
-        cls,
-        system: System,
-        K: Floats,
-        M: Floats,
-        part: Floats | Mapping[int, Floats],
-        count: int,
+        cls, system: System, K: Floats, M: Floats, part: Floats | Mapping[int, Floats], count: int
     ) -> Self:
         """The lowest elastic modes of a part by itself, held as its stiffness says.
 
@@ -246,10 +241,10 @@ class Unlike(OfKind, Product):
 
 
 def _shares(
-    where: str, given: float | ArrayLike, shape: tuple[int, int], rng: np.random.Generator
+    where: str, deviations: float | ArrayLike, shape: tuple[int, int], rng: np.random.Generator
 ) -> Floats:
     """Deviations of all sectors: drawn with a standard deviation, or as given."""
-    size = np.asarray(given, float)
+    size = np.asarray(deviations, float)
     if size.ndim == 0:
         if not (np.isfinite(size) and size >= 0):
             raise InputError(f"{where}: given {size}: must be >= 0")

@@ -13,7 +13,7 @@ from skfem.models.elasticity import linear_elasticity
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble
 from vanelock.fem import elements as module
-from vanelock.fem.elements import tetrahedron_rule
+from vanelock.fem.elements import _tetrahedron_rule
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
@@ -39,7 +39,7 @@ def skfem_basis(part):
         "hexahedron27": (skfem.MeshHex2, skfem.ElementHex2, INV_HEX_MAPPING, 5),
     }
     mesh, element, order, degree = make[part.cell_type]
-    points, weights = tetrahedron_rule()
+    points, weights = _tetrahedron_rule()
     basis = skfem.Basis(
         mesh(part.points.T, part.cells.T[order]),
         skfem.ElementVector(element()),
@@ -95,7 +95,7 @@ def test_clamped_nodes_lose_their_rows(lattice):
 def test_result_does_not_depend_on_the_blocks(lattice, monkeypatch):
     part = lattice((3, 3, 3), distorted)
     whole = assemble(part, STEEL)
-    monkeypatch.setattr(module, "BLOCK", 7)
+    monkeypatch.setattr(module, "_BLOCK", 7)
     parts = assemble(part, STEEL)
     assert abs(whole.K - parts.K).max() < 1e-15 * abs(whole.K).max()
     assert abs(whole.M - parts.M).max() < 1e-15 * abs(whole.M).max()

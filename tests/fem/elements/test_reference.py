@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.fem.elements import reference_element, tetrahedron_rule
+from vanelock.fem.elements import _tetrahedron_rule, reference_element
 
 DEGREE = {"tetra": 1, "tetra10": 2, "hexahedron": 1, "hexahedron20": 2, "hexahedron27": 2}
 
@@ -74,7 +74,7 @@ def test_unknown_cell_type_is_refused():
 
 def test_moments_of_the_tetrahedron_s_rule_are_exact_to_degree_five_and_no_further():
     """Of x^a y^b z^c, a! b! c! / (a + b + c + 3)!."""
-    points, weights = tetrahedron_rule()
+    points, weights = _tetrahedron_rule()
     assert len(weights) == 14
     assert weights.min() > 0
     assert np.column_stack([1 - points.sum(axis=1), points]).min() > 0

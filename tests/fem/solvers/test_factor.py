@@ -64,7 +64,7 @@ def test_many_sides_are_solved_in_blocks(backend, is_complex, monkeypatch):
     b = sides(125, 300)  # more than one block
     x = factor.solve(b)
     assert abs(A @ x - b).max() < 1e-13
-    monkeypatch.setattr(solver_backend, "BYTES", 1)  # a block of one column
+    monkeypatch.setattr(solver_backend, "_BYTES", 1)  # a block of one column
     np.testing.assert_allclose(factor.solve(b), x, atol=1e-14)
     monkeypatch.undo()
     unit = sp.random_array((125, 200), density=0.02, rng=3, format="csr")

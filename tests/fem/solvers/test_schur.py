@@ -14,7 +14,7 @@ from vanelock.fem import (
     cyclic_transform,
     schur_complement,
 )
-from vanelock.fem.solvers.supernodal import FILLED, panels_of, trailing_factor
+from vanelock.fem.solvers.supernodal import _FILLED, _panels_of, trailing_factor
 
 every_backend = pytest.mark.parametrize("backend", backends())
 
@@ -39,10 +39,10 @@ def eliminated(A, kept, rest):
 @every_backend
 @pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
 @pytest.mark.parametrize("free", [False, True], ids=["clamped", "free"])
-@pytest.mark.parametrize("filled", [-1, 5, FILLED])
+@pytest.mark.parametrize("filled", [-1, 5, _FILLED])
 def test_equals_dense_elimination(lattice, monkeypatch, backend, is_complex, free, filled):
     """However few columns the panels of CHOLMOD's factor have."""
-    monkeypatch.setattr(panels_of, "__defaults__", (filled,))
+    monkeypatch.setattr(_panels_of, "__defaults__", (filled,))
     A = matrices(lattice, is_complex, free)
     n = A.shape[0]
     rng = np.random.default_rng(2)
@@ -53,7 +53,7 @@ def test_equals_dense_elimination(lattice, monkeypatch, backend, is_complex, fre
     np.testing.assert_allclose(S, exact, atol=1e-12 * size)
     assert np.array_equal(S, S.conj().T)
     assert interior.is_complex == is_complex
-    assert np.array_equal(interior.kept, kept)
+    assert np.array_equal(interior.kept_rows, kept)
     assert np.array_equal(np.sort(np.r_[kept, interior.rest]), np.arange(n))
     v, z = rng.standard_normal((40, 3)), rng.standard_normal((n - 40, 3)) * 1j
     np.testing.assert_allclose(interior.extend(v), Psi @ v, atol=1e-11)

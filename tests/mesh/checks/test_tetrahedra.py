@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from tests.mesh.conftest import refusal
 from vanelock.mesh import Part, quality
 from vanelock.mesh.gmsh_session import session
-from vanelock.mesh.tetrahedra import jacobian_bounds, jacobians, valid
+from vanelock.mesh.tetrahedra import _jacobians, jacobian_bounds, valid
 
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
@@ -71,7 +71,7 @@ def test_an_element_inverted_between_its_nodes_is_found_and_refused() -> None:
     xi, eta, zeta = NODES.T
     points = np.stack([xi * (1 - a * xi / 2), eta * (1 - b * xi), zeta], axis=1)
     part = one(points, "tetra10")
-    assert np.linalg.det(jacobians(points, part.cells, NODES)).min() > 0.1
+    assert np.linalg.det(_jacobians(points, part.cells, NODES)).min() > 0.1
     cubic = (2 * (1 - (a + b) / 2) + (1 - a) * (1 - b)) / 3
     bound = jacobian_bounds(points, part.cells)
     assert bound == pytest.approx([cubic / (1 - a / 2)], rel=1e-13)
@@ -88,10 +88,10 @@ def test_bounds_are_the_smallest_coefficients_of_the_determinants() -> None:
     factorial = np.array([1, 1, 2, 6])
     places = powers / 3
     basis = 6 / factorial[powers].prod(axis=1) * np.prod(places[:, None] ** powers, axis=2)
-    values = np.linalg.det(jacobians(points, cells, places[:, :3]))
+    values = np.linalg.det(_jacobians(points, cells, places[:, :3]))
     straight = np.linalg.det(points[cells[:, 1:4]] - points[cells[:, :1]])
     expected = np.linalg.solve(basis, values.T).min(axis=0) / straight
     assert jacobian_bounds(points, cells) == pytest.approx(expected, rel=1e-10, abs=1e-12)
     anywhere = rng.dirichlet(np.ones(4), size=500)[:, 1:]
-    sampled = np.linalg.det(jacobians(points, cells, anywhere)).min(axis=1) / straight
+    sampled = np.linalg.det(_jacobians(points, cells, anywhere)).min(axis=1) / straight
     assert np.all(jacobian_bounds(points, cells) <= sampled)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.mesh.cells import exterior, solid
-from vanelock.mesh.matching.side import candidates, frames, opposed
+from vanelock.mesh.matching.side import _candidates, frames, opposed
 
 
 def test_normals_of_a_cube(lattice):
@@ -14,11 +14,11 @@ def test_normals_of_a_cube(lattice):
     assert len(faces) == 24
     places = np.array([[3, 0, 0], [3.5, 0, 0], [3.5, 0.5, 0], [3.5, 0.5, 0.5]])
     nodes = np.array([np.abs(part.points - p).max(axis=1).argmin() for p in places])
-    found = candidates(part.points, faces, nodes)
+    found = _candidates(part.points, faces, nodes)
     assert [len(directions) for directions in found] == [3, 2, 1, 0]
     assert np.abs(np.sort(found[0], axis=0) - np.sort(-np.eye(3), axis=0)).max() < 1e-15
     below = faces[np.abs(part.points[faces, 2]).max(axis=1) < 1e-12]
-    only = candidates(part.points, below, nodes[:1])  # the faces of a set of faces
+    only = _candidates(part.points, below, nodes[:1])  # the faces of a set of faces
     assert np.abs(only[0] - [[0, 0, -1]]).max() < 1e-15
 
 

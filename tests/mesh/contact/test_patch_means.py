@@ -11,12 +11,12 @@ from vanelock.common.errors import InputError
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh import contact_patches as module
 from vanelock.mesh.contact_patches import (
-    Facets,
-    Patch,
-    averages,
-    cylinder,
+    _averages,
+    _cylinder,
+    _Facets,
+    _Patch,
+    _plane,
     interlock_patches,
-    plane,
 )
 from vanelock.mesh.geometry import contact_places
 
@@ -34,16 +34,16 @@ def tetrahedron() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     return np.vstack([corners, corners[edges].mean(axis=1)]), np.arange(10)[None]
 
 
-def square(side: float) -> Patch:
+def square(side: float) -> _Patch:
     """0 to `side` in x and y."""
     planes = np.array([[-1, 0, 0, 0], [0, -1, 0, 0], [1, 0, 0, side], [0, 1, 0, side]], float)
-    return Patch(planes, side**2, np.array([side / 2, side / 2, 0]))
+    return _Patch(planes, side**2, np.array([side / 2, side / 2, 0]))
 
 
 def test_mean_over_a_square_in_one_triangle() -> None:
     points, cells = tetrahedron()
-    facets = plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    weights = averages("one", points, cells, facets, [square(0.4)])
+    facets = _plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    weights = _averages("one", points, cells, facets, [square(0.4)])
     x, y = points[:, 0], points[:, 1]
     mean = weights @ np.column_stack([x, y, x**2, x * y, y**2])
     assert mean[0] == pytest.approx([0.2, 0.2, 0.16 / 3, 0.04, 0.16 / 3], rel=1e-13)
@@ -52,13 +52,13 @@ def test_mean_over_a_square_in_one_triangle() -> None:
 
 def test_a_patch_that_faces_do_not_cover_is_refused() -> None:
     points, cells = tetrahedron()
-    facets = plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    facets = _plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
     with pytest.raises(InputError, match=r"one: element faces cover 92.0 % of contact patch 1: "):
         # x + y < 1 cuts a corner with legs of 0.25 off the square of 0.625: 2/25 of it.
-        averages("one", points, cells, facets, [square(0.5), square(0.625)])
-    nothing = Facets(facets.element[:0], facets.corner[:0])
+        _averages("one", points, cells, facets, [square(0.5), square(0.625)])
+    nothing = _Facets(facets.element[:0], facets.corner[:0])
     with pytest.raises(InputError, match=r"one: element faces cover 0.0 % of contact patch 0"):
-        averages("one", points, cells, nothing, [square(0.5)])
+        _averages("one", points, cells, nothing, [square(0.5)])
 
 
 def ring(lattice: Lattice, count: int, wave: float, curved: bool = True) -> Part:
@@ -74,29 +74,29 @@ def ring(lattice: Lattice, count: int, wave: float, curved: bool = True) -> Part
     return lattice((count, 2 * count, 1), place, curved=curved)
 
 
-def over_ring(part: Part, patch: Patch) -> NDArray[np.float64]:
+def over_ring(part: Part, patch: _Patch) -> NDArray[np.float64]:
     """Weights (n,)."""
-    facets = cylinder(part.points, part.cells, RADIUS)
-    return np.asarray(averages("ring", part.points, part.cells, facets, [patch]).toarray()[0])
+    facets = _cylinder(part.points, part.cells, RADIUS)
+    return np.asarray(_averages("ring", part.points, part.cells, facets, [patch]).toarray()[0])
 
 
-def middle_patch() -> Patch:
+def middle_patch() -> _Patch:
     """A piece of the cylinder that no element's side bounds."""
     (s, t), (c, d) = np.sin(ENDS), np.cos(ENDS)
     planes = [[s, -c, 0, 0], [-t, d, 0, 0], [0, 0, -1, -FRONT], [0, 0, 1, REAR]]
     width = np.ptp(ENDS)
     centroid = np.array([RADIUS * (t - s) / width, RADIUS * (c - d) / width, (FRONT + REAR) / 2])
-    return Patch(np.array(planes), RADIUS * width * (REAR - FRONT), centroid)
+    return _Patch(np.array(planes), RADIUS * width * (REAR - FRONT), centroid)
 
 
 def test_curved_faces_have_the_patch_s_area_and_centroid(
     lattice: Lattice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """5.6° of arc to an element: straight-sided ones miss the patch by 9e-5."""
-    monkeypatch.setattr(module, "COVERED", 4e-6)
+    monkeypatch.setattr(module, "_COVERED", 4e-6)
     part = ring(lattice, 4, 0.0)
     assert over_ring(part, middle_patch()) @ part.points == pytest.approx(middle_patch().centroid)
-    monkeypatch.setattr(module, "COVERED", 8e-5)
+    monkeypatch.setattr(module, "_COVERED", 8e-5)
     with pytest.raises(InputError, match="ring: element faces cover 100.0 %"):
         over_ring(ring(lattice, 4, 0.0, curved=False), middle_patch())
 
@@ -161,8 +161,8 @@ def test_means_over_a_plane_face_reach_to_its_arcs(lattice: Lattice) -> None:
     errors = []
     for count in (1, 2, 4):
         part = lattice((3 * count, count, 1), place, curved=True)
-        facets = plane(part.points, part.cells, origin, frame[0])
-        weights = averages("face", part.points, part.cells, facets, left)
+        facets = _plane(part.points, part.cells, origin, frame[0])
+        weights = _averages("face", part.points, part.cells, facets, left)
         assert weights @ part.points == pytest.approx(np.array([p.centroid for p in left]))
         local = (part.points - origin) @ frame.T
         error = np.abs(weights @ fields(local[:, 2], local[:, 1]) - exact)

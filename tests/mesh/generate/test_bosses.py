@@ -12,7 +12,7 @@ from vanelock.mesh.generate.bosses import add_bosses, boss_angles
 from vanelock.mesh.geometry.dimensions import HookDimensions
 from vanelock.mesh.geometry.revolved import Corner
 from vanelock.mesh.gmsh_session import session
-from vanelock.mesh.refinement import casing_plates
+from vanelock.mesh.refinement import _casing_plates
 
 
 def outside(radius: float, height: float, shell: float) -> float:
@@ -91,6 +91,6 @@ def test_bosses_and_fillets_go_together_with_exact_faces() -> None:
 
 
 def test_bosses_are_among_the_plates_of_the_estimate() -> None:
-    plates = casing_plates(CasingDimensions(bosses=3), HookDimensions(), 16)
+    plates = _casing_plates(CasingDimensions(bosses=3), HookDimensions(), 16)
     area, thickness = plates[-1]
     assert area * thickness == pytest.approx(3 * outside(0.0125, 0.010, 0.604), rel=0.01)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.mesh.generate.mesher import level
+from vanelock.mesh.generate.mesher import _level
 from vanelock.mesh.gmsh_session import session
 
 A, B, C, D, E = range(1, 6)
@@ -51,6 +51,6 @@ def test_an_element_goes_unless_it_has_height_or_a_curve_runs_along_it(
 ):
     with session("pyramid") as gmsh:
         face, body = pyramid(gmsh, height, held)
-        assert level(gmsh) == counted
+        assert _level(gmsh) == counted
         assert sets_of(gmsh, 4, 4, body) == set(map(frozenset, left))
         assert sets_of(gmsh, 2, 3, face) == set(map(frozenset, face_left))

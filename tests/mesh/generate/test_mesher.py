@@ -32,7 +32,7 @@ def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, expected):
         return quality
 
     monkeypatch.setattr(mesher, "_attempt", attempt)
-    mesher.tetrahedra(None, 1.0)
+    mesher._tetrahedra(None, 1.0)
     assert tried == expected
 
 
@@ -42,7 +42,7 @@ def test_what_cannot_be_meshed_at_any_size_says_why(monkeypatch):
 
     monkeypatch.setattr(mesher, "_attempt", attempt)
     with pytest.raises(Exception, match="no mesh at 1.0"):
-        mesher.tetrahedra(None, 1.0)
+        mesher._tetrahedra(None, 1.0)
 
 
 def test_a_vane_is_meshed_once(monkeypatch):
@@ -70,4 +70,4 @@ def test_a_mesh_is_judged_as_it_is_drawn_out(monkeypatch):
     monkeypatch.setattr(mesher, "_attempt", kept)
     part = casing_sector(CasingDimensions(fillet=0.0015), size=0.02)
     assert found[-1] == pytest.approx(quality(part).smallest_sicn, rel=1e-3)
-    assert found[-1] > mesher.BAD
+    assert found[-1] > mesher._BAD

@@ -7,7 +7,7 @@ from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions, quality, vane_segment
 from vanelock.mesh.generate.aerofoils import arc_rows, divide_filleted, divisions
-from vanelock.mesh.generate.vane import vane_solid
+from vanelock.mesh.generate.vane import _vane_solid
 from vanelock.mesh.geometry import aerofoil
 from vanelock.mesh.geometry.root_fillet import feet, strips
 from vanelock.mesh.gmsh_session import session
@@ -63,7 +63,7 @@ def test_faces_that_are_missing_are_reported() -> None:
     expected = r"^vane\.root_fillet = 0\.003 m: \d+ faces between the shrouds instead of 96"
     vane = VaneDimensions(root_fillet=0.003)
     with session("vane") as gmsh:
-        vane_solid(gmsh, VaneDimensions(), 16)
+        _vane_solid(gmsh, VaneDimensions(), 16)
         gmsh.model.occ.synchronize()
         with pytest.raises(InputError, match=expected):
             divide_filleted(gmsh, vane, 16, 0.025)

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry import aerofoil
-from vanelock.mesh.geometry.root_fillet import PLACES, SLANT, feet, strips, sweep, volume
+from vanelock.mesh.geometry.root_fillet import _PLACES, _SLANT, feet, strips, sweep, volume
 
 STRAIGHT = {"camber": 0.0, "stagger": 0.0, "aerofoils": 1}
 
@@ -29,8 +29,8 @@ def added(vane):
     )
     rounding = np.pi + 4 * (np.tan(kink / 2) - kink / 2)
     r = vane.root_fillet
-    height = np.linspace(0, r * np.cos(SLANT), 4001)
-    offset = r - np.sqrt(r**2 - (r * np.cos(SLANT) - height) ** 2)
+    height = np.linspace(0, r * np.cos(_SLANT), 4001)
+    offset = r - np.sqrt(r**2 - (r * np.cos(_SLANT) - height) ** 2)
     return np.trapezoid(perimeter * offset + rounding * offset**2, height)
 
 
@@ -64,7 +64,7 @@ def test_arcs_are_tangent_to_both_and_have_the_radius(changes, outer):
         angle = np.arccos(np.sum(line * out, axis=1) / np.linalg.norm(line, axis=1))
         assert (reach * np.tan(angle / 2))[inner] == pytest.approx(radius, rel=5e-3)
         centre = strip.foot + radius * up
-        for place in range(1, len(PLACES) - 1):
+        for place in range(1, len(_PLACES) - 1):
             off = strip.arc(place, np.linspace(0, 1, 7)) - centre[place]
             off -= np.sum(off * along[place], axis=1)[:, None] * along[place]
             assert np.linalg.norm(off, axis=1) == pytest.approx(radius, rel=1e-2)

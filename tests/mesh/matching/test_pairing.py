@@ -10,7 +10,7 @@ from vanelock import fem
 from vanelock.common.cyclic import turn
 from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.cells import SOLIDS
-from vanelock.mesh.matching.pairing import mates
+from vanelock.mesh.matching.pairing import _mates
 from vanelock.mesh.matching.side import own_part
 from vanelock.rom.component import choose
 
@@ -266,7 +266,7 @@ def test_two_nodes_cannot_share_a_mate():
 
     def mistakes(own, other):
         names = (lambda i: f"own {i}", lambda i: f"other {i}")
-        return mates(own, other, 0.01, ("A", "B"), names)[1]
+        return _mates(own, other, 0.01, ("A", "B"), names)[1]
 
     assert mistakes(own, other) == ["A: own 0 and own 1 both meet other 0 of B"]
     assert mistakes(other, own) == ["B: other 1 lies where another one meets A"]

@@ -15,8 +15,8 @@ from vanelock.mesh import (
 )
 from vanelock.mesh.refinement import (
     MOST,
+    _casing_plates,
     casing_dofs,
-    casing_plates,
     check_size,
     vane_dofs,
 )
@@ -40,7 +40,7 @@ def test_estimates_are_near_the_meshes(design: str) -> None:
     estimated = vane_dofs(vane, sectors, size), casing_dofs(casing, vane.hook, sectors, size)
     for part, dofs in zip(made, estimated, strict=True):
         assert dofs == pytest.approx(3 * len(part.points), rel=0.25)
-    volume = sum(area * thickness for area, thickness in casing_plates(casing, vane.hook, sectors))
+    volume = sum(area * thickness for area, thickness in _casing_plates(casing, vane.hook, sectors))
     assert volume == pytest.approx(quality(made[1]).volume, rel=0.04)
 
 

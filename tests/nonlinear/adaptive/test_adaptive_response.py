@@ -119,7 +119,7 @@ def test_a_crowded_curve_gets_its_last_points_where_it_is_high(
 ) -> None:
     system, shares = sliding_system(), Shares(1e-4, 1e-6)
     many = adaptive_response(lambda _: system, (0.1, 0.3), shares, monitor=(0, 0))
-    monkeypatch.setattr(sampling, "CROWD", 48)
+    monkeypatch.setattr(sampling, "_CROWD", 48)
     few = adaptive_response(lambda _: system, (0.1, 0.3), shares, monitor=(0, 0))
     assert few.points == 48 < many.points
     assert peak_errors(few).amplitude == pytest.approx(peak_errors(many).amplitude, rel=1e-5)

@@ -57,7 +57,7 @@ def test_limits_are_those_of_the_matrices(
     monkeypatch: pytest.MonkeyPatch, few: int, damping: str, ratio: float, given: bool, free: bool
 ) -> None:
     """Some contacts closed, whatever the damping is of; also where nothing holds the structure."""
-    monkeypatch.setattr("vanelock.nonlinear.balance.limit_modes.FEW", few)
+    monkeypatch.setattr("vanelock.nonlinear.balance.limit_modes._FEW", few)
     system = scene(damping, ratio, given, free)
     for closed in (np.zeros(C, bool), np.ones(C, bool), np.arange(C) < 2):
         response = linear_response(system, [2.0, 40.0, 120.0, 290.0], closed)
@@ -70,7 +70,7 @@ def test_limits_are_those_of_the_matrices(
 
 def test_repetition_gives_way_to_all_modes_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where damping couples far modes more than they are stiff."""
-    monkeypatch.setattr("vanelock.nonlinear.balance.limit_modes.FEW", 0)
+    monkeypatch.setattr("vanelock.nonlinear.balance.limit_modes._FEW", 0)
     system = scene("open", 0.01, False, True)
     A = np.random.default_rng(1).standard_normal((N, N))
     given = replace(system.at(0), C=1e5 * A @ A.T)

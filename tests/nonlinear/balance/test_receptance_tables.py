@@ -59,7 +59,7 @@ def test_systems_that_share_modes_share_tables_and_their_bits(
     modes = harmonic_modes(one, 2).diameters
     low, high = 2 * np.pi * first_frequency(one) * np.array([0.6, 1.6])
     first, second, alone = (
-        balances(structure(system, 2, known=known), low, high, 100)
+        balances(structure(system, 2, stuck=known), low, high, 100)
         for system, known in ((one, modes), (other, modes), (other, None))
     )
     assert isinstance(first, Tabulated)

@@ -21,7 +21,7 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.continuation.globalisation import release
+from vanelock.nonlinear.continuation.globalisation import _released
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
@@ -186,7 +186,7 @@ def test_held_contacts_stick_and_released_ones_are_themselves(
     system = even(random_system(2, preload=0.5))
     balance = structure(system, 2).balance(2 * np.pi * 1.1 * first_frequency(system))
     law = contact_law(system.contacts, 2, friction=friction, constant_load=constant_load)
-    family = release(balance, law)
+    family = _released(balance, law)
     assert not family.law(1.0)(balance.linear).w.any()
     free, own = family.law(0.0)(balance.linear), law(balance.linear)
     assert own.w.any()

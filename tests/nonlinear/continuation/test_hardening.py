@@ -10,7 +10,7 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.continuation.globalisation import Hardening
+from vanelock.nonlinear.continuation.globalisation import _Hardening
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts
 
@@ -18,9 +18,9 @@ Make = Callable[..., System]
 Lowest = Callable[[System], float]
 
 
-def family_of(system: System, hertz: float, harmonics: int = 2) -> Hardening:
+def family_of(system: System, hertz: float, harmonics: int = 2) -> _Hardening:
     balance = structure(system, harmonics).balance(2 * np.pi * hertz)
-    return Hardening(balance, contact_law(system.contacts, harmonics), 1e-2)
+    return _Hardening(balance, contact_law(system.contacts, harmonics), 1e-2)
 
 
 @pytest.fixture(name="system")

@@ -12,27 +12,27 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.continuation.globalisation import Release, release
+from vanelock.nonlinear.continuation.globalisation import _Release, _released
 from vanelock.nonlinear.newton.newton import solve
 
 Floats = NDArray[np.float64]
 
 
-def family_of(system: System, hertz: float, harmonics: int = 2) -> Release:
+def family_of(system: System, hertz: float, harmonics: int = 2) -> _Release:
     """The release of a system at a frequency."""
     balance = structure(system, harmonics).balance(2 * np.pi * hertz)
-    return release(balance, contact_law(system.contacts, harmonics))
+    return _released(balance, contact_law(system.contacts, harmonics))
 
 
 @pytest.fixture(name="family")
 def family_fixture(
     random_system: Callable[..., System], first_frequency: Callable[[System], float]
-) -> Release:
+) -> _Release:
     system = random_system(2, preload=0.1)
     return family_of(system, first_frequency(system))
 
 
-def test_all_stick_where_held_and_are_themselves_in_the_end(family: Release) -> None:
+def test_all_stick_where_held_and_are_themselves_in_the_end(family: _Release) -> None:
     u = family.balance.linear
     assert np.abs(family.friction(u).w).max() > 0.1 * np.abs(u).max()
     np.testing.assert_array_equal(family.law(1.0)(u).w, 0)
@@ -43,7 +43,7 @@ def test_all_stick_where_held_and_are_themselves_in_the_end(family: Release) -> 
         np.testing.assert_allclose(found, own, atol=1e-12 * np.abs(own).max())
 
 
-def test_rate_is_that_of_finite_differences(family: Release) -> None:
+def test_rate_is_that_of_finite_differences(family: _Release) -> None:
     u, step = family.balance.linear, 1e-6
     rates = []
     for p in (0.02, 0.3):

@@ -188,7 +188,7 @@ def test_multipliers_are_those_of_finite_differences_in_time(name):
     assert np.abs(ring.after(start, begin, mode) - start).max() < 1e-4
     exact = la.eigvals(ring.monodromy(start, begin, mode))
     law = plane_transfer(u[None], system.contacts.alpha, 2)
-    assert len(law.kept) == (0 if opens else 1)
+    assert len(law.memory) == (0 if opens else 1)
     exact = exact[np.abs(exact) > 0.55]
     given = found.multiplier[0][found.diameter[0] == 0]
     given = np.concatenate([given, given.conj()])

@@ -14,7 +14,7 @@ def whole(law, s):
     found = law.at(s)
     parts = np.array(found.parts)
     for i, first in enumerate(law.remembering):
-        again = 1 / (1 - law.kept[i] * np.exp(-TURN * s))
+        again = 1 / (1 - law.memory[i] * np.exp(-TURN * s))
         read = found.read[i]
         for j, order in enumerate(([0, 1, 2], [2, 1, 0])):  # u1, v, u2 and u2, v, u1
             for e in range(3):
@@ -72,4 +72,4 @@ def test_what_a_straight_path_remembers_fades_with_the_distance_slipped():
     u[0, :2, :2] = [[1.0, 0.0], [0.0, 1.3]]
     for alpha in (0.9, 1.2):
         law = plane_transfer(u, np.full((1, 2), alpha), P)
-        assert law.kept == pytest.approx([np.exp(-4 * (1.3 - alpha) / alpha)], rel=1e-8)
+        assert law.memory == pytest.approx([np.exp(-4 * (1.3 - alpha) / alpha)], rel=1e-8)

@@ -294,7 +294,7 @@ def test_points_of_the_path_balance_with_sampled_forces(both_masses: Hysteresis)
 
 
 def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vanelock.nonlinear.following.hysteresis.LIMIT", 20)
+    monkeypatch.setattr("vanelock.nonlinear.following.hysteresis._LIMIT", 20)
     with pytest.warns(RuntimeWarning, match="hysteresis: the path ended at") as warned:
         found = hysteresis(gap_oscillator(), [LOW / TURN, HIGH / TURN], Options(1))
     assert not found.complete

@@ -18,7 +18,7 @@ from vanelock.nonlinear import (
     parameter_response,
     peak_response,
 )
-from vanelock.nonlinear.following.parameter_response import NAMES
+from vanelock.nonlinear.following.parameter_response import _NAMES
 from vanelock.rom.system.system import Force
 
 Make = Callable[..., System]
@@ -80,7 +80,7 @@ def test_hysteresis_is_that_of_sweeps_by_frequency(
     assert len(found.fold) == (2 if coupling == "coupled" else 0)
 
 
-@pytest.mark.parametrize(("name", "coupling", "friction"), taken_in_turn(list(NAMES)))
+@pytest.mark.parametrize(("name", "coupling", "friction"), taken_in_turn(list(_NAMES)))
 def test_along_a_parameter_points_are_those_of_systems_changed_by_hand(
     even: System, first_frequency: Lowest, name: str, coupling: str, friction: str
 ) -> None:
@@ -94,7 +94,7 @@ def test_along_a_parameter_points_are_those_of_systems_changed_by_hand(
         assert differ(found.at(i), frequency_response(system, [hertz], options)) < 1e-8
 
 
-@pytest.mark.parametrize(("name", "coupling", "friction"), taken_in_turn(list(NAMES)[::-1]))
+@pytest.mark.parametrize(("name", "coupling", "friction"), taken_in_turn(list(_NAMES)[::-1]))
 def test_peaks_are_the_largest_of_a_fine_sweep(
     sliding_system: Make, name: str, coupling: str, friction: str
 ) -> None:

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     frequency_response,
     parameter_response,
 )
-from vanelock.nonlinear.following.parameter_response import NAMES, checked_parameter
+from vanelock.nonlinear.following.parameter_response import _NAMES, checked_parameter
 from vanelock.nonlinear.forced_response.static_mean import COUPLINGS
 from vanelock.nonlinear.fourier import TURN
 from vanelock.rom.system.system import Force
@@ -93,7 +93,7 @@ def test_values_give_what_systems_changed_by_hand_give(
 
 
 @pytest.mark.parametrize("coupling", COUPLINGS)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", _NAMES)
 def test_derivative_to_each_parameter_is_exact(
     two_joints: System, first_frequency: Lowest, name: str, coupling: str
 ) -> None:

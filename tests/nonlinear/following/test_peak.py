@@ -27,8 +27,8 @@ from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
-from vanelock.nonlinear.following.peak_response import chosen, traced
-from vanelock.nonlinear.following.peak_tracking import PeakTrack, expected
+from vanelock.nonlinear.following.peak_response import _chosen, _traced
+from vanelock.nonlinear.following.peak_tracking import PeakTrack, _expected
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
@@ -195,8 +195,8 @@ def drawn_peaks(values: list[float], is_range: bool, since: float) -> dict[float
     varied = Parameter("interference", np.ones(1, bool), False)
     ready = Options(1).prepare(jenkins(), (0.1, 0.3), 10)
     ridge = _Drawn(lambda value: ready, varied, (1.0, 30.0), (0, 1), 1.0, since=since)
-    tracks, _ = traced(ridge, values, is_range, None)
-    best, _ = chosen(tracks)
+    tracks, _ = _traced(ridge, values, is_range, None)
+    best, _ = _chosen(tracks)
     return {peak.value: peak.amplitude if peak.distance < 1 else np.nan for peak in best}
 
 
@@ -359,6 +359,6 @@ def test_the_next_peak_is_expected_on_a_parabola_through_the_last_three() -> Non
         solution: Any = SimpleNamespace(omega=omega, w=w)
         return CurvePoint(solution, np.exp(0.1 * place**2 - place), coordinate=place)
 
-    omega, size, w = expected([peak(place) for place in (-9.0, 1.0, 1.5, 2.5)], 4.0)
+    omega, size, w = _expected([peak(place) for place in (-9.0, 1.0, 1.5, 2.5)], 4.0)
     assert (omega, size) == pytest.approx((2 + 4 - 3 * 16, 1.6 - 4), rel=1e-12)
     np.testing.assert_allclose(w, 20.0)

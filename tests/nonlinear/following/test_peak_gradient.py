@@ -16,7 +16,7 @@ from vanelock.nonlinear import (
     peak_response,
 )
 from vanelock.nonlinear.following.peak import Resonance
-from vanelock.nonlinear.following.peak_gradient import gradient_of_peak
+from vanelock.nonlinear.following.peak_gradient import _gradient_of_peak
 from vanelock.rom.system.system import Force, System
 
 STEP = 1e-5
@@ -188,7 +188,7 @@ def test_where_no_frequency_is_followed_the_reason_is_said(monkeypatch: pytest.M
         ({"distance": 1e-3}, True, "the peak is not exact"),
         ({}, True, "close beside the peak the path turns back or was lost"),
     ):
-        again = gradient_of_peak(ready, component, replace(found.peak, **changes), asked)
+        again = _gradient_of_peak(ready, component, replace(found.peak, **changes), asked)
         assert again is not None
         with pytest.raises(InputError, match=f"^of_frequency: {why}"):
             again.of_frequency(AmplitudeGradient.by_force)

@@ -193,5 +193,5 @@ def test_modes_of_a_diameter_do_not_depend_on_what_was_asked_for_before(
     k = {folded(each, 5): whole.at(folded(each, 5)) for each in whole.diameters}
     system = replace(whole, diameters=k)
     few = structure(system, 2)
-    many = structure(system, 3, known=structure(system, 1).modes)
+    many = structure(system, 3, stuck=structure(system, 1).modes)
     assert few.modes[4].shapes.tobytes() == many.modes[4].shapes.tobytes()

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from vanelock.nonlinear import System
 from vanelock.nonlinear.balance.balance import Balance, structure
 from vanelock.nonlinear.contact.law import Deviation, contact_law
-from vanelock.nonlinear.newton.linearised import Border, Iterative, newton_matrix
+from vanelock.nonlinear.newton.linearised import Border, _Iterative, newton_matrix
 from vanelock.nonlinear.newton.newton import active_rows
-from vanelock.nonlinear.newton.preconditioner import gmres
+from vanelock.nonlinear.newton.preconditioner import _gmres
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]
@@ -43,9 +43,9 @@ def random_state(system: System, omega: float, seed: int, size: float) -> State:
     return State(balance, found, rows, matrix, system.contacts.stiffness.reshape(-1))
 
 
-def iterative(state: State, border: Border | None = None) -> Iterative:
+def iterative(state: State, border: Border | None = None) -> _Iterative:
     count = state.deviation.w.size + (border.count if border else 0)
-    return Iterative(
+    return _Iterative(
         state.balance, state.deviation, state.rows, np.ones(count), border, None, state.stiffness
     )
 
@@ -99,7 +99,7 @@ def test_gmres_stops_at_the_tolerance_and_gives_eigenvalues() -> None:
     values = np.concatenate([[-0.3, 0.02], rng.uniform(0.8, 1.2, 78)])
     matrix = (turn * values) @ turn.T
     right = rng.normal(size=80)
-    reached = gmres(lambda x: matrix @ x, right, 1e-10, 80)
+    reached = _gmres(lambda x: matrix @ x, right, 1e-10, 80)
     left = np.linalg.norm(matrix @ reached.solution - right) / np.linalg.norm(right)
     assert left < 1.1e-10
     np.testing.assert_allclose(reached.residual, left, rtol=1e-3)

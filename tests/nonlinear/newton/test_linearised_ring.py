@@ -11,7 +11,7 @@ from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts, ring_source
 from vanelock.nonlinear.forced_response.ring.unlike import Unlike
 from vanelock.nonlinear.newton.linearised import Border, linearise
-from vanelock.nonlinear.newton.linearised_ring import KeptRing, LinearisedRing, RingBalance
+from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, RingBalance, _KeptRing
 from vanelock.nonlinear.newton.newton import active_rows
 
 H = 2
@@ -104,8 +104,8 @@ def test_what_sticks_on_springs_of_its_own_is_left_to_the_iteration(seed: int) -
     expected = np.linalg.solve(state.matrix, gap)
     assert step is not None
     np.testing.assert_allclose(step, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
-    assert problem.kept is not None
-    np.testing.assert_array_equal(problem.kept.contacts, [1])
+    assert problem.reuse is not None
+    np.testing.assert_array_equal(problem.reuse.contacts, [1])
     assert problem.orientation() == np.linalg.slogdet(state.matrix)[0]
 
 
@@ -124,13 +124,13 @@ def test_orientation_is_the_sign_of_the_dense_determinant() -> None:
 
 def test_inverses_serve_until_they_are_stale_or_of_other_contacts() -> None:
     state = random_state(0, 3.0, 0.3)
-    kept = solver(state).kept
-    assert isinstance(kept, KeptRing)
+    kept = solver(state).reuse
+    assert isinstance(kept, _KeptRing)
     assert kept.serves(np.arange(3))
     assert not kept.serves(np.arange(1))
     assert not replace(kept, stale=True).serves(np.arange(2))
     again = LinearisedRing(
         state.balance, state.deviation, state.rows, np.ones(len(state.rows)), None, kept
     )
-    assert again.kept is kept
+    assert again.reuse is kept
     assert len(kept.inverse) == RINGS[0][0] // 2 + 1

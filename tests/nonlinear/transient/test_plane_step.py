@@ -8,7 +8,7 @@ import pytest
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import SLIP, SLIP_OPEN, STUCK, Options, frequency_response, time_response
 from vanelock.nonlinear.contact.disc_slider import RATES, pursue
-from vanelock.nonlinear.transient.full_ring import slider_in_plane
+from vanelock.nonlinear.transient.full_ring import _slider_in_plane
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 
@@ -24,7 +24,7 @@ def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
         own = root @ root.T
         own *= rng.uniform(0, 0.98) / np.linalg.norm(own, 2)
         place, out = held.copy(), np.empty(2)
-        slider_in_plane(known, own, held, before, r_before, r, place, out, rates)
+        _slider_in_plane(known, own, held, before, r_before, r, place, out, rates)
         # The map of the plane does not move places apart, so that repeating it leads there, too.
         again = held
         for _ in range(1500):

@@ -22,7 +22,7 @@ from vanelock.nonlinear import (
     settled_response,
     stability,
 )
-from vanelock.nonlinear.transient.settled_response import _verdict, half_range
+from vanelock.nonlinear.transient.settled_response import _half_range, _verdict
 
 STAYS, LEAVES = 0, 1
 """Rings of which the largest multiplier is 0.752 and 1.0707."""
@@ -161,9 +161,9 @@ def test_half_the_range_of_a_sampled_wave() -> None:
     """A cosine's samples miss its top by up to (π/s)²/2, parabolas by the square of that."""
     angles = 2 * np.pi * np.arange(1, 65) / 64
     phases = np.linspace(0, 2 * np.pi, 50)
-    found = half_range(3 * np.cos(angles[:, None] + phases) + 7)
+    found = _half_range(3 * np.cos(angles[:, None] + phases) + 7)
     np.testing.assert_allclose(found, 3, rtol=2e-5)
-    assert half_range(np.full((8, 2), 4.0)).tolist() == [0, 0]
+    assert _half_range(np.full((8, 2), 4.0)).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(

@@ -7,14 +7,14 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, frequency_response, time_response
-from vanelock.nonlinear.transient.integration import steps_of
+from vanelock.nonlinear.transient.integration import _steps_of
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 
 def test_modes_step_exactly_or_settle() -> None:
     # A slow mode, followed through its free decay; a fast one, under a load that rises steadily.
     omega, ratio, step = 2.0, 0.1, 0.3
-    slow = steps_of(np.array([omega**-2]), np.array([2 * ratio / omega]), step)
+    slow = _steps_of(np.array([omega**-2]), np.array([2 * ratio / omega]), step)
     state = np.array([1.0, 0.0, 0.0, 0.0])
     for _ in range(7):
         state = slow.transition[:, :, 0] @ state
@@ -24,7 +24,7 @@ def test_modes_step_exactly_or_settle() -> None:
         np.cos(rate * t) + ratio * omega / rate * np.sin(rate * t)
     )
     assert state[0] == pytest.approx(decay, abs=1e-13)
-    fast = steps_of(np.array([1e-6]), np.array([1e-5]), step)
+    fast = _steps_of(np.array([1e-6]), np.array([1e-5]), step)
     state = np.zeros(4)
     for i in range(40):
         state = fast.transition[:, :, 0] @ state + fast.hold[:, 0] * i + fast.rise[:, 0]
@@ -53,7 +53,7 @@ def test_a_load_that_curves_is_followed_to_third_order() -> None:
     errors = []
     for count in (50, 100):
         step = 5.0 / count
-        mode = steps_of(np.array([1 / 9]), np.zeros(1), step)
+        mode = _steps_of(np.array([1 / 9]), np.zeros(1), step)
         load = np.cos(step * np.arange(-2, count + 1))
         change = np.diff(load)
         state = np.array([0.0, 0.0, -(change[1] - change[0]) / 12, change[1]])

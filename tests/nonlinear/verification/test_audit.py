@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, System, audit_response, frequency_response, static_response
 from vanelock.nonlinear.audit import (
-    coefficients,
-    damping_matrix,
-    histories,
-    march_contacts,
+    _coefficients,
+    _damping_matrix,
+    _histories,
+    _march_contacts,
 )
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
@@ -45,19 +45,19 @@ def test_blocks_of_a_period_march_as_one_step_after_the_other(
     made, q = drawn(count=20, harmonics=3, mean=7.0, seed=1)
     stepwise = march(made, q, 4096)
     assert stepwise[:, :, 0].min() > 0
-    found = march_contacts(made, q, 4096)
-    np.testing.assert_allclose(found.force, coefficients(stepwise, 3), atol=1e-13)
+    found = _march_contacts(made, q, 4096)
+    np.testing.assert_allclose(found.force, _coefficients(stepwise, 3), atol=1e-13)
     slipping = found.work > 0
     assert 5 <= slipping.sum() <= 15
 
 
 def test_error_of_marching_falls_with_the_square_of_the_samples() -> None:
     made, q = drawn(count=16, harmonics=3, mean=0.5, seed=2)
-    assert np.mean(histories(q, 64)[:, :, 0].min(axis=0) < 0) > 0.5
-    best = march_contacts(made, q, 2**18)
+    assert np.mean(_histories(q, 64)[:, :, 0].min(axis=0) < 0) > 0.5
+    best = _march_contacts(made, q, 2**18)
     errors = []
     for samples in (2**10, 2**12, 2**14):
-        found = march_contacts(made, q, samples)
+        found = _march_contacts(made, q, samples)
         errors.append(
             [np.abs(found.force - best.force).max(), np.abs(found.work - best.work).max()]
         )
@@ -72,7 +72,7 @@ def test_marched_jenkins_loop_has_its_closed_form() -> None:
     made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
     q = np.zeros((2, 1, 3), complex)
     q[0, 0, 0], q[1, 0, 1] = n0 / kn, amplitude
-    found = march_contacts(made, q, 2**14)
+    found = _march_contacts(made, q, 2**14)
     limit = mu * n0
     area = 4 * limit * (amplitude - limit / kt)
     psi = np.arccos(1 - 2 * limit / (kt * amplitude))
@@ -90,7 +90,7 @@ def test_damping_matrix_squares_to_the_stuck_stiffness(
     for k, matrices in system.diameters.items():
         B = system.contact_rows(k).reshape(-1, len(matrices.K))
         stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
-        C = damping_matrix(system, k)
+        C = _damping_matrix(system, k)
         squared = C @ np.linalg.solve(matrices.M, C) / (4 * 0.02**2)
         np.testing.assert_allclose(squared, stuck, atol=1e-11 * np.abs(stuck).max())
 
@@ -108,8 +108,8 @@ def test_damping_matrix_of_a_massless_coordinate_is_that_without_it() -> None:
     )
     small = np.array([[2.2, -1.2], [-1.2, 2.2]])
     condensed = Diameter(small, np.diag([1.0, 2.0]), own[:, :, :2])
-    expected = damping_matrix(replace(made, diameters={0: condensed}), 0)
-    found = damping_matrix(made, 0)
+    expected = _damping_matrix(replace(made, diameters={0: condensed}), 0)
+    found = _damping_matrix(made, 0)
     np.testing.assert_allclose(found[np.ix_([0, 2], [0, 2])], expected, atol=1e-14)
     np.testing.assert_allclose(found[1], 0, atol=1e-14)
 
@@ -180,7 +180,7 @@ def test_marched_circle_has_its_closed_form() -> None:
     made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
     q = np.zeros((2, 1, 3), complex)
     q[0, 0, 0], q[1, 0, 1], q[1, 0, 2] = n0 / kn, amplitude, -1j * amplitude
-    found, r = march_contacts(made, q, 2**12, "isotropic"), mu * n0 / kt
+    found, r = _march_contacts(made, q, 2**12, "isotropic"), mu * n0 / kt
     work = 2 * np.pi * mu * n0 * r * np.sqrt((amplitude / r) ** 2 - 1)
     np.testing.assert_allclose(found.work, work, rtol=1e-5)
     np.testing.assert_allclose(np.abs(found.force[1, 0, 1:]), mu * n0, rtol=1e-6)
@@ -189,10 +189,10 @@ def test_marched_circle_has_its_closed_form() -> None:
 def test_error_of_marching_in_the_plane_falls_with_the_square_of_the_samples() -> None:
     made, q = drawn(count=16, harmonics=3, mean=0.5, seed=2)
     made = replace(made, kt=np.repeat(made.kt[:, :1], 2, axis=1))
-    best = march_contacts(made, q, 2**16, "isotropic")
+    best = _march_contacts(made, q, 2**16, "isotropic")
     errors = []
     for samples in (2**9, 2**11, 2**13):
-        found = march_contacts(made, q, samples, "isotropic")
+        found = _march_contacts(made, q, samples, "isotropic")
         errors.append(
             [np.abs(found.force - best.force).max(), np.abs(found.work - best.work).max()]
         )
@@ -220,7 +220,7 @@ def test_a_wrong_coordinate_shows_as_its_residual(solved: tuple[System, Any]) ->
     x[2][0, 3] += away
     found = audit_response(system, replace(response, x=x))
     k = system.nodal_diameter(2)
-    M, C, s = system.at(k).M, damping_matrix(system, k), 4 * np.pi * response.frequency[0]
+    M, C, s = system.at(k).M, _damping_matrix(system, k), 4 * np.pi * response.frequency[0]
     free = system.at(k).K - s**2 * M + 1j * s * C
     B = system.contact_rows(k).reshape(-1, 20)
     stuck = free + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B

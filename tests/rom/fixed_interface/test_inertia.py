@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock import rom
-from vanelock.rom.routes.condensed import at_diameter
+from vanelock.rom.routes.condensed import _at_diameter
 
 
 @pytest.mark.parametrize("order", [(0, 1, 3, 4), (4, 3, 1, 0)], ids=["up", "down"])
@@ -13,7 +13,7 @@ def test_real_motions_answer_for_every_nodal_diameter(ring_sector, exact, order)
     model = ring_sector()
     shared = rom.prepare(model, ("force",))
     for k in order:
-        part = at_diameter(shared, k)
+        part = _at_diameter(shared, k)
         K, M, rows = exact.dense(model, "force", k)
         rest = np.setdiff1d(np.arange(len(K)), rows)
         Psi = -np.linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, rows)])

@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg as sl
 
 from vanelock import rom
-from vanelock.rom.joining.mesh_excess import FRICTIONLESS, MeshExcess, ModalExcess
+from vanelock.rom.joining.mesh_excess import _FRICTIONLESS, MeshExcess, _ModalExcess
 
 MODES = 6
 SHARES = (0.05, 0.03)
@@ -113,7 +113,7 @@ def test_answers_to_interference_are_held_by_it_alone(ring_scene):
     rows, held = system.contact_rows(0), contacts.stiffness.copy()
     for number, shape in enumerate(answers.T):
         joint = joints[number % len(joints)]
-        held[:, 1:] = contacts.kt * (1.0 if number < len(joints) else FRICTIONLESS)
+        held[:, 1:] = contacts.kt * (1.0 if number < len(joints) else _FRICTIONLESS)
         moved = np.einsum("cdi,i->cd", rows, shape)
         force = system.at(0).K @ shape + np.einsum("cdi,cd->i", rows.conj(), held * moved)
         push = np.einsum("ci,c->i", rows[:, 0].conj(), contacts.kn * contacts.of(joint))
@@ -133,5 +133,5 @@ def test_it_survives_a_file(taken, tmp_path):
     taken.save(tmp_path / "excess.h5")
     again = MeshExcess.load(tmp_path / "excess.h5")
     assert list(again.diameters) == [1, 2]
-    assert isinstance(again.diameters[1], ModalExcess)
+    assert isinstance(again.diameters[1], _ModalExcess)
     np.testing.assert_array_equal(again.diameters[1].parts, taken.diameters[1].parts)

@@ -13,10 +13,10 @@ from benchmarks.unreduced import unreduced_segment
 from tests.rom.block_in_rim import patched
 from vanelock import fem, rom
 from vanelock.common.errors import InputError
-from vanelock.mesh.contact_patches import Patch, averages, plane
+from vanelock.mesh.contact_patches import _averages, _Patch, _plane
 from vanelock.rom.component import choose, everything
 from vanelock.rom.joining.connections import tied_nodes
-from vanelock.rom.routes.problem import patch_transform, patch_weights, with_means
+from vanelock.rom.routes.problem import _patch_transform, _patch_weights, with_means
 from vanelock.stages.parts.segment import Joint, Segment
 
 HOOKS = ("hook_front", "hook_rear")
@@ -27,7 +27,7 @@ STEEL = fem.Material(E=170e9, nu=0.3, rho=8200.0)
 def strip(start, end):
     """0 to 1 in y between two places in x."""
     planes = np.array([[-1, 0, 0, -start], [1, 0, 0, end], [0, -1, 0, 0], [0, 1, 0, 1]], float)
-    return Patch(planes, end - start, np.array([(start + end) / 2, 0.5, 0.0]))
+    return _Patch(planes, end - start, np.array([(start + end) / 2, 0.5, 0.0]))
 
 
 @pytest.fixture(scope="module")
@@ -36,9 +36,9 @@ def block(lattice):
     part = lattice((3, 2, 2))
     places = np.array([[x, 0.5, 0.0] for x in (1 / 6, 0.5, 5 / 6)])
     contact = np.argmin(np.linalg.norm(part.points[:, None] - places, axis=2), axis=0)
-    top = plane(part.points, part.cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    top = _plane(part.points, part.cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
     patches = [strip(0.0, 0.3), strip(0.3, 0.7), strip(0.7, 1.0)]
-    weights = averages("block", part.points, part.cells, top, patches)
+    weights = _averages("block", part.points, part.cells, top, patches)
     sets = {"fixed": part.node_sets["z1"], "contact": contact, "corner": np.array([0])}
     part = replace(part, node_sets=sets, patches={"contact": sp.csc_array(weights)})
     model = fem.assemble(part, STEEL)
@@ -48,10 +48,10 @@ def block(lattice):
 
 def test_the_dofs_of_contact_nodes_become_means(block):
     model, n = block.model, block.model.K.shape[0]
-    T = patch_transform(model, block.contact)
+    T = _patch_transform(model, block.contact)
     z = np.random.default_rng(0).standard_normal(n)
     u = model.field(T @ z)
-    means = patch_weights(model.part, block.contact) @ u
+    means = _patch_weights(model.part, block.contact) @ u
     np.testing.assert_allclose(means, z[model.dofs[block.contact]], atol=1e-13)
     # A change of variables: nothing is lost, and most displacements stay what they are.
     assert np.linalg.cond(T.toarray()) < 1e3
@@ -106,7 +106,7 @@ def test_matrices_with_means_are_symmetric(block):
 
 def test_a_node_without_a_patch_is_refused(block):
     with pytest.raises(InputError, match="tetra10: contact node 0 has no patch"):
-        patch_weights(block.model.part, np.array([0]))
+        _patch_weights(block.model.part, np.array([0]))
     with pytest.raises(InputError, match="no contact patches of 'corner'; it has contact"):
         choose(block.model.part, ("corner",), ("corner",))
 
@@ -116,7 +116,7 @@ def test_patches_that_the_mesh_cannot_tell_apart_are_refused(block):
     same = sp.csc_array(model.part.patches["contact"].toarray()[[0, 1, 1]])
     model = replace(model, part=replace(model.part, patches={"contact": same}))
     with pytest.raises(InputError, match="tetra10: the mesh is too coarse to resolve"):
-        patch_transform(model, block.contact)
+        _patch_transform(model, block.contact)
 
 
 @pytest.fixture(scope="module")
@@ -220,7 +220,7 @@ def test_reduced_sector_with_means_matches_the_unreduced_one(unreduced, keep, ho
         recovery = rom.recovery(component, model)
         u = recovery.displacement(q, 1)
         contact = component.masters.averaged
-        means = patch_weights(model.part, contact) @ u.reshape(len(u), -1)
+        means = _patch_weights(model.part, contact) @ u.reshape(len(u), -1)
         np.testing.assert_allclose(
             means.reshape(len(contact), 3, -1), q[component.dofs(contact)], atol=1e-9 * abs(u).max()
         )

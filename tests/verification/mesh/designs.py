@@ -31,7 +31,7 @@ from vanelock.mesh import (
     quality,
     vane_segment,
 )
-from vanelock.mesh.checks import SIZE
+from vanelock.mesh.checks import _SIZE
 
 Values = dict[str, Any]
 
@@ -156,7 +156,7 @@ def _lean(random: np.random.Generator, spacing: float, span: float) -> float:
 
 def _fillet(random: np.random.Generator, gap: float, size: str | float) -> float:
     """None, or a radius, m, that leaves 0.5 mm of a gap, mm, free and suits the elements' size."""
-    least = (0.025 if isinstance(size, str) else size) / SIZE
+    least = (0.025 if isinstance(size, str) else size) / _SIZE
     most = 1e-3 * (gap - 0.5)
     wanted = random.random() < 0.5
     return float(random.uniform(least, most)) if wanted and least < most else 0.0

@@ -21,7 +21,7 @@ from vanelock import fem, mesh
 from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
 from vanelock.mesh import contact_patches as lay
-from vanelock.mesh.contact_patches import Patch, averages, cylinder, plane
+from vanelock.mesh.contact_patches import _averages, _cylinder, _Patch, _plane
 from vanelock.mesh.geometry import contact_places as mesh_sets
 from vanelock.mesh.tetrahedra import quadratic_shapes
 from vanelock.rom.routes.problem import with_means
@@ -56,9 +56,9 @@ def block(lattice, count, grade):
     part = lattice((count, count, count // 2), place)
     contact = np.flatnonzero(np.linalg.norm(part.points, axis=1) < 1e-12)
     axes = np.vstack([np.eye(3)[:2], -np.eye(3)[:2]])
-    square = Patch(np.column_stack([axes, np.full(4, SIDE / 2)]), SIDE**2, np.zeros(3))
-    top = plane(part.points, part.cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    weights = averages("block", part.points, part.cells, top, [square])
+    square = _Patch(np.column_stack([axes, np.full(4, SIDE / 2)]), SIDE**2, np.zeros(3))
+    top = _plane(part.points, part.cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    weights = _averages("block", part.points, part.cells, top, [square])
     sets = {"contact": contact}
     part = replace(part, node_sets=sets, patches={"contact": sp.csc_array(weights)})
     return fem.assemble(part, fem.Material(E=E, nu=NU, rho=7850.0)), contact
@@ -161,7 +161,7 @@ def over_bands():
             at = (start + end) / 2 + (end - start) / 2 * nodes
             z = np.mean(OVERLAP) + np.ptp(OVERLAP) / 2 * nodes
             at, z = np.meshgrid(at, z)
-            means.append(weights @ wave(mesh_sets.cylindrical(radius, at, z)) @ weights / 4)
+            means.append(weights @ wave(mesh_sets._cylindrical(radius, at, z)) @ weights / 4)
     return np.array(means)
 
 
@@ -276,14 +276,14 @@ def patches(part):
     bands = lay.hook_patches(HookDimensions(), OVERLAP, 16)
     rows = []
     for radius, band in zip((0.592, 0.584, 0.592, 0.584), bands, strict=True):
-        facets = cylinder(part.points, part.cells, radius)
-        rows.append(averages(part.name, part.points, part.cells, facets, band))
+        facets = _cylinder(part.points, part.cells, radius)
+        rows.append(_averages(part.name, part.points, part.cells, facets, band))
     found = {"hook_front": sp.vstack(rows[:2]), "hook_rear": sp.vstack(rows[2:])}
     if part.name == "vane":
         for name, side in zip(INTERLOCK, lay.interlock_patches(VaneDimensions(), 16), strict=True):
             first, normal = part.points[part.node_sets[name][0]], part.frames[name][0, 0]
-            facets = plane(part.points, part.cells, first, normal)
-            found[name] = averages(part.name, part.points, part.cells, facets, side)
+            facets = _plane(part.points, part.cells, first, normal)
+            found[name] = _averages(part.name, part.points, part.cells, facets, side)
     return {name: sp.csc_array(weights) for name, weights in found.items()}
 
 

@@ -109,7 +109,7 @@ class Peaks:
         for peak in peaks:
             w = np.zeros((*peak.solution.w.shape[:2], length))
             w[:, :, : peak.solution.w.shape[2]] = peak.solution.w
-            self.known.append(replace(peak, solution=replace(peak.solution, w=w, kept=None)))
+            self.known.append(replace(peak, solution=replace(peak.solution, w=w, reuse=None)))
 
     @one_thread
     def __call__(self, x: Floats) -> Functions | None:
@@ -194,7 +194,7 @@ class Peaks:
             omega, w = last.solution.omega, last.solution.w
             peak = None
             for faster, moved in [*rates[i : i + 1], *still]:
-                peak = resonance.peak(omega + faster, w + moved, last.bend, last.solution.kept)
+                peak = resonance.peak(omega + faster, w + moved, last.bend, last.solution.reuse)
                 if peak is not None:
                     break
             beyond = peak is None or not self.near[0] < peak.solution.omega / TURN < self.near[1]

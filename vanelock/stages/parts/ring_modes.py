@@ -33,7 +33,7 @@ def ring_modes_step(
     """Stuck modes of all nodal diameters, which all rings share."""
 
     def compute(system: System, stuck: Any, *others: Any) -> HarmonicModes:
-        return nonlinear.ring_modes(system, *(others or (None,)), known=stuck.diameters)
+        return nonlinear.ring_modes(system, *(others or (None,)), stuck=stuck.diameters)
 
     needs: tuple[Step[Any], ...] = (whole, planned.modes, *(() if own is None else (own,)))
     kind = HarmonicModes

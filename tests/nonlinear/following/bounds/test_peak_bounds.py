@@ -24,7 +24,7 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
 from vanelock.nonlinear.following.bounds.rest_states import RestStates
-from vanelock.nonlinear.following.bounds.slider_search import PlacedPeak, Search, Tally
+from vanelock.nonlinear.following.bounds.slider_search import Search, Tally, _PlacedPeak
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
@@ -216,22 +216,22 @@ def test_every_place_that_may_be_better_is_swept(
     seen_at, tried = 0.2, list[float]()
     point = CurvePoint(cast(Any, SimpleNamespace(omega=seen_at)), 2.0, -1.0, 0.0, 1, False)
     places = [
-        PlacedPeak(np.zeros((1, 2)), replace(point, amplitude=0.1 * i), "gradient")
+        _PlacedPeak(np.zeros((1, 2)), replace(point, amplitude=0.1 * i), "gradient")
         for i in range(1, 11)
     ]
 
-    def exact(_: Search, place: PlacedPeak) -> PlacedPeak:
+    def exact(_: Search, place: _PlacedPeak) -> _PlacedPeak:
         size = place.peak.amplitude
         tried.append(size)
         high = 1.5 if size == places[7].peak.amplitude else 3.0
         return replace(place, peak=replace(point, amplitude=high), swept=True)
 
-    def hidden(_: Search, place: PlacedPeak, omegas: list[float], size: float) -> bool:
+    def hidden(_: Search, place: _PlacedPeak, omegas: list[float], size: float) -> bool:
         return seen and seen_at in omegas and place.peak.amplitude < places[7].peak.amplitude
 
     monkeypatch.setattr(Search, "exact", exact)
     monkeypatch.setattr(Search, "_seen", hidden)
-    known = [PlacedPeak(np.zeros((1, 2)), point, "assembled at zero", swept=True), *places]
+    known = [_PlacedPeak(np.zeros((1, 2)), point, "assembled at zero", swept=True), *places]
     search = Search(cast(Any, None), cast(Any, None), np.array([0.0, 1.0]), (0, 0), Tally(None))
     best = search._best(known, -1.0, [])
     assert best.peak.amplitude == 1.5
@@ -271,7 +271,7 @@ def test_an_end_is_stationary_where_its_gradient_alone_gives_all_changes(
 ) -> None:
     exact = Search.exact
 
-    def rough(search: Search, place: PlacedPeak) -> PlacedPeak:
+    def rough(search: Search, place: _PlacedPeak) -> _PlacedPeak:
         found = exact(search, place)
         return replace(found, peak=replace(found.peak, sharp=sharp, distance=distance))
 

@@ -31,7 +31,7 @@ from vanelock.nonlinear import (
     ring_response,
     whitehead,
 )
-from vanelock.nonlinear.forced_response.ring.ring_response import RingSolver
+from vanelock.nonlinear.forced_response.ring.ring_response import _RingSolver
 
 
 def damped(seed: int, kind: str) -> tuple[System, float]:
@@ -177,9 +177,9 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch: pytest.MonkeyPatc
     asked = {"contact": dict.fromkeys(("interference", "mu", "kn", "kt"), 0.2)}
     unlike, options = Unlike.scatter(system, asked, 2), Options(5)
     plain = ring_response(system, [frequency], unlike, options)
-    solved, parts = RingSolver._solved, list[float]()
+    solved, parts = _RingSolver._solved, list[float]()
 
-    def hindered(self: RingSolver, omega: float, part: float, *more: Any) -> Any:
+    def hindered(self: _RingSolver, omega: float, part: float, *more: Any) -> Any:
         found = solved(self, omega, part, *more)
         far = part - (parts[-1] if parts else 0.0) > 0.3
         if far:
@@ -187,7 +187,7 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch: pytest.MonkeyPatc
         parts.append(part)
         return found
 
-    monkeypatch.setattr(RingSolver, "_solved", hindered)
+    monkeypatch.setattr(_RingSolver, "_solved", hindered)
     found = ring_response(system, [frequency], unlike, options)
     assert parts[0] == 0.0
     assert parts[-1] == 1.0

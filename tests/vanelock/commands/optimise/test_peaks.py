@@ -127,7 +127,7 @@ def test_peaks_of_fewer_harmonics_lead_those_of_more():
     assert begun.solution.w.shape == (2, 3, 7)
     assert (begun.solution.w[:, :, :3] == 100.0).all()
     assert not begun.solution.w[:, :, 3:].any()
-    assert begun.solution.kept is None
+    assert begun.solution.reuse is None
     there = one(at(0.0))
     assert there is not None
     assert there.value.tolist() == [2.0]

@@ -10,7 +10,7 @@ from tests.verification.nonlinear.spring_rings import MASSES, RINGS, loaded, spr
 from vanelock.nonlinear import AmplitudeGradient, Options
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
-from vanelock.nonlinear.following.peak_gradient import gradient_of_peak
+from vanelock.nonlinear.following.peak_gradient import _gradient_of_peak
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.rom.system.system import Force
 
@@ -142,7 +142,7 @@ def moved_peak(system, near, options, component, peak: CurvePoint) -> CurvePoint
     ready = options.prepare(system, near, 1000)
     solution = peak.solution
     find = Resonance(ready.solver.family, component, 1e-13, 1e-10).peak
-    return find(solution.omega, solution.w, peak.bend, solution.kept)
+    return find(solution.omega, solution.w, peak.bend, solution.reuse)
 
 
 def errors(seed):
@@ -151,7 +151,7 @@ def errors(seed):
     ready, component, peak = peak_of(system, near, options)
     if peak is None or peak.sharp or not peak.distance < 1e-8:
         return None
-    gradient = gradient_of_peak(ready, component, peak, frequency=True)
+    gradient = _gradient_of_peak(ready, component, peak, frequency=True)
     assert gradient is not None
     assert gradient.beside
     worst = np.zeros(2)
