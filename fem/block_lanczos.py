@@ -28,8 +28,7 @@ TOLERANCE = 1e-8
 """Residual of a mode relative to its eigenvalue. The eigenvalue's error is of the second order in
 it, but that of the vector of the first, and what is kept beside modes is made orthogonal to them.
 """
-_MOST = 500
-"""Modes below an eigenvalue, beyond which someone has mistyped it."""
+_MOST = 500  # modes below an eigenvalue, beyond which someone has mistyped it
 _FAR = 1e5
 """Times the lowest frequency that these many modes of one part never reach: a mistaken unit."""
 _TRUSTED = 0.03

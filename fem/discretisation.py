@@ -100,10 +100,8 @@ def _errors(model: Model, fields: Array) -> Iterator[tuple[Array, Array]]:
 
 _FEWEST = {"tetra": 5, "hexahedron": 2}
 """Elements about a corner, or else those about them join the patch."""
-_CONDITION = 1e-4
-"""Of the normal equations: what is smaller is left to the smallest coefficients."""
-_FLAT = 1e-4
-"""Least thickness of a patch, over its length."""
+_CONDITION = 1e-4  # of the normal equations: what is smaller is left to the smallest coefficients
+_FLAT = 1e-4  # least thickness of a patch, over its length
 
 
 @dataclass(frozen=True)

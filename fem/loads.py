@@ -35,8 +35,7 @@ from vanelock.fem.stresses import nodal_values, slopes, thermal_strain
 from vanelock.mesh import Part
 from vanelock.mesh.cells import area_vectors, exterior, solid, surface
 
-_BLOCK = 4096
-"""Elements at a time: some 20 MB of derivatives."""
+_BLOCK = 4096  # elements at a time: some 20 MB of derivatives
 
 
 def thermal(model: Model, growth: ArrayLike) -> Floats:

@@ -22,8 +22,7 @@ from vanelock.fem.elements import reference_element, sampling, shape_functions
 from vanelock.fem.model import Material, Model
 from vanelock.mesh import Part
 
-_ENTRIES = 2**20
-"""Displacement gradients held at a time; some tens of MB with what is made of them."""
+_ENTRIES = 2**20  # displacement gradients held at a time; some tens of MB with what is made of them
 
 
 def strain(part: Part, u: Array, growth: ArrayLike | None = None) -> Array:
@@ -191,8 +190,7 @@ def strain_blocks(part: Part, u: Array, points: Floats) -> Iterator[tuple[Intege
         yield cells, strains, determinant
 
 
-_NODES = 4096
-"""Nodes whose period is looked at together."""
+_NODES = 4096  # nodes whose period is looked at together
 
 _DEVIATOR = np.sqrt(np.array([[0.75], [0.25], [3.0], [3.0], [3.0]])) * [
     [1, -1, 0, 0, 0, 0],

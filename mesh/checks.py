@@ -243,8 +243,7 @@ def _ordered(*chains: Sequence[tuple[str, float]]) -> None:
 _SIZE = 20.0
 """Elements may be so many radii of a fillet long: beyond, those beside it become slivers."""
 
-_Room = tuple[str, float]
-"""What bounds a fillet, and the largest radius there, m."""
+_Room = tuple[str, float]  # what bounds a fillet, and the largest radius there, m
 
 
 def _check_casing_fillet(casing: CasingDimensions, hook: HookDimensions) -> None:

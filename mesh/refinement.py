@@ -32,8 +32,7 @@ from vanelock.mesh.geometry.root_fillet import filleted
 MOST = 1_000_000
 """Degrees of freedom of both parts together; beyond, meshing takes minutes and memory runs out."""
 
-_Plate = tuple[float, float]
-"""Area of the mid-surface, m^2, and thickness, m."""
+_Plate = tuple[float, float]  # area of the mid-surface, m^2, and thickness, m
 
 _CASING_LEAST, _CASING = 6180.0, (35.9, 13.8)  # by area and by volume
 _VANE_LEAST, _VANE = 5670.0, (45.8, 17.7)  # with the finer elements at aerofoils and contacts
@@ -167,14 +166,11 @@ def _casing_plates(casing: CasingDimensions, hook: HookDimensions, sectors: int)
     ]
 
 
-_RATE = 0.6
-"""Power of the degrees of freedom with which a mesh's error falls."""
-_STRETCH = 3
-"""Of the casing, where it has no bosses."""
+_RATE = 0.6  # power of the degrees of freedom with which a mesh's error falls
+_STRETCH = 3  # of the casing, where it has no bosses
 _GAIN = 0.55
 """Error of a casing stretched so, over that of one that is not, at as many degrees of freedom."""
-_STEP = 1e-4
-"""Sizes are rounded to multiples of this, m."""
+_STEP = 1e-4  # sizes are rounded to multiples of this, m
 
 
 @dataclass(frozen=True)

@@ -31,8 +31,7 @@ from vanelock.rom.fixed_interface.held import hermitian
 from vanelock.rom.joining.linear_modes import linear_damping, linear_modes, linear_stiffness
 from vanelock.rom.system.system import Matrix, System
 
-_BEYOND = 5
-"""Modes beyond those asked for that may act on them."""
+_BEYOND = 5  # modes beyond those asked for that may act on them
 _ROUND_OFF = 1e-13
 """Of the largest ratio of a coordinate's stiffness to its mass: an ω² below it is zero."""
 
@@ -252,5 +251,4 @@ def _form(reduced: Reduced, squared: float) -> Matrix:
     return np.asarray(G0 - squared * G1 + squared**2 * G2)
 
 
-_NEAR = 0.1
-"""Least distance 1 - θ/Ω² from a left-out mode that estimates count with."""
+_NEAR = 0.1  # least distance 1 - θ/Ω² from a left-out mode that estimates count with

@@ -25,8 +25,7 @@ from vanelock.rom.routes.condensed import Condensed, condensed
 from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.system.system import Matrix
 
-_KEPT = 2
-"""Nodal diameters whose factors of the faces are kept: that of rest and another."""
+_KEPT = 2  # nodal diameters whose factors of the faces are kept: that of rest and another
 
 
 @dataclass(frozen=True)

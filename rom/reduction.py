@@ -24,8 +24,7 @@ from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.routes.rows import held_piece
 
 _Route = Literal["cyclic", "paper"]
-_MODES = 10
-"""Default number of fixed-interface and of face modes of the route "paper"."""
+_MODES = 10  # default number of fixed-interface and of face modes of the route "paper"
 
 
 def reduce(

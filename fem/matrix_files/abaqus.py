@@ -125,8 +125,7 @@ def _labels(source: str, nodes: list[int], freedoms: dict[int, list[int]]) -> tu
     return np.array(node, np.int64), np.array(direction, np.int64)
 
 
-_FIXED = 1e36
-"""Stiffness on the diagonal that stands for a boundary condition."""
+_FIXED = 1e36  # stiffness on the diagonal that stands for a boundary condition
 
 
 def read_mtx(path: Path, request: WantedMatrix) -> Entries:

@@ -24,8 +24,7 @@ from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import regular
 
-_LARGEST = 4 << 30
-"""Bytes of the largest file that is read, and of what one may unpack to."""
+_LARGEST = 4 << 30  # bytes of the largest file that is read, and of what one may unpack to
 _UNPACKED, _ALWAYS = 100, 16 << 20
 """A packed file may hold this many times its size, and this many bytes anyway."""
 

@@ -56,8 +56,7 @@ class Matrices(Product):
         return len(self.node)
 
 
-_Values = Array
-"""Real, or complex where a cyclic sector's matrices are."""
+_Values = Array  # real, or complex where a cyclic sector's matrices are
 
 
 @dataclass(frozen=True)

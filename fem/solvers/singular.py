@@ -17,12 +17,10 @@ _SINGULAR = 1e-16
 thin flat elements come down to 1e-15."""
 FREE = 1e-14
 """Below it a motion of a matrix that is singular counts as free."""
-_LIFT = 1e-10
-"""Added to a matrix that has no factors, so that it has some."""
+_LIFT = 1e-10  # added to a matrix that has no factors, so that it has some
 SOUGHT = 12
 """Motions that are looked for."""
-_MOVING = 1e-3
-"""Of the largest motion: a row that moves more takes part."""
+_MOVING = 1e-3  # of the largest motion: a row that moves more takes part
 
 
 class SingularError(InputError):

@@ -135,8 +135,7 @@ def _panel(
     )
 
 
-_FULL = 1.1
-"""Entries of threes of rows over those stored, up to which they are taken for nodes."""
+_FULL = 1.1  # entries of threes of rows over those stored, up to which they are taken for nodes
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,7 @@ from vanelock.common.lazy import library
 from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
 
 ARCHIVE = ".cdb"
-_MESH_ONLY = 200
-"""Ansys's element type MESH200, which has no stiffness."""
+_MESH_ONLY = 200  # ansys's element type MESH200, which has no stiffness
 _TYPE, _HEAD = 1, 10
 """Of an element as the library has it: the place of its type, and where its nodes begin."""
 _SOLIDS = {

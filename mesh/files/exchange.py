@@ -172,8 +172,7 @@ def _add_field(raw: RawMesh, name: str, values: Floats) -> None:
     raw.node_sets[name] = np.asarray(raw.numbers[inside[order]])
 
 
-_SOLID = 1
-"""Number of the solid's entity and physical group; the sets' follow."""
+_SOLID = 1  # number of the solid's entity and physical group; the sets' follow
 
 
 def write_msh(path: str | os.PathLike[str], part: Part) -> Path:

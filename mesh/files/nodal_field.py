@@ -18,10 +18,8 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.files import contents
 from vanelock.common.quantities import si
 
-_NEAREST = 4
-"""Points whose mean is taken."""
-_FAR = 0.1
-"""Distance of a node from the nearest point, over the nodes' extent, that is refused."""
+_NEAREST = 4  # points whose mean is taken
+_FAR = 0.1  # distance of a node from the nearest point, over the nodes' extent, that is refused
 
 
 def nodal_field(path: Path, name: str, unit: str, places: Floats) -> Floats:

@@ -146,10 +146,8 @@ def _of_elements(raw: RawMesh, corners: int) -> dict[str, tuple[Integers, Intege
 
 _LOWER = ("vertex", "line", "triangle", "quad", "polygon", "poly_", "pixel", "empty")
 """Elements that serve sets, those of a deck where they have no section."""
-_FURTHEST = 100.0
-"""Largest coordinate, m."""
-_LEAST = 2e-3
-"""Smallest extent of a part, m."""
+_FURTHEST = 100.0  # largest coordinate, m
+_LEAST = 2e-3  # smallest extent of a part, m
 _OFF_PLACE = 0.25
 """How far a middle node may lie from the middle of its side, in lengths of the element's sides."""
 

@@ -43,8 +43,7 @@ _OFF = 5 * TOLERANCE  # m; where faces meet at a small angle, the kernel finds l
 _LEVELS = 7  # foot, top, three quarters, top, foot
 _PIECES = _LEVELS - 1
 
-_Corner = tuple[int, int, int]
-"""Aerofoil, level outwards, and the strip that begins there."""
+_Corner = tuple[int, int, int]  # aerofoil, level outwards, and the strip that begins there
 
 
 def divide_filleted(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) -> list[int]:
@@ -130,8 +129,7 @@ makes thin aerofoils stiffer in torsion than even straight sides do."""
 
 _MESH_ADAPT = 1  # gmsh's number of the algorithm that grades a face to edges of 1 % of its size
 
-_WIDE = 0.5
-"""Elements across an aerofoil's chord, in element sizes: its bending is found from few."""
+_WIDE = 0.5  # elements across an aerofoil's chord, in element sizes: its bending is found from few
 _NEAR = 5 / 3
 """Rows in each outer quarter of the span, over those in each inner one, by the elements' size."""
 

@@ -10,8 +10,7 @@ from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CLEARANCE, CasingDimensions
 
-_SIDES = 8
-"""Fewest elements around a boss."""
+_SIDES = 8  # fewest elements around a boss
 
 _FLAT, _NARROW = 20.0, 5.0
 """Elements may be so many times longer than a boss is high, and than it is wide."""

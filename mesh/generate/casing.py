@@ -173,8 +173,7 @@ def casing_sector(
     return replace(valid(part), patches=hook_averages(part, hook, overlap))
 
 
-_RATIO = 1.25
-"""Elements of the face's edges may be so much longer or shorter than the element size."""
+_RATIO = 1.25  # elements of the face's edges may be so much longer or shorter than the element size
 
 _STEPS = 8  # even meshes on either side of the element size
 _BASES = 6  # of them perturbed

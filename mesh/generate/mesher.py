@@ -26,8 +26,7 @@ _LINE, _TRIANGLE, _TETRAHEDRON = 1, 2, 4  # gmsh's numbers of the linear element
 _SIDES = np.array([(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)])
 _Side = frozenset[int]
 
-_FLAT = 1e-3
-"""Condition number (SICN) below which an element has no height."""
+_FLAT = 1e-3  # condition number (SICN) below which an element has no height
 _TALL = 0.05
 """And above which it stands by itself, as those do that span the columns of a rounded edge."""
 
@@ -85,12 +84,9 @@ def _elements(gmsh: Any, kind: int, count: int, entity: int = -1) -> tuple[Integ
     return np.asarray(numbers, np.int64), np.asarray(nodes, np.int64).reshape(-1, count)
 
 
-_FINER = (1.0, 0.98, 0.96, 0.93, 0.9, 0.86)
-"""Sizes to try, relative to the one asked for."""
-_ENOUGH = 0.05
-"""Smallest condition number (SICN) at which no other size is tried."""
-_BAD = 0.03
-"""Smallest condition number that is not worth a third more unknowns."""
+_FINER = (1.0, 0.98, 0.96, 0.93, 0.9, 0.86)  # sizes to try, relative to the one asked for
+_ENOUGH = 0.05  # smallest condition number (SICN) at which no other size is tried
+_BAD = 0.03  # smallest condition number that is not worth a third more unknowns
 # Condition numbers below which the mesher changes an element: at first slivers only, since it
 # tries in vain, for minutes, to improve what is flat because the wall is thin.
 _SLIVER, _POOR = 0.02, 0.3
@@ -164,8 +160,7 @@ _TETRA10 = 11  # gmsh's number of the element type
 _MESHIO_ORDER = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]
 LEAST_JACOBIAN = 0.1
 """Of a curved element, against the straight one; below, its sides are straightened."""
-_RELAXED = (0.8,) * 10 + (0.0,) * 10
-"""Shares of the bow that sides keep, round by round."""
+_RELAXED = (0.8,) * 10 + (0.0,) * 10  # shares of the bow that sides keep, round by round
 EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]  # corners of nodes 4 to 9, meshio's order
 
 

@@ -203,8 +203,7 @@ def output_points(vane: VaneDimensions, sectors: int) -> Floats:
     return np.asarray(points @ rotation(axis).T)
 
 
-_ON = 1e-5
-"""Nodes lie on a shroud's surface within this, m."""
+_ON = 1e-5  # nodes lie on a shroud's surface within this, m
 
 
 def aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[Integers, ...]:
@@ -226,8 +225,7 @@ def aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[Integers, ..
     return tuple(faces[piece == i] for i in order)
 
 
-_STEP = 1e-5
-"""Of the station, for the direction along the profile."""
+_STEP = 1e-5  # of the station, for the direction along the profile
 _Side = Literal["suction", "pressure"]
 
 

@@ -10,8 +10,7 @@ from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import rotation, turn
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 
-_STRETCH = 1.2
-"""How much longer than other elements those along a row of contact nodes may be."""
+_STRETCH = 1.2  # how much longer than other elements those along a row of contact nodes may be
 
 
 def pieces(length: float, nodes: int, size: float) -> int:

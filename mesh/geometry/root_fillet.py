@@ -31,10 +31,8 @@ from vanelock.common.errors import InputError
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import CLEARANCE, VaneDimensions
 
-_SLANT = np.radians(12.0)
-"""Angle at which fillets meet the shroud, rad."""
-_PLACES = np.linspace(0.0, 1.0, 13)
-"""Along a strip, where its surfaces are interpolated."""
+_SLANT = np.radians(12.0)  # angle at which fillets meet the shroud, rad
+_PLACES = np.linspace(0.0, 1.0, 13)  # along a strip, where its surfaces are interpolated
 STRIPS = 4
 """Around a section: convex side, trailing edge, concave side, leading edge."""
 _STEP = 1e-5  # of a strip, for directions along it
@@ -271,8 +269,7 @@ def _unit(vectors: Floats) -> Floats:
 _SHORTEST = 0.25
 """Of its length, what is left of a piece of the hollow side's curve where the fillet ends."""
 
-_Room = tuple[str, float]
-"""Where a fillet lies, and the distance that it leaves there, m."""
+_Room = tuple[str, float]  # where a fillet lies, and the distance that it leaves there, m
 
 
 _USUAL, _LEAST = 3e-3, 1.5e-3

@@ -20,8 +20,7 @@ from vanelock.mesh.matching import side as contact
 from vanelock.mesh.matching.side import HOOKS, INTERLOCKS, OwnPart, Side, check_cut_faces
 from vanelock.mesh.part import Part
 
-_Teller = Callable[[int], str]
-"""What errors call the i-th node of a set."""
+_Teller = Callable[[int], str]  # what errors call the i-th node of a set
 
 _SHOWN = 5  # nodes in a report
 

@@ -44,8 +44,7 @@ from vanelock.nonlinear.fourier import TURN, one_thread, resized
 from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
 
-_FEWEST = 128
-"""Samples of a period to begin with, where the law is sampled."""
+_FEWEST = 128  # samples of a period to begin with, where the law is sampled
 
 
 @one_thread

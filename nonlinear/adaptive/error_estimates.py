@@ -46,8 +46,7 @@ from vanelock.rom.system.system import System
 SOURCES = ("harmonics", "modes", "mesh", "samples")
 BEYOND = 2
 """Harmonics beyond H with which the error of a solution is estimated."""
-_EXACT = 1e-3
-"""Relative accuracy of the linear solutions behind an estimate."""
+_EXACT = 1e-3  # relative accuracy of the linear solutions behind an estimate
 _FAINT = 1e-3
 """Of the largest modal amplitude, below which a harmonic's share in an error is left out."""
 

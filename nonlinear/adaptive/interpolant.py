@@ -17,14 +17,12 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.forced_response.response import Response
 
 _CLOSER = 4.0
-_NEAR = 0.2
-"""Of its share, how much higher than every point the curve may be."""
+_NEAR = 0.2  # of its share, how much higher than every point the curve may be
 SIMILAR = 0.9
 """Of the largest value, above which every maximum is located."""
 HIGH = 0.7
 """Of the largest value, above which a curve is high."""
-_FINE = 32
-"""Places looked at between two points for the highest."""
+_FINE = 32  # places looked at between two points for the highest
 
 
 @dataclass(frozen=True)

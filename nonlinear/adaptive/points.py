@@ -19,24 +19,17 @@ from vanelock.nonlinear.newton.newton import Solution, solve
 
 T = TypeVar("T")
 
-_MOST = 31
-"""Harmonics beyond which none is tried."""
+_MOST = 31  # harmonics beyond which none is tried
 _SLIPPING = 3
 """Fewest harmonics where a contact slides or opens: from one, a step towards more says little."""
-_FEWER = 1 / 30
-"""Of its share, the error below which a neighbour is tried with fewer harmonics."""
-_LOW = 0.3
-"""Of the largest amplitude, what a smaller one's error is referred to."""
-_SHIFT = 0.03
-"""Of the allowed relative error, what a shift in frequency may take."""
-_FURTHER = 4
-"""Harmonics beyond those of a maximum with which it is compared."""
+_FEWER = 1 / 30  # of its share, the error below which a neighbour is tried with fewer harmonics
+_LOW = 0.3  # of the largest amplitude, what a smaller one's error is referred to
+_SHIFT = 0.03  # of the allowed relative error, what a shift in frequency may take
+_FURTHER = 4  # harmonics beyond those of a maximum with which it is compared
 _RESONANT = 0.015
 """Largest relative change of a peak seen by a harmonic further ahead that meets a resonance."""
-_FURTHEST = 6
-"""Harmonics beyond, if less than that is asked for: each at its own nodal diameter."""
-_TAIL = 1.3
-"""What is left out by these, and beyond them, relative to the former."""
+_FURTHEST = 6  # harmonics beyond, if less than that is asked for: each at its own nodal diameter
+_TAIL = 1.3  # what is left out by these, and beyond them, relative to the former
 TINY = float(np.finfo(float).tiny)
 
 

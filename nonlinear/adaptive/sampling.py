@@ -30,23 +30,16 @@ _OTHER = 0.04
 """Relative distance of an amplitude from the line through a neighbour that suggests a jump."""
 _BEND = 0.4
 """How far, relatively, a step of the sweep may leave the line through the last two points."""
-_COARSE = 2.0
-"""How many times longer the steps of the second sweep are where the first met no jump."""
-_JUMP = 400
-"""Parts of the range: how closely a jump of the response is located."""
-_WIDEST = 48
-"""Parts of the range: how far apart points may be where the curve is high."""
-_BANDS = 2
-"""Half-power bandwidths of the structure: how far apart they may be there at most."""
+_COARSE = 2.0  # how many times longer the steps of the second sweep are where the first met no jump
+_JUMP = 400  # parts of the range: how closely a jump of the response is located
+_WIDEST = 48  # parts of the range: how far apart points may be where the curve is high
+_BANDS = 2  # half-power bandwidths of the structure: how far apart they may be there at most
 _CROWD = 200
 """Points of a curve beyond which none is added; of the second half, the high ones come first."""
 _ROUNDS = 20
-_STEADY = 5
-"""Harmonics of sweeps that take the same number all the way, if all points need no more."""
-_FINE = 0.4
-"""How many times longer their steps are than those of the first sweep."""
-_PEAK = 0.8
-"""Of the largest amplitude, above which a point belongs to the peak."""
+_STEADY = 5  # harmonics of sweeps that take the same number all the way, if all points need no more
+_FINE = 0.4  # how many times longer their steps are than those of the first sweep
+_PEAK = 0.8  # of the largest amplitude, above which a point belongs to the peak
 UNBOUND = "frequencies: no largest amplitude was found in them"
 """What is said of a range whose curve has none."""
 

@@ -32,10 +32,8 @@ if TYPE_CHECKING:
 
 
 _TINY = np.finfo(float).tiny
-_NEAR = 9.0
-"""Of s², below which the square of a mode's frequency is near."""
-_FEW = 100
-"""Modes up to which the balance is solved as it stands, which is quicker."""
+_NEAR = 9.0  # of s², below which the square of a mode's frequency is near
+_FEW = 100  # modes up to which the balance is solved as it stands, which is quicker
 _SMALL, _MOST = 1e-13, 60
 """Relative change at which a repetition ends, and repetitions before all modes are coupled."""
 

@@ -219,8 +219,7 @@ class Deferred:
         return self._source.balance(omega)
 
 
-_MANY = 1000
-"""Balances expected, once they are many."""
+_MANY = 1000  # balances expected, once they are many
 
 
 def balances(

@@ -42,22 +42,15 @@ from vanelock.nonlinear.contact.disc_slip import (
 )
 from vanelock.nonlinear.fourier import TURN, derivative, kernel
 
-_BRACKETS = 2
-"""Angles that bracket events to one at which a step of slip ends."""
+_BRACKETS = 2  # angles that bracket events to one at which a step of slip ends
 _RESOLVED = 5e-7
 """Of the displacements: the largest term of the highest power that a step's path should have."""
-_ROUNDING = 1e-15
-"""Of a step's z, below which its highest term is rounding."""
-_FIRST = 0.3
-"""First step of slip, of the radius over the speed; of a whole step from a touch-down."""
-_TURNING = 0.5
-"""Of a step, to that in which the motion would turn back, at most."""
-_SHRINK = 0.75
-"""Of what is left to a lift-off, at most in one step ..."""
-_NEAR = 5e-4
-"""... but for the last, rad."""
-_FUZZ = 4e-16
-"""Of the displacements: rounding, by which a held slider may be outside."""
+_ROUNDING = 1e-15  # of a step's z, below which its highest term is rounding
+_FIRST = 0.3  # first step of slip, of the radius over the speed; of a whole step from a touch-down
+_TURNING = 0.5  # of a step, to that in which the motion would turn back, at most
+_SHRINK = 0.75  # of what is left to a lift-off, at most in one step
+_NEAR = 5e-4  # ... but for the last, rad
+_FUZZ = 4e-16  # of the displacements: rounding, by which a held slider may be outside
 _REST = 1e-8
 """How long a slider that was caught is held at least, rad: λ, zero there, is rounding before."""
 

@@ -27,8 +27,7 @@ from vanelock.nonlinear.fourier import TURN, basis, derivative, grid, kernel, ro
 from vanelock.rom.system.element import Element, Force
 
 _LAPS = 64
-_REPEATS = 1e-13
-"""Of the largest state: how closely it must return."""
+_REPEATS = 1e-13  # of the largest state: how closely it must return
 _SIGNATURE = types.void(float64[::1], float64[::1], float64[::1], float64[::1], float64[::1])
 _PANELS = 16
 _HALVINGS = 30
@@ -39,8 +38,7 @@ _RESOLVED = 1e-12
 """Of the largest force over all the period, and of the largest state: by how much a panel and its
 halves may differ."""
 _NODES = np.array([-1.0, -math.sqrt(3 / 7), 0.0, math.sqrt(3 / 7), 1.0])
-_WEIGHTS = np.array([9.0, 49.0, 64.0, 49.0, 9.0]) / 90.0
-"""Of Lobatto's rule on [-1, 1]."""
+_WEIGHTS = np.array([9.0, 49.0, 64.0, 49.0, 9.0]) / 90.0  # of Lobatto's rule on [-1, 1]
 _DIFFERENCE = 2e-9
 """Step of differences over the largest value: where a slider turns back, two instants may be as
 close, and longer steps would pass the law's kink between them. Rounding leaves 1e-7; steps are

@@ -54,14 +54,11 @@ from vanelock.nonlinear.fourier import (
 )
 
 _LAPS = 50
-_CLOSE = 1e-9
-"""Of the displacements: a gap of a lap of which Newton's step leaves the square."""
-_FORGOTTEN = 1e-12
-"""What the lap's end may keep of such a gap."""
+_CLOSE = 1e-9  # of the displacements: a gap of a lap of which Newton's step leaves the square
+_FORGOTTEN = 1e-12  # what the lap's end may keep of such a gap
 _FINEST = 1e-14
 """Of the vibration: a disc whose slider has the displacements of its centre to their last digit."""
-_ADDED = 24
-"""Discs at located instants, among which a place of rest is sought, at most."""
+_ADDED = 24  # discs at located instants, among which a place of rest is sought, at most
 
 _POWERS = np.arange(1, STAGES + 1)
 _THROUGH = np.linalg.inv(NODES[:, None] ** _POWERS)  # values at the nodes to coefficients

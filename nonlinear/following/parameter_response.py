@@ -39,8 +39,7 @@ from vanelock.rom.system.system import System
 
 Joint: TypeAlias = str | Sequence[str] | Booleans | None
 
-_NAMES = {"force": "1", "mu": "1", "interference": "m"}
-"""Parameters and their units."""
+_NAMES = {"force": "1", "mu": "1", "interference": "m"}  # parameters and their units
 
 
 @dataclass(frozen=True)

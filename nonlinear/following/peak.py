@@ -28,12 +28,10 @@ from vanelock.nonlinear.newton.preconditioner import Kept
 CONDITION = 1e-8
 """Distance from the peak, in its half-widths, that counts as converged."""
 _LIMIT = 25
-_LOWER = 1e-6
-"""How much lower, relatively, than its neighbours on the path a peak may be found."""
+_LOWER = 1e-6  # how much lower, relatively, than its neighbours on the path a peak may be found
 _HIGHEST = 1e3
 """How much higher than where it began a sharp peak may be: further up, nothing bounds it."""
-_FALL = 1.0
-"""Change of ln A between two frequencies beyond which they are not taken for one branch."""
+_FALL = 1.0  # change of ln A between two frequencies beyond which they are not taken for one branch
 
 
 @dataclass(frozen=True)

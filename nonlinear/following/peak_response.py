@@ -27,8 +27,7 @@ from vanelock.rom.system.system import System
 
 _Track: TypeAlias = dict[float, CurvePoint]
 
-_HIGHER = 1e-3
-"""How much higher, relatively, another peak must be to count as one."""
+_HIGHER = 1e-3  # how much higher, relatively, another peak must be to count as one
 
 
 @dataclass(frozen=True)

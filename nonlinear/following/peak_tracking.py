@@ -16,8 +16,7 @@ from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import Solution
 
-_NEAR = 2.0
-"""How many half-widths a peak may lie from where it was expected."""
+_NEAR = 2.0  # how many half-widths a peak may lie from where it was expected
 _CLOSE = 0.05
 """How much lower, relatively, than the highest solution of a sweep the parabola through another top
 may be for it to be refined too."""

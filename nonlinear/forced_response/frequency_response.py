@@ -31,12 +31,9 @@ from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import System
 
-_STRAIGHT = 0.1
-"""Of the larger motion, how far a point may lie from a line, or two points apart."""
-_SAME = 1e-4
-"""Of the larger motion, the difference of two states beyond which they are two."""
-_POINTS, _EFFORT = 60, 300
-"""Points of the path between two neighbours, and Newton steps, at most."""
+_STRAIGHT = 0.1  # of the larger motion, how far a point may lie from a line, or two points apart
+_SAME = 1e-4  # of the larger motion, the difference of two states beyond which they are two
+_POINTS, _EFFORT = 60, 300  # points of the path between two neighbours, and Newton steps, at most
 
 
 def _jumps(solver: PointSolver, swept: Sequence[Solution]) -> Integers:

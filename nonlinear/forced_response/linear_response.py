@@ -202,10 +202,8 @@ def _consistent(matrix: Floats, right: Floats) -> Floats:
     return np.asarray(solution)
 
 
-_SMALL = 1e-9
-"""Of the largest, what counts as none of loads and motions."""
-_LEAST = 1e-2
-"""Of the load's work, friction's at a top that it holds: there it is all, or nearly."""
+_SMALL = 1e-9  # of the largest, what counts as none of loads and motions
+_LEAST = 1e-2  # of the load's work, friction's at a top that it holds: there it is all, or nearly
 
 
 def check_bound(

@@ -26,8 +26,7 @@ from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
 from vanelock.rom.system.system import Contacts, System, wider_band
 
-_ROUND_OFF = 1e-9
-"""By which a frequency may exceed a band."""
+_ROUND_OFF = 1e-9  # by which a frequency may exceed a band
 
 
 def checked_frequencies(frequencies: ArrayLike) -> Floats:
@@ -58,8 +57,7 @@ def check_band(system: System, hertz: ArrayLike) -> None:
         )
 
 
-_HARMONICS = 3
-"""Default of H, where it is not chosen point by point."""
+_HARMONICS = 3  # default of H, where it is not chosen point by point
 
 
 @dataclass(frozen=True)

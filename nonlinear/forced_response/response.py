@@ -19,10 +19,8 @@ STATES = (
     f"{STUCK} stuck, {SLIP} slips, {OPEN} open, {SLIP_OPEN} slips and opens, {ELEMENT} an element"
 )
 """What the numbers in a response's `state` stand for."""
-_ROUNDING = 1e-12
-"""Of a contact's displacements: motion of a slider that is none."""
-_BALANCED = 1e-6
-"""Relative residual of the whole balance up to which a point counts as solved."""
+_ROUNDING = 1e-12  # of a contact's displacements: motion of a slider that is none
+_BALANCED = 1e-6  # relative residual of the whole balance up to which a point counts as solved
 
 
 @dataclass(frozen=True)

@@ -116,8 +116,7 @@ class RingBalance(Balance):
         return _passed(held, flat[:, components]).reshape(w.shape)
 
 
-_WEAK = 0.1
-"""Largest entry of J̄ of contacts that are left to the iteration."""
+_WEAK = 0.1  # largest entry of J̄ of contacts that are left to the iteration
 
 
 @dataclass(frozen=True)

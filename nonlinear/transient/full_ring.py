@@ -169,8 +169,7 @@ def _real(matrices: Diameter, nodal_diameter: int) -> Diameter:
 
 
 _ITERATIONS = 60
-_CLOSE = 1e-14
-"""Of the displacements: what P(known + G w) may be off w at the end of the iteration."""
+_CLOSE = 1e-14  # of the displacements: what P(known + G w) may be off w at the end of the iteration
 
 
 @kernel

@@ -28,8 +28,7 @@ from vanelock.nonlinear.fourier import TURN, to_real
 from vanelock.nonlinear.transient.full_ring import FullRing, follow
 from vanelock.nonlinear.transient.time_marching import march
 
-_RESOLVED = 1.0
-"""Largest turn of a mode in a step, rad, up to which it is integrated exactly."""
+_RESOLVED = 1.0  # largest turn of a mode in a step, rad, up to which it is integrated exactly
 _SMALL = 1e-9
 """Change of a deviation at which a step counts as solved, relative to the linear vibration."""
 

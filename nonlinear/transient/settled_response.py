@@ -37,22 +37,18 @@ _Progress: TypeAlias = Callable[[int, int, float], None]
 STEADY, MODULATED, UNSETTLED = 0, 1, 2
 _VERDICTS = f"{STEADY} steady, {MODULATED} modulated, {UNSETTLED} not settled"
 
-_ALIKE = 1e-4
-"""Defect below which a period repeats the one before."""
+_ALIKE = 1e-4  # defect below which a period repeats the one before
 _REPEATED = 1e-7
 """Defect at which it need not get any smaller: what steps are solved to leaves some 1e-8."""
 _FADED = 0.01
 """Of the largest defect of all periods, what a steady motion's is at most: a motion that grows
 slowly is hidden at first under those that die out."""
-_GROWS = 1.15
-"""Ratio of the mean defects of two windows from which a motion is still changing."""
+_GROWS = 1.15  # ratio of the mean defects of two windows from which a motion is still changing
 _LEFT = 3.0
 """Defect of a modulated motion over that of the first period, at least: what is smaller may be the
 disturbance yet, growing or dying out."""
-_FIRST = 48
-"""Periods before statistics are compared first."""
-_MORE = 1.5
-"""From one comparison to the next."""
+_FIRST = 48  # periods before statistics are compared first
+_MORE = 1.5  # from one comparison to the next
 _SAME = 0.05
 """Departure up to which a steady motion is the balance's wave: truncation and time step differ."""
 

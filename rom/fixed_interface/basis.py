@@ -72,8 +72,7 @@ def fixed_modes(
     return Fixed(found.vectors, found.omega_squared, complete)
 
 
-_NEW = 1e-6
-"""Least part of a further vector's strain energy that the vectors so far do not hold."""
+_NEW = 1e-6  # least part of a further vector's strain energy that the vectors so far do not hold
 
 _SEEN = 1e-22
 """That of answers to loads, over the whole answer's: their amplitude goes with its root."""

@@ -135,8 +135,7 @@ def hermitian(A: Matrix) -> Matrix:
 
 NONE = 1e-11
 """A scaled mass below this is none."""
-_NEGATIVE = 1e-7
-"""Negative scaled mass that is no longer round-off of what wrote the matrix."""
+_NEGATIVE = 1e-7  # negative scaled mass that is no longer round-off of what wrote the matrix
 
 
 def lowest(K: Array, M: Array, count: int) -> tuple[Floats, Array]:

@@ -27,8 +27,7 @@ from vanelock.common.arrays import Floats
 from vanelock.fem import Interior
 from vanelock.rom.system.system import Matrix
 
-_COLUMNS = 128
-"""Motions answered at a time."""
+_COLUMNS = 128  # motions answered at a time
 _SPANNED = 1e-12
 """Part of a face's motion, relative to the largest, that need not lie in the span of U."""
 

@@ -38,10 +38,8 @@ from vanelock.rom.fixed_interface.basis import Candidates, Fixed, fixed_modes, i
 from vanelock.rom.fixed_interface.held import HeldPart, hermitian, lowest
 from vanelock.rom.system.system import Matrix
 
-_MARGIN = 2.0
-"""Modes up to this multiple of the highest frequency are kept exactly."""
-_LEVELS = 6
-"""Times at which what is left of the error is treated again."""
+_MARGIN = 2.0  # modes up to this multiple of the highest frequency are kept exactly
+_LEVELS = 6  # times at which what is left of the error is treated again
 _RESERVE = 12
 """Vectors known beyond those needed, so that all nodal diameters may keep equally many."""
 _ROUND_OFF = 1e-12
@@ -117,8 +115,7 @@ def _pencil(A: Matrix, B: Matrix) -> tuple[Floats, Matrix]:
     return values[::-1], (scale[:, None] * V)[:, ::-1]
 
 
-_ELASTIC = 10
-"""By default the band reaches to the tenth elastic mode of the part, its masters free."""
+_ELASTIC = 10  # by default the band reaches to the tenth elastic mode of the part, its masters free
 _ROUGH = 0.03  # residual of the modes that set the band
 DEFAULT = 1e-4
 """Accuracy unless modes, a cut-off or another accuracy is given."""

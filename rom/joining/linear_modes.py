@@ -12,8 +12,7 @@ _FREE = 1e-11
 """Scaled stiffness of a motion below which nothing holds it: of bodies a hundred to a thousand
 times longer than thick, round-off leaves up to 2e-12, their softest elastic motion has 3e-7."""
 
-_STIFF = 1e6
-"""A spring so many times stiffer than the structure would cost digits of it in a sum."""
+_STIFF = 1e6  # a spring so many times stiffer than the structure would cost digits of it in a sum
 
 
 def linear_modes(

@@ -34,8 +34,7 @@ from vanelock.rom.system.system import Matrix, System
 
 MODES = 16
 """Modes along which the excess is taken off."""
-_MOST = 0.5
-"""Largest share of its strain energy that is taken off any combination of modes."""
+_MOST = 0.5  # largest share of its strain energy that is taken off any combination of modes
 DOUBT = 0.25
 """Of what is taken off, what remains of it at most (docs/theory/mesh_correction.md)."""
 _FRICTIONLESS = 1e-6

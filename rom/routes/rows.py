@@ -25,8 +25,7 @@ from vanelock.rom.fixed_interface.held import HeldMatrices, HeldPart, held_part,
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.system.system import Matrix
 
-_ANSWERS = 2
-"""Static answers for a load: to itself, and to the inertia of the one before."""
+_ANSWERS = 2  # static answers for a load: to itself, and to the inertia of the one before
 
 
 @dataclass(frozen=True)

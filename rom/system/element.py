@@ -78,8 +78,7 @@ Force: TypeAlias = Callable[[Floats, Floats, Floats, Floats, Floats], None]
 
 _TRIALS = 0.0, 1e-6, -1e-6, 1.0, -1.0
 """Displacements, m, and velocities, m/s, at which a law is tried."""
-_MOST = 1000
-"""A memory that a law is tried with where it uses more than it says."""
+_MOST = 1000  # a memory that a law is tried with where it uses more than it says
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,8 +39,7 @@ from vanelock.rom.system.system import System
 
 Joints: TypeAlias = str | Sequence[str] | Booleans
 
-_BETTER = 1e-4
-"""How much further, relatively, an end must lie to count as further."""
+_BETTER = 1e-4  # how much further, relatively, an end must lie to count as further
 _NOTHING = 1e-9
 """Of a programme's objective and multipliers, relative to the largest; of what sliders change."""
 _EXACT, _NEARLY = 1e-10, 1e-7

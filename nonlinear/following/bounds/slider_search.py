@@ -20,17 +20,13 @@ from vanelock.nonlinear.forced_response.options import PreparedSystem
 
 Progress: TypeAlias = Callable[[int, float], None]
 
-_PLACES = (0.125, 0.25, 0.5, 0.75, 1.0)
-"""Shares of a way at which peaks are solved."""
-_STEPS = 6
-"""Most cone programmes along the gradient, from each start."""
+_PLACES = (0.125, 0.25, 0.5, 0.75, 1.0)  # shares of a way at which peaks are solved
+_STEPS = 6  # most cone programmes along the gradient, from each start
 _ROUGH = 1e-2
 """Distance of peaks on the way from the exact ones, in half-widths: their amplitudes are off by
 less than half its square."""
-_HIGHER = 1e-3
-"""How much higher, relatively, another peak must be to count as one."""
-_ASSEMBLED = "assembled at zero"
-"""What found the peak with sliders at zero."""
+_HIGHER = 1e-3  # how much higher, relatively, another peak must be to count as one
+_ASSEMBLED = "assembled at zero"  # what found the peak with sliders at zero
 
 
 @dataclass(frozen=True)

@@ -41,8 +41,7 @@ from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.rom.system.system import System
 
-_BEGIN = 0.1
-"""Where a mode begins, of the amplitude at which the first contact slips or opens."""
+_BEGIN = 0.1  # where a mode begins, of the amplitude at which the first contact slips or opens
 
 
 @dataclass(frozen=True)

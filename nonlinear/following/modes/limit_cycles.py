@@ -33,8 +33,7 @@ from vanelock.nonlinear.forced_response.options import Options
 from vanelock.nonlinear.fourier import TURN
 from vanelock.rom.system.system import System
 
-_BESIDE = 3e-3
-"""Relative distance from a crossing at which the mode is solved again for its place."""
+_BESIDE = 3e-3  # relative distance from a crossing at which the mode is solved again for its place
 
 
 @dataclass(frozen=True)

@@ -43,19 +43,13 @@ from vanelock.nonlinear.newton.preconditioner import response_to
 _UNIT = 0.2
 """What a step of length 1 is: of ln a, of the contacts' vibration as a whole, and of the damping
 ratio, 0.01 at least."""
-_FASTER = 0.02
-"""The same of the frequency."""
-_LONGEST = 0.1
-"""Most that one step of Newton's iteration may change ω or ξ by, in parts of ω."""
+_FASTER = 0.02  # the same of the frequency
+_LONGEST = 0.1  # most that one step of Newton's iteration may change ω or ξ by, in parts of ω
 _SHORTEST = 1e-5
-_NEAR = 0.3
-"""How far a point may lie from where its tangent led, in steps."""
-_SAME = 1e-11
-"""Relative difference of two amplitudes that are one."""
-_SURE = 0.95
-"""Of the amplitude, what lies along the shape of the point before at least."""
-_MOST = 1000
-"""Points of a path."""
+_NEAR = 0.3  # how far a point may lie from where its tangent led, in steps
+_SAME = 1e-11  # relative difference of two amplitudes that are one
+_SURE = 0.95  # of the amplitude, what lies along the shape of the point before at least
+_MOST = 1000  # points of a path
 _BEYOND = 100.0
 """Where a mode ends, of the amplitude at which the last contact of those that may open slips."""
 _FARTHEST = 1e5

@@ -138,8 +138,7 @@ _FINER = 5.0
 Near a fold rates change fast while the interference hardly does: unless what is allowed of theirs
 shrinks as well, a smaller share makes no smaller steps there.
 """
-_SHORTEST = 1 / 64
-"""Of the step that the interference allows."""
+_SHORTEST = 1 / 64  # of the step that the interference allows
 
 
 @dataclass(frozen=True)

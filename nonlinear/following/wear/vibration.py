@@ -109,8 +109,7 @@ def checked_dwells(dwells: Dwell | Sequence[Dwell]) -> tuple[Dwell, ...]:
     return tuple(given)
 
 
-_POINTS = 1000
-"""About how many frequencies are solved while the peak of a range is followed."""
+_POINTS = 1000  # about how many frequencies are solved while the peak of a range is followed
 
 
 @dataclass(frozen=True)

@@ -36,14 +36,11 @@ from vanelock.rom.system.system import System
 
 _Progress: TypeAlias = Callable[[float, float, float, float], None]
 
-_STEP = 0.05
-"""Largest relative change of an interference in a step, by default."""
+_STEP = 0.05  # largest relative change of an interference in a step, by default
 _COARSEST = 0.5
 DONE, PRELOAD, _LOST = "cycles done", "preload lost", "solution lost"
-_ROUND_OFF = 1e-9
-"""Of a dwell's cycles: what is not worth a step."""
-_HIGHER = 1e-3
-"""Of the amplitude of the peak that is followed, by which another is higher."""
+_ROUND_OFF = 1e-9  # of a dwell's cycles: what is not worth a step
+_HIGHER = 1e-3  # of the amplitude of the peak that is followed, by which another is higher
 
 
 @dataclass(frozen=True)

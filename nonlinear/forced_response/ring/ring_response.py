@@ -34,8 +34,7 @@ from vanelock.nonlinear.fourier import TURN, one_thread, to_complex
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import System
 
-_SMALLEST = 1 / 64
-"""Of the deviations: the smallest step from the alike ring to the unlike one."""
+_SMALLEST = 1 / 64  # of the deviations: the smallest step from the alike ring to the unlike one
 
 
 @dataclass(frozen=True, kw_only=True)

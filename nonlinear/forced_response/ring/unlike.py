@@ -14,8 +14,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.system.system import System
 
-_FREE = 1e-12
-"""Of a part's largest ω²: what modes that nothing holds are below."""
+_FREE = 1e-12  # of a part's largest ω²: what modes that nothing holds are below
 _RELATIVE = ("mu", "kn", "kt", "frequency")
 
 
