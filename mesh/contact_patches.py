@@ -29,11 +29,11 @@ import scipy.sparse as sp
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
+from vanelock.mesh.cells import quadratic_shapes, quadratic_slopes
 from vanelock.mesh.generate.occ_solids import TOLERANCE
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.part import Part
-from vanelock.mesh.tetrahedra import quadratic_shapes, quadratic_slopes
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from vanelock.common.checked import Check, Checked, dotted, explain
 from vanelock.common.errors import InputError, raised
 from vanelock.common.files.files import beside, contents
 from vanelock.common.toml import LARGEST, toml_tables
-from vanelock.fem.matrix_files.hdf5 import split_path
+from vanelock.fem.matrix_files.array_files import split_path
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
 from vanelock.input.schema import scene, study

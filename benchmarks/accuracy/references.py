@@ -24,7 +24,7 @@ from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.following.peak import Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.forced_response.static_mean import at_rest
+from vanelock.nonlinear.forced_response.options import at_rest
 from vanelock.nonlinear.fourier import TURN, resized
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution, solve
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.common.errors import InputError
+from vanelock.fem.matrix_files.array_files import arrays
 from vanelock.fem.matrix_files.contents import (
     SYMMETRIC,
     Entries,
@@ -20,7 +21,6 @@ from vanelock.fem.matrix_files.contents import (
     WantedMatrix,
     size_of,
 )
-from vanelock.fem.matrix_files.numpy_files import arrays
 
 _SECONDS, _A_SECOND = 4, 2 << 20
 """Processor time for a file, and bytes for each second more: a damaged one may not end."""

@@ -22,23 +22,23 @@ from vanelock.fem.matrix_files.tables import Labels, check_labels, load_pairs, n
 _Reader = Callable[[Path, WantedMatrix], Entries]
 
 _READERS = {
-    ".mtx": ("abaqus", "read_mtx"),
+    ".mtx": ("decks", "read_mtx"),
     ".mm": ("sparse_text", "read_market"),
     ".mmf": ("sparse_text", "read_market"),
     ".hb": ("sparse_text", "read_harwell"),
     ".rb": ("sparse_text", "read_harwell"),
     ".rsa": ("sparse_text", "read_harwell"),
     ".matrix": ("sparse_text", "read_harwell"),
-    ".pch": ("dmig", "read_dmig"),
-    ".dmig": ("dmig", "read_dmig"),
-    ".bdf": ("dmig", "read_dmig"),
-    ".dat": ("dmig", "read_dmig"),
-    ".mat": ("hdf5", "read_mat"),
-    ".h5": ("hdf5", "read_hdf5"),
-    ".hdf5": ("hdf5", "read_hdf5"),
+    ".pch": ("decks", "read_dmig"),
+    ".dmig": ("decks", "read_dmig"),
+    ".bdf": ("decks", "read_dmig"),
+    ".dat": ("decks", "read_dmig"),
+    ".mat": ("array_files", "read_mat"),
+    ".h5": ("array_files", "read_hdf5"),
+    ".hdf5": ("array_files", "read_hdf5"),
     ".full": ("ansys_full", "read_full"),
-    ".npy": ("numpy_files", "read_npy"),
-    ".npz": ("numpy_files", "read_npz"),
+    ".npy": ("array_files", "read_npy"),
+    ".npz": ("array_files", "read_npz"),
 }
 """Module and function by ending, without .gz."""
 _SEVERAL = {

@@ -12,8 +12,7 @@ import numpy as np
 
 from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.numbers import counted, integer, real, span
-from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
+from vanelock.mesh.files.raw import CellBlock, RawMesh, counted, distinct, integer, real, span
 
 # A solid's name ends in letters for its formulation, which do not change its nodes.
 _SOLIDS = {

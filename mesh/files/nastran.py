@@ -11,8 +11,7 @@ import numpy as np
 
 from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.numbers import counted, integer, real, span
-from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
+from vanelock.mesh.files.raw import CellBlock, RawMesh, counted, distinct, integer, real, span
 
 _SOLIDS = {  # name, nodes of the linear and of the quadratic element
     "CTETRA": {4: "tetra", 10: "tetra10"},

@@ -17,8 +17,7 @@ from vanelock.common.files.files import regular
 from vanelock.common.quantities import si
 from vanelock.mesh.cells import SOLIDS, Cell, exterior, solid
 from vanelock.mesh.files.abaqus import read_abaqus
-from vanelock.mesh.files.ansys_archive import ARCHIVE, read_archive
-from vanelock.mesh.files.exchange import FORMATS, read_exchange
+from vanelock.mesh.files.exchange import ARCHIVE, FORMATS, read_archive, read_exchange
 from vanelock.mesh.files.nastran import read_nastran
 from vanelock.mesh.files.raw import CellBlock, FileMesh, RawMesh, distinct
 from vanelock.mesh.refinement import MOST

@@ -16,6 +16,7 @@ import numpy as np
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
+from vanelock.mesh.cells import valid
 from vanelock.mesh.checks import check_casing, check_resolved
 from vanelock.mesh.contact_patches import hook_averages, hook_overlap
 from vanelock.mesh.element_size import LARGEST, SMALLEST, checked_stretch, drawn_out, element_size
@@ -27,7 +28,6 @@ from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, 
 from vanelock.mesh.geometry.revolved import casing_outline
 from vanelock.mesh.gmsh_session import session
 from vanelock.mesh.part import Part
-from vanelock.mesh.tetrahedra import valid
 
 
 def casing_sector(

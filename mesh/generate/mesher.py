@@ -18,9 +18,9 @@ from scipy.spatial import cKDTree
 
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
+from vanelock.mesh.cells import condition, jacobian_bounds
 from vanelock.mesh.element_size import Local, drawn_out
 from vanelock.mesh.generate.occ_solids import TOLERANCE
-from vanelock.mesh.tetrahedra import condition, jacobian_bounds
 
 _LINE, _TRIANGLE, _TETRAHEDRON = 1, 2, 4  # gmsh's numbers of the linear element types
 _SIDES = np.array([(1, 2, 3), (0, 2, 3), (0, 1, 3), (0, 1, 2)])

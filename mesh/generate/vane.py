@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import rotation, turn
 from vanelock.common.errors import InputError
+from vanelock.mesh.cells import valid
 from vanelock.mesh.checks import check_resolved, check_vane
 from vanelock.mesh.contact_patches import hook_averages, hook_overlap, interlock_averages
 from vanelock.mesh.element_size import HOOKS, element_size, of_vane
@@ -31,7 +32,6 @@ from vanelock.mesh.geometry.revolved import hooks_outline, inner_shroud_outline
 from vanelock.mesh.geometry.root_fillet import filleted
 from vanelock.mesh.gmsh_session import session
 from vanelock.mesh.part import Part
-from vanelock.mesh.tetrahedra import valid
 
 _TRIANGLE6 = 9  # gmsh's number of the element type
 _SIDES = [(0, 1), (1, 2), (2, 0)]

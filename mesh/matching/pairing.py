@@ -5,8 +5,10 @@ the user's node to the program's, the casing's to the vane's, a right one to its
 One meets one within a tolerance; where none does, a report says so.
 """
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,10 +17,11 @@ from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.mesh.files.read import read_mesh
 from vanelock.mesh.geometry.contact_places import opposite
 from vanelock.mesh.matching import side as contact
 from vanelock.mesh.matching.side import HOOKS, INTERLOCKS, OwnPart, Side, check_cut_faces
-from vanelock.mesh.part import Part
+from vanelock.mesh.part import Part, called
 
 _Teller = Callable[[int], str]  # what errors call the i-th node of a set
 
@@ -134,7 +137,7 @@ def pair(
         problems += _meet(sides["vane"], sides["casing"], name, tolerance)
     for side, left, right in ((sides["vane"], *INTERLOCKS), (sides["casing"], "left", "right")):
         if side.own and left in side.sets and right in side.sets:
-            problems += follow(side, left, right, tolerance)
+            problems += _follow(side, left, right, tolerance)
     _refuse(problems)
     if sides["casing"].own:
         _refuse(check_cut_faces(sides["casing"], tolerance))
@@ -191,7 +194,7 @@ def _meet(vane: Side, casing: Side, name: str, tolerance: float) -> list[str]:
     return problems
 
 
-def follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
+def _follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
     """Put a right face's nodes in the order of the left one's, at the places of their images."""
     onto = turn(side.sectors).T
     own, other = side.sets[left], side.sets[right]
@@ -324,3 +327,59 @@ def _normals(
             f"{moves.describe(int(node))}: give the set as faces"
         )
     return normal, problems
+
+
+_KNOWN = ("fixed", "left", "right", "force", "output")
+
+
+def read_sector(
+    path: str | os.PathLike[str], sectors: int = 1, unit: str = "m", tolerance: float = TOLERANCE
+) -> Part:
+    """Read a part with all sets of its file, its cyclic faces matched.
+
+    Parameters
+    ----------
+    path : path
+        Of any format that `read_mesh` reads.
+    sectors : int
+        Sectors N in the ring, which need the sets `left` and `right`; 1 if the part is whole.
+    unit : str
+        Of its coordinates, such as "mm".
+    tolerance : float
+        How far a node of `right` may lie from its mate in `left` turned by 2π/N, m; it is then
+        moved there.
+
+    Returns
+    -------
+    Part
+        Called like the file. Sets have the file's names, those that the later stages know also in
+        lower case. Without contact frames.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used, a face or some of its nodes are missing, or the faces do
+        not match.
+
+    Examples
+    --------
+    Two-nodal-diameter modes of a ring of 16 such sectors::
+
+        part = mesh.read_sector("sector.msh", sectors=16)
+        modes = fem.modes(fem.assemble(part, fem.Material(E=210e9, nu=0.3, rho=7800)), 10, 2)
+    """
+    found = read_mesh(path, unit)
+    sets = dict(found.node_sets)
+    for name in _KNOWN:
+        if (alike := called(found.node_sets, name)) is not None:
+            sets[name] = found.node_sets[alike]
+    side = Side(OwnPart(Path(path).stem, found, sets, {}), sectors)
+    if sectors > 1:
+        for name in ("left", "right"):
+            if not len(sets.get(name, np.empty(0))):
+                have = ", ".join(sorted(found.node_sets)) or "none"
+                raise InputError(f"{found.source}: no set {name}; it has {have}")
+        problems = _follow(side, "left", "right", tolerance)
+        if problems := problems or check_cut_faces(side, tolerance):
+            raise InputError("\n".join(problems))
+    return side.part()

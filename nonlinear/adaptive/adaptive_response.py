@@ -37,9 +37,9 @@ from vanelock.nonlinear.forced_response.options import (
     checked_frequencies,
     checked_range,
     excited,
+    with_static_mean,
 )
 from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
-from vanelock.nonlinear.forced_response.static_mean import with_static_mean
 from vanelock.nonlinear.fourier import TURN, one_thread, resized
 from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System

@@ -17,8 +17,7 @@ from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, SolvedPoints, unheard
-from vanelock.nonlinear.forced_response.options import Options
-from vanelock.nonlinear.forced_response.static_mean import at_rest
+from vanelock.nonlinear.forced_response.options import Options, at_rest
 from vanelock.nonlinear.newton.linearised import KeptBasis, to_be_made
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Basis, Kept

@@ -31,9 +31,8 @@ from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
+from vanelock.nonlinear.forced_response.options import Options, PreparedSystem, static_part
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, extremes
-from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier import TURN, to_complex, to_real
 from vanelock.nonlinear.newton.linearised import newton_matrix
 from vanelock.nonlinear.newton.newton import Solution, active_rows, solve

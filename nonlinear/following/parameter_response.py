@@ -29,9 +29,9 @@ from vanelock.nonlinear.forced_response.options import (
     PreparedSystem,
     check_option,
     checked_frequencies,
+    static_part,
 )
 from vanelock.nonlinear.forced_response.response import CONSTANT, Response
-from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Family, Solution, solve
 from vanelock.nonlinear.newton.preconditioner import response_to

@@ -25,9 +25,8 @@ from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes, times
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation
-from vanelock.nonlinear.forced_response.options import Options, checked_frequencies
+from vanelock.nonlinear.forced_response.options import Options, checked_frequencies, static_part
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier import TURN, one_thread, to_real
 from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import Contacts, System

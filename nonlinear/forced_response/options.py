@@ -1,4 +1,15 @@
-"""The options that responses share, and a system prepared to be solved with them."""
+"""The options that responses share, and a system prepared to be solved with them.
+
+Coupled, all harmonics are solved together. Otherwise the static problem is solved first, with
+friction and lift-off, and its mean displacement is held while the others vibrate about it:
+
+    n(t) = max(n₀ + kn ṽ, 0)     uncoupled,
+    n(t) = n₀ + kn ṽ             with constant load, friction bounded by μ n₀ for good,
+
+and a contact that is open at rest stays open under constant load. What friction and the normal
+springs do to the mean in either case is not put back into the static balance: harmonic 0 of the
+response is the static problem's.
+"""
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -18,13 +29,45 @@ from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS, least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.continuation.globalisation import EFFORT
+from vanelock.nonlinear.continuation.globalisation import EFFORT, from_nothing
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, PointStore, SolvedPoints
 from vanelock.nonlinear.forced_response.response import Amplitudes, Response, assemble_response
-from vanelock.nonlinear.forced_response.static_mean import COUPLINGS, at_rest, with_static_mean
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
 from vanelock.rom.system.system import Contacts, System, wider_band
+
+COUPLINGS = ("coupled", "uncoupled", "constant-load")
+
+
+def at_rest(
+    structure: Structure, law: Callable[[int], Law], tolerance: float = TOLERANCE
+) -> Solution:
+    """The static state that vibration is referred to, m = 1 coefficient."""
+    force = structure.system.force.get(0)
+    if force is not None and force.omega_power and force.vector.any():
+        raise InputError(
+            "coupling: the system's force/0 grows with the frequency: only 'coupled' is possible"
+        )
+    return from_nothing(static_part(structure).balance(0.0), law, tolerance)
+
+
+def static_part(structure: Structure) -> Structure:
+    """The same structure with harmonic 0 alone."""
+    return replace(structure, harmonics=0, nodal_diameters=structure.nodal_diameters[:1])
+
+
+def with_static_mean(solution: Solution, rest: Solution) -> Solution:
+    """A solution about a state of rest, its harmonic 0 that of the static problem."""
+    w, u = solution.w.copy(), solution.u.copy()
+    w[:, :, 0], u[:, :, 0] = rest.w[:, :, 0], rest.u[:, :, 0]
+    return replace(
+        solution,
+        w=w,
+        u=u,
+        residual=max(solution.residual, rest.residual),
+        converged=solution.converged and rest.converged,
+    )
+
 
 _ROUND_OFF = 1e-9  # by which a frequency may exceed a band
 

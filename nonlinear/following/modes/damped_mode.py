@@ -34,9 +34,13 @@ from vanelock.nonlinear.following.modes.mode import (
     linear_mode,
 )
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
-from vanelock.nonlinear.forced_response.options import Options, PreparedSystem, check_option
+from vanelock.nonlinear.forced_response.options import (
+    Options,
+    PreparedSystem,
+    check_option,
+    static_part,
+)
 from vanelock.nonlinear.forced_response.response import Response
-from vanelock.nonlinear.forced_response.static_mean import static_part
 from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.rom.system.system import System

@@ -6,8 +6,8 @@ from numpy.typing import NDArray
 
 from tests.mesh.conftest import refusal
 from vanelock.mesh import Part, quality
+from vanelock.mesh.cells import _jacobians, jacobian_bounds, valid
 from vanelock.mesh.gmsh_session import session
-from vanelock.mesh.tetrahedra import _jacobians, jacobian_bounds, valid
 
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])

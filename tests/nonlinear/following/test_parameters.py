@@ -20,7 +20,7 @@ from vanelock.nonlinear import (
     parameter_response,
 )
 from vanelock.nonlinear.following.parameter_response import _NAMES, checked_parameter
-from vanelock.nonlinear.forced_response.static_mean import COUPLINGS
+from vanelock.nonlinear.forced_response.options import COUPLINGS
 from vanelock.nonlinear.fourier import TURN
 from vanelock.rom.system.system import Force
 

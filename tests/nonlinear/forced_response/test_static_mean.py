@@ -25,7 +25,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.forced_response.static_mean import with_static_mean
+from vanelock.nonlinear.forced_response.options import with_static_mean
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
 

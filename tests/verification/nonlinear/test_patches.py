@@ -21,9 +21,9 @@ from vanelock import fem, mesh
 from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
 from vanelock.mesh import contact_patches as lay
+from vanelock.mesh.cells import quadratic_shapes
 from vanelock.mesh.contact_patches import _averages, _cylinder, _Patch, _plane
 from vanelock.mesh.geometry import contact_places as mesh_sets
-from vanelock.mesh.tetrahedra import quadratic_shapes
 from vanelock.rom.routes.problem import with_means
 from vanelock.stages.parts.segment import Joint
 
