@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.elements import reference_element, shape_functions
+from vanelock.fem.elements import reference_element, sampling, shape_functions
 from vanelock.fem.model import Model
 from vanelock.fem.solvers.backend import Sparse
-from vanelock.fem.stresses import strain_rows
+from vanelock.fem.stresses import slopes
 from vanelock.mesh import Part
 
 # Lobatto's rule of five points along a gauge's length, -1 to 1: it has the ends, which must lie on
@@ -273,7 +273,7 @@ def free_rows(model: Model, rows: Sparse | Array) -> sp.csr_array:
 
 def _row(part: Part, point: _SkinPoint, direction: Floats) -> sp.csr_array:
     used = point.weights != 0
-    rows = strain_rows(part, point.nodes[used], direction)
+    rows = _strain_rows(part, point.nodes[used], direction)
     return sp.csr_array(sp.csr_array(point.weights[None, used]) @ rows)
 
 
@@ -309,3 +309,27 @@ _HEXA = [
     for axis in range(3)
     for side in (0, 1)
 ]
+
+
+def _strain_rows(part: Part, nodes: Integers, direction: Floats) -> sp.csr_array:
+    """Rows that give the nodal strain of `strain` along a unit vector, at a few nodes."""
+    chosen = np.flatnonzero(np.isin(part.cells, nodes).any(axis=1))
+    cells = part.cells[chosen]
+    points, extrapolation = sampling(part.cell_type)
+    gradients, determinant = slopes(part, cells, points)
+    e, g, a, _ = gradients.shape
+    along = (gradients @ direction)[..., None] * direction  # d ε_dd / d u, (e, g, a, 3)
+    nodal = extrapolation @ along.reshape(e, g, 3 * a)
+    volume = determinant.mean(axis=1)
+    columns = (3 * cells[:, :, None] + np.arange(3)).reshape(e, 3 * a)
+    rows = []
+    for node in nodes:
+        here, corner = np.nonzero(cells == node)
+        share = volume[here] / volume[here].sum()
+        values = share[:, None] * nodal[here, corner]
+        row = sp.coo_array(
+            (values.ravel(), (np.zeros(values.size, int), columns[here].ravel())),
+            shape=(1, 3 * len(part.points)),
+        )
+        rows.append(row.tocsr())
+    return sp.csr_array(sp.vstack(rows))

@@ -111,30 +111,6 @@ def hooke(material: Material, strains: Array, axis: int = 1) -> Array:
     return np.moveaxis(s, 0, axis)
 
 
-def strain_rows(part: Part, nodes: Integers, direction: Floats) -> sp.csr_array:
-    """Rows that give the nodal strain of `strain` along a unit vector, at a few nodes."""
-    chosen = np.flatnonzero(np.isin(part.cells, nodes).any(axis=1))
-    cells = part.cells[chosen]
-    points, extrapolation = sampling(part.cell_type)
-    gradients, determinant = slopes(part, cells, points)
-    e, g, a, _ = gradients.shape
-    along = (gradients @ direction)[..., None] * direction  # d ε_dd / d u, (e, g, a, 3)
-    nodal = extrapolation @ along.reshape(e, g, 3 * a)
-    volume = determinant.mean(axis=1)
-    columns = (3 * cells[:, :, None] + np.arange(3)).reshape(e, 3 * a)
-    rows = []
-    for node in nodes:
-        here, corner = np.nonzero(cells == node)
-        share = volume[here] / volume[here].sum()
-        values = share[:, None] * nodal[here, corner]
-        row = sp.coo_array(
-            (values.ravel(), (np.zeros(values.size, int), columns[here].ravel())),
-            shape=(1, 3 * len(part.points)),
-        )
-        rows.append(row.tocsr())
-    return sp.csr_array(sp.vstack(rows))
-
-
 def thermal_strain(part: Part, growth: ArrayLike) -> Floats:
     """(nodes,) thermal strain at the nodes, from that or from one number."""
     return nodal_values(part, growth, "thermal strain")

@@ -19,7 +19,7 @@ from vanelock.rom.fixed_interface.basis import projected
 from vanelock.rom.fixed_interface.held import HeldMatrices
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.routes.condensed import Condensed, Loads, condensed, cyclic_first, held_loads
-from vanelock.rom.routes.paper import CraigBampton, check_count, craig_bampton, paper
+from vanelock.rom.routes.paper import CraigBampton, craig_bampton, paper
 from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.routes.rows import held_piece
 
@@ -106,7 +106,7 @@ def reduce(
         given = _same(prepared, model, chosen, cyclic, route, wanted)
     _check_loads(loads, cyclic, route, diameters)
     if route == "paper":
-        check_count(count := interface_modes or _MODES, 3 * len(given.left))
+        _check_count(count := interface_modes or _MODES, 3 * len(given.left))
         dense = prepared if isinstance(prepared, CraigBampton) else craig_bampton(given, wanted)
         return paper(dense, diameters, count)
     shared = prepared if isinstance(prepared, Condensed) else condensed(given)
@@ -231,3 +231,9 @@ def _whole(shared: Condensed, selection: Selection, loads: Loads | None = None) 
         band=band,
         loads=None if at_rest is None else at_rest.reduced(part, products, answers),
     )
+
+
+def _check_count(count: int, faces: int) -> None:
+    """Refuse a number of interface modes that a face of that many dofs has not."""
+    if not 1 <= count <= faces:
+        raise InputError(f"interface_modes = {count}: allowed are 1 to {faces}, the dofs of a face")

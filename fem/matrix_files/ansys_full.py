@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
+from vanelock.common.arrays import Array
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files.array_files import arrays
 from vanelock.fem.matrix_files.contents import (
     SYMMETRIC,
     Entries,
@@ -68,7 +68,7 @@ def read_full(path: Path, request: WantedMatrix) -> Entries:
         _in_a_process(source, target, size)
         if not target.is_file():
             raise InputError(f"{source}: not a readable .full file")
-        found = arrays(target)
+        found = _arrays(target)
     if int(found["equations"]):
         raise InputError(f"{source}: constraint equations of the model are not read")
     if f"{letter}data" not in found:
@@ -120,3 +120,9 @@ def _in_a_process(source: str, target: Path, size: int) -> None:
         raise InputError(f"{source}: {run.stdout.strip() or 'not readable'}")
     if run.returncode:
         raise InputError(f"{source}: not a readable .full file")
+
+
+def _arrays(path: Path) -> dict[str, Array]:
+    """All arrays of a .npz file of one's own."""
+    with np.load(path, allow_pickle=False) as file:
+        return {name: file[name] for name in file.files}

@@ -35,7 +35,6 @@ from vanelock.fem.matrix_files.contents import (
     WantedMatrix,
     chosen,
     content,
-    dense_entries,
     numbers,
     refuse_unless_alone,
     room,
@@ -63,7 +62,7 @@ _MEMBERS = {
 def read_npy(path: Path, request: WantedMatrix) -> Entries:
     """Read a .npy file: one full array."""
     refuse_unless_alone(str(path), request)
-    return dense_entries(str(path), _array(str(path), content(path)))
+    return _dense_entries(str(path), _array(str(path), content(path)))
 
 
 def read_npz(path: Path, request: WantedMatrix) -> Entries:
@@ -88,19 +87,13 @@ def read_npz(path: Path, request: WantedMatrix) -> Entries:
                 }
                 return _saved_sparse(source, found)
             name = chosen(source, sorted(members), request)
-            return dense_entries(
+            return _dense_entries(
                 f"{source}: {name}", _array(f"{source}: {name}", archive.read(members[name]))
             )
     except InputError:
         raise
     except _FAULTS:
         raise InputError(f"{source}: not a whole .npz file") from None
-
-
-def arrays(path: Path) -> dict[str, Array]:
-    """All arrays of a .npz file of one's own."""
-    with np.load(path, allow_pickle=False) as file:
-        return {name: file[name] for name in file.files}
 
 
 def _array(source: str, held: bytes) -> Array:
@@ -211,7 +204,7 @@ def _matrix(source: str, file: h5py.File, inside: str, most: int) -> Entries:
     of_matlab = "MATLAB_class" in item.attrs
     if isinstance(item, h5py.Dataset):
         array = _values(where, item, most)
-        return dense_entries(where, array.T if of_matlab else array)
+        return _dense_entries(where, array.T if of_matlab else array)
     for row, column in _INDICES:
         if all(name in item and isinstance(_item(source, item, name), h5py.Dataset)
                for name in ("data", row, column)):  # fmt: skip
@@ -300,6 +293,14 @@ def read_mat(path: Path, request: WantedMatrix) -> Entries:
             compressed.check_format(full_check=True)
             coo = compressed.tocoo()
             return Entries(f"{source}: {name}", coo.shape[0], coo.row, coo.col, coo.data)
-        return dense_entries(f"{source}: {name}", np.asarray(found))
+        return _dense_entries(f"{source}: {name}", np.asarray(found))
     except _FAULTS:
         raise InputError(f"{source}: {name} cannot be read: not a whole .mat file") from None
+
+
+def _dense_entries(source: str, array: Array) -> Entries:
+    """Entries of a full square array."""
+    square(source, array.shape)
+    numbers(source, array.dtype)
+    rows, columns = np.nonzero(array)
+    return Entries(source, len(array), rows, columns, array[rows, columns])

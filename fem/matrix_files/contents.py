@@ -194,14 +194,6 @@ def as_integers(source: str, values: Floats, what: str, least: float = -np.inf) 
     return values.astype(np.int64)
 
 
-def dense_entries(source: str, array: Array) -> Entries:
-    """Entries of a full square array."""
-    square(source, array.shape)
-    numbers(source, array.dtype)
-    rows, columns = np.nonzero(array)
-    return Entries(source, len(array), rows, columns, array[rows, columns])
-
-
 def square(source: str, shape: tuple[int, ...]) -> None:
     """Refuse what is not square, or has no rows."""
     if len(shape) != 2 or shape[0] != shape[1] or shape[0] < 1:

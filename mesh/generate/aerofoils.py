@@ -235,19 +235,6 @@ def aerofoil_solids(gmsh: Any, vane: VaneDimensions, sectors: int) -> list[Entit
     return made
 
 
-def remove_strays(gmsh: Any, solid: Entity) -> None:
-    """Remove what is left of faces that were sewn: all that does not bound the solid."""
-    kernel = gmsh.model.occ
-    kernel.synchronize()
-    bounding = [solid]
-    for dimension in (2, 1, 0):
-        bounding = gmsh.model.getBoundary(bounding, combined=False, oriented=False)
-        bounding = list(dict.fromkeys(bounding))
-        kept = set(bounding)
-        kernel.remove([each for each in kernel.getEntities(dimension) if each not in kept])
-    kernel.synchronize()
-
-
 def _ruled(gmsh: Any, vane: VaneDimensions) -> Entity:
     kernel = gmsh.model.occ
     start, end = aerofoil.ends(vane)

@@ -23,6 +23,7 @@ from vanelock.mesh.element_size import LARGEST, SMALLEST, checked_stretch, drawn
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.generate.bosses import add_bosses, check_meshable, divide_bosses
 from vanelock.mesh.generate.mesher import along, generate, matching, nodes_on, place
+from vanelock.mesh.generate.occ_solids import TOLERANCE
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.geometry.revolved import casing_outline
@@ -97,7 +98,7 @@ def casing_sector(
             [occ_solids.arc(gmsh, band[0], band[-1]) for band in bands],
             [occ_solids.point(gmsh, position) for position in np.concatenate([force, output])],
         )
-        left_tag, right_tag = occ_solids.end_faces(gmsh, np.pi / narrow)
+        left_tag, right_tag = _end_faces(gmsh, np.pi / narrow)
         for tag in band_tags:
             gmsh.model.mesh.setTransfiniteCurve(tag, bands.shape[1] // 2 + 1)
         occ_solids.grade_fillets(gmsh, dimensions.fillet, length, stretch)
@@ -116,7 +117,7 @@ def casing_sector(
                 [
                     nodes_on(gmsh, mesh, 2, tag)
                     for z in (0.0, dimensions.length)
-                    for tag in occ_solids.faces_at(gmsh, z)
+                    for tag in _faces_at(gmsh, z)
                 ]
             )
         )
@@ -323,3 +324,25 @@ class _Alone:
         """Mean square of the logarithm of the edges' elements against the natural ones."""
         ratio = np.log(intervals / natural)
         return float(ratio**2 @ self.length / self.length.sum())
+
+
+def _faces_at(gmsh: Any, z: float) -> list[int]:
+    """The faces that lie in the plane at z."""
+    found = []
+    for _, tag in gmsh.model.getEntities(2):
+        _, _, low, _, _, high = gmsh.model.getBoundingBox(2, tag)
+        if abs(low - z) < TOLERANCE and abs(high - z) < TOLERANCE:
+            found.append(tag)
+    return found
+
+
+def _end_faces(gmsh: Any, half_angle: float) -> tuple[int, int]:
+    """The two faces of a revolved solid in the planes of its ends, left one first."""
+    found = {}
+    for _, tag in gmsh.model.getEntities(2):
+        corners = gmsh.model.getBoundary([(2, tag)], combined=False, recursive=True)
+        x, y, _ = np.transpose([gmsh.model.getValue(0, corner, []) for _, corner in corners])
+        for side, angle in (("left", -half_angle), ("right", half_angle)):
+            if np.abs(y * np.cos(angle) - x * np.sin(angle)).max() < TOLERANCE:
+                found[side] = tag
+    return found["left"], found["right"]

@@ -75,28 +75,6 @@ def imprint(gmsh: Any, solid: Entity, *others: Sequence[Entity]) -> list[list[in
     return [[next(tags) for _ in entities] for entities in others]
 
 
-def faces_at(gmsh: Any, z: float) -> list[int]:
-    """The faces that lie in the plane at z."""
-    found = []
-    for _, tag in gmsh.model.getEntities(2):
-        _, _, low, _, _, high = gmsh.model.getBoundingBox(2, tag)
-        if abs(low - z) < TOLERANCE and abs(high - z) < TOLERANCE:
-            found.append(tag)
-    return found
-
-
-def end_faces(gmsh: Any, half_angle: float) -> tuple[int, int]:
-    """The two faces of a revolved solid in the planes of its ends, left one first."""
-    found = {}
-    for _, tag in gmsh.model.getEntities(2):
-        corners = gmsh.model.getBoundary([(2, tag)], combined=False, recursive=True)
-        x, y, _ = np.transpose([gmsh.model.getValue(0, corner, []) for _, corner in corners])
-        for side, angle in (("left", -half_angle), ("right", half_angle)):
-            if np.abs(y * np.cos(angle) - x * np.sin(angle)).max() < TOLERANCE:
-                found[side] = tag
-    return found["left"], found["right"]
-
-
 def grade_fillets(gmsh: Any, fillet: float, size: float, stretch: float = 1.0) -> None:
     """Limit the elements along fillets to a multiple of their width, evenly around the ring."""
     longest = min(size, min(_ASPECT, _DRAWN_OUT / stretch) * PIECE * fillet)

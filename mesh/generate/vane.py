@@ -19,14 +19,11 @@ from vanelock.mesh.checks import check_resolved, check_vane
 from vanelock.mesh.contact_patches import hook_averages, hook_overlap, interlock_averages
 from vanelock.mesh.element_size import HOOKS, element_size, of_vane
 from vanelock.mesh.generate import occ_solids
-from vanelock.mesh.generate.aerofoils import (
-    aerofoil_solids,
-    divide_aerofoils,
-    divide_filleted,
-    remove_strays,
-)
+from vanelock.mesh.generate.aerofoils import aerofoil_solids, divide_aerofoils, divide_filleted
 from vanelock.mesh.generate.mesher import MeshArrays, along, generate, nearest, nodes_on, place
+from vanelock.mesh.generate.occ_solids import Entity
 from vanelock.mesh.geometry import aerofoil, contact_places, root_fillet
+from vanelock.mesh.geometry.contact_places import pieces
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.mesh.geometry.revolved import hooks_outline, inner_shroud_outline
 from vanelock.mesh.geometry.root_fillet import filleted
@@ -111,7 +108,7 @@ def vane_segment(
     check_resolved("vane.root_fillet", dimensions.root_fillet or 0.0, length)
     steps = (
         contact_places.band_pieces(dimensions.hook, sectors, HOOKS * length),
-        contact_places.interlock_pieces(dimensions, length),
+        _interlock_pieces(dimensions, length),
     )
     bands = contact_places.hook_bands(dimensions.hook, sectors, steps[0])
     left = contact_places.interlock_rows(dimensions, sectors, steps[1])
@@ -216,7 +213,7 @@ def _vane_solid(
     if len(fused) != 1:
         raise InputError(f"vane: shrouds and aerofoils make {len(fused)} bodies instead of one")
     if volume is not None:
-        remove_strays(gmsh, fused[0])
+        _remove_strays(gmsh, fused[0])
     return fused[0], volume
 
 
@@ -267,3 +264,23 @@ def _edge(gmsh: Any, row: Floats) -> int:
     if len(found) != 1:
         raise InputError(f"vane: {len(found)} edges of the interlock face instead of one")
     return int(found[0])
+
+
+def _remove_strays(gmsh: Any, solid: Entity) -> None:
+    """Remove what is left of faces that were sewn: all that does not bound the solid."""
+    kernel = gmsh.model.occ
+    kernel.synchronize()
+    bounding = [solid]
+    for dimension in (2, 1, 0):
+        bounding = gmsh.model.getBoundary(bounding, combined=False, oriented=False)
+        bounding = list(dict.fromkeys(bounding))
+        kept = set(bounding)
+        kernel.remove([each for each in kernel.getEntities(dimension) if each not in kept])
+    kernel.synchronize()
+
+
+def _interlock_pieces(vane: VaneDimensions, size: float) -> int:
+    """Mesh nodes from one contact node of an interlock row to the next, see `pieces`."""
+    width = 2 * (vane.hook.mid_plane - vane.inner_shroud_front)
+    length = width / np.cos(np.radians(vane.interlock_slant))
+    return pieces(length, vane.interlock_nodes, size)

@@ -86,13 +86,6 @@ def opposite(frames: Floats, sectors: int) -> Floats:
     return np.asarray(reversed_ @ turn(sectors).T)
 
 
-def interlock_pieces(vane: VaneDimensions, size: float) -> int:
-    """Mesh nodes from one contact node of an interlock row to the next, see `pieces`."""
-    width = 2 * (vane.hook.mid_plane - vane.inner_shroud_front)
-    length = width / np.cos(np.radians(vane.interlock_slant))
-    return pieces(length, vane.interlock_nodes, size)
-
-
 def interlock_rows(vane: VaneDimensions, sectors: int, pieces: int = 1) -> Floats:
     """Nodes of the left interlock face, on its two long edges, each by ascending z."""
     mid = vane.hook.mid_plane

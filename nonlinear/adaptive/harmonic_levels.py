@@ -8,6 +8,8 @@ neighbours: parts change little from one to the next, if at all.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+import numpy as np
+
 from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
 from vanelock.nonlinear.balance.balance import Structure, structure
@@ -18,7 +20,7 @@ from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, SolvedPoints, unheard
 from vanelock.nonlinear.forced_response.options import Options, at_rest
-from vanelock.nonlinear.newton.linearised import KeptBasis, to_be_made
+from vanelock.nonlinear.newton.linearised import KeptBasis
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Basis, Kept
 from vanelock.rom.system.system import System
@@ -131,7 +133,7 @@ class HarmonicLevels:
     def kept(self, harmonics: int) -> Kept | None:
         """What preconditions balances of H harmonics, its matrix to be made anew."""
         basis = self._bases.get(harmonics)
-        return None if basis is None else to_be_made(basis)
+        return None if basis is None else _to_be_made(basis)
 
     def keep(self, harmonics: int, reuse: Kept | None) -> None:
         """Have later balances of H harmonics start from this."""
@@ -148,3 +150,9 @@ def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:
     places = {own: min(there, key=lambda j: (abs(j - own), j)) for own in lacking}
     diameters = system.diameters | {own: system.at(place) for own, place in places.items()}
     return replace(system, diameters=diameters), places
+
+
+def _to_be_made(basis: Basis) -> KeptBasis:
+    """A basis whose matrix serves no longer."""
+    none = np.empty((0, 0))
+    return KeptBasis(basis, none, (none, np.empty(0, np.int32)), stale=True)

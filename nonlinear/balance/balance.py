@@ -28,7 +28,7 @@ import numpy as np
 
 from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.receptance_columns import Columns, no_columns
+from vanelock.nonlinear.balance.receptance_columns import Columns
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.fourier import to_complex, to_real
 from vanelock.rom.system.coordinates import check
@@ -54,7 +54,7 @@ class Balance:
         linear = self.linear.copy()
         linear[:, :, 0] = mean
         size = self.columns.size
-        compute = (no_columns(size), *self.columns.compute[1:])
+        compute = (_no_columns(size), *self.columns.compute[1:])
         return replace(self, linear=linear, columns=Columns(size, compute))
 
     def with_harmonics(self, harmonics: int) -> "Balance":
@@ -362,3 +362,8 @@ def whole_residual(
     scale = np.stack([np.maximum(size[0], _FINEST * moving), np.maximum(moving, _FINEST * size[0])])
     scale[scale == 0] = 1.0
     return np.asarray(np.maximum(left[0] / scale[0], left[1:].max(axis=0, initial=0.0) / scale[1]))
+
+
+def _no_columns(size: int) -> Callable[[Integers], Array]:
+    """Columns that are zero."""
+    return lambda components: np.zeros((len(components), size))

@@ -69,11 +69,6 @@ class Columns(HeldColumns):
         return self.held[harmonic][self.place].T
 
 
-def no_columns(size: int) -> Callable[[Integers], Array]:
-    """Columns that are zero."""
-    return lambda components: np.zeros((len(components), size))
-
-
 @kernel
 def combine(table: Array, shares: Floats, places: Integers, out: Array) -> None:
     """out[j] += Σ_k shares[k] · table[places[j], k], of the columns (3c,) held at some nodes k."""

@@ -18,17 +18,7 @@ from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, RingBalance
-from vanelock.nonlinear.newton.preconditioner import (
-    Basis,
-    Kept,
-    Preconditioned,
-    gathered,
-    seen,
-    slope_of,
-    small_matrix,
-    spread_out,
-    strong_directions,
-)
+from vanelock.nonlinear.newton.preconditioner import Basis, Kept, Preconditioned, slope_of
 
 _DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
 _IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for rounding
@@ -61,12 +51,6 @@ class KeptBasis(Kept):
     basis: Basis
     matrix: Floats
     factors: tuple[Floats, NDArray[np.int32]]
-
-
-def to_be_made(basis: Basis) -> KeptBasis:
-    """A basis whose matrix serves no longer."""
-    none = np.empty((0, 0))
-    return KeptBasis(basis, none, (none, np.empty(0, np.int32)), stale=True)
 
 
 class Linearised(Protocol):
@@ -191,12 +175,10 @@ class _Iterative(Preconditioned):
             self.rate, self.normal = border.rate[:, self.entries], border.normal[:, self.entries]
         self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
-        basis = (
-            reuse.basis if isinstance(reuse, KeptBasis) else strong_directions(balance, stiffness)
-        )
+        basis = reuse.basis if isinstance(reuse, KeptBasis) else Basis.strong(balance, stiffness)
         self.basis = basis.of(self.components)
         if not isinstance(reuse, KeptBasis) or reuse.stale:
-            matrix = small_matrix(self.basis, self.slope)
+            matrix = self.basis.small_matrix(self.slope)
             reuse = KeptBasis(basis, matrix, dgetrf(matrix)[:2])
         self.reuse: KeptBasis = reuse
         self.factors = reuse.factors
@@ -207,9 +189,9 @@ class _Iterative(Preconditioned):
         """The small matrix with the border's unknowns."""
         assert self.border is not None
         forms = (self.slope.transposed(each.reshape(-1, self.m)) for each in self.normal)
-        row = np.array([gathered(self.basis, each) for each in forms])
+        row = np.array([self.basis.gathered(each) for each in forms])
         corner = self.normal @ self.rate.T + self.border.corner
-        column = [-seen(self.basis, each.reshape(-1, self.m)) for each in self.rate]
+        column = [-self.basis.seen(each.reshape(-1, self.m)) for each in self.rate]
         return np.block([[matrix, np.array(column).T], [row, corner]])
 
     def _receptance(self, x: Floats) -> Floats:
@@ -239,12 +221,12 @@ class _Iterative(Preconditioned):
         """(I - J L M)⁻¹, bordered."""
         count = len(self.entries)
         x = y[:count].reshape(-1, self.m)
-        right = seen(self.basis, x)
+        right = self.basis.seen(x)
         if self.border is not None:
             right = np.append(right, y[count:] - self.normal @ y[:count])
         small = dgetrs(*self.factors, right)[0]
         inner = small[: len(self.reuse.matrix)]
-        moved = self.slope(spread_out(self.basis, inner, self.m))
+        moved = self.slope(self.basis.spread(inner, self.m))
         out = y.copy()
         out[:count] += moved.reshape(-1)
         if self.border is not None:

@@ -112,86 +112,65 @@ class Basis:
     left: tuple[Array, ...]
     right: tuple[Array, ...]
 
+    @classmethod
+    def strong(cls, balance: Balance, stiffness: Floats) -> "Basis":
+        """That of a balance, by sketches of its receptances (Halko and others, 2011)."""
+        root = np.sqrt(stiffness)
+        rng = np.random.default_rng(0)
+        left, right = [], []
+        for h in range((balance.linear.shape[2] + 1) // 2):
+            S = root[:, None] * balance.columns.all(h) / root
+            if h == 0:
+                S = S.real
+            sketch = S @ rng.normal(size=(len(S), min(_SKETCH, len(S))))
+            for _ in range(2):
+                sketch = S @ la.qr(S.conj().T @ sketch, mode="economic")[0]
+            Q = la.qr(sketch, mode="economic")[0]
+            U, values, V = la.svd(Q.conj().T @ S, full_matrices=False)
+            strong = values > min(_WEAK, 0.99 * values[0])  # one at least, if any moves
+            left.append((Q @ U[:, strong]) / root[:, None])
+            right.append((values[strong, None] * V[strong]) * root)
+        return cls(tuple(left), tuple(right))
+
     def of(self, components: Integers) -> "Basis":
         """The basis seen by some components alone."""
         left = tuple(each[components] for each in self.left)
         return Basis(left, tuple(each[:, components] for each in self.right))
 
+    def small_matrix(self, slope: _Slope) -> Floats:
+        """I - M J L, the basis being that of the components of the slope's contacts."""
+        columns = slope.columns(self.left)
+        matrix = -self.seen(columns.reshape(3 * len(columns), slope.m, columns.shape[2]))
+        matrix[np.diag_indices_from(matrix)] += 1.0
+        return matrix
 
-def strong_directions(balance: Balance, stiffness: Floats) -> Basis:
-    """Strong directions of a balance, by sketches of its receptances (Halko and others, 2011)."""
-    root = np.sqrt(stiffness)
-    rng = np.random.default_rng(0)
-    left, right = [], []
-    for h in range((balance.linear.shape[2] + 1) // 2):
-        S = root[:, None] * balance.columns.all(h) / root
-        if h == 0:
-            S = S.real
-        sketch = S @ rng.normal(size=(len(S), min(_SKETCH, len(S))))
-        for _ in range(2):
-            sketch = S @ la.qr(S.conj().T @ sketch, mode="economic")[0]
-        Q = la.qr(sketch, mode="economic")[0]
-        U, values, V = la.svd(Q.conj().T @ S, full_matrices=False)
-        strong = values > min(_WEAK, 0.99 * values[0])  # one at least, if any moves
-        left.append((Q @ U[:, strong]) / root[:, None])
-        right.append((values[strong, None] * V[strong]) * root)
-    return Basis(tuple(left), tuple(right))
+    def seen(self, w: Floats) -> Floats:
+        """M w, (r,) or (r, p), of w (k, m) or (k, m, p)."""
+        return _by_harmonic(self.right, w)
 
+    def gathered(self, form: Floats) -> Floats:
+        """Lᵀ form, (r,), of a linear form of displacements (k, m)."""
+        return _by_harmonic([left.conj().T for left in self.left], form)
 
-def small_matrix(basis: Basis, slope: _Slope) -> Floats:
-    """I - M J L, of a basis restricted to the components of the slope's contacts."""
-    columns = slope.columns(basis.left)
-    columns = columns.reshape(3 * len(columns), slope.m, columns.shape[2])
-    rows: list[Floats] = []
-    for h, right in enumerate(basis.right):
-        if h == 0:
-            rows.append(right.real @ columns[:, 0])
-            continue
-        k = 2 * h - 1
-        total = right @ (columns[:, k] + 1j * columns[:, k + 1])
-        rows += [total.real, total.imag]
-    matrix = -np.concatenate(rows)
-    matrix[np.diag_indices_from(matrix)] += 1.0
-    return matrix
+    def spread(self, a: Floats, m: int) -> Floats:
+        """L a, (k, m)."""
+        out = np.empty((len(self.left[0]), m))
+        start = self.left[0].shape[1]
+        out[:, 0] = self.left[0].real @ a[:start]
+        for h, left in enumerate(self.left[1:], 1):
+            r = left.shape[1]
+            total = left @ (a[start : start + r] + 1j * a[start + r : start + 2 * r])
+            out[:, 2 * h - 1], out[:, 2 * h] = total.real, total.imag
+            start += 2 * r
+        return out
 
 
-def seen(basis: Basis, flat: Floats) -> Floats:
-    """M w of w (k, m), (r,)."""
-    parts: list[Floats] = []
-    for h, right in enumerate(basis.right):
-        if h == 0:
-            parts.append(right.real @ flat[:, 0])
-            continue
-        total = right @ (flat[:, 2 * h - 1] + 1j * flat[:, 2 * h])
+def _by_harmonic(factors: Sequence[Array], w: Floats) -> Floats:
+    """Products of a matrix (r_h, k) of each harmonic with w (k, m, ...), real parts first."""
+    parts = [factors[0].real @ w[:, 0]]
+    for h, factor in enumerate(factors[1:], 1):
+        total = factor @ (w[:, 2 * h - 1] + 1j * w[:, 2 * h])
         parts += [total.real, total.imag]
-    return np.concatenate(parts)
-
-
-def spread_out(basis: Basis, a: Floats, m: int) -> Floats:
-    """L a, (k, m)."""
-    out = np.empty((len(basis.left[0]), m))
-    start = 0
-    for h, left in enumerate(basis.left):
-        r = left.shape[1]
-        if h == 0:
-            out[:, 0] = left.real @ a[:r]
-            start = r
-            continue
-        total = left @ (a[start : start + r] + 1j * a[start + r : start + 2 * r])
-        out[:, 2 * h - 1], out[:, 2 * h] = total.real, total.imag
-        start += 2 * r
-    return out
-
-
-def gathered(basis: Basis, form: Floats) -> Floats:
-    """Lᵀ form, (r,), of a linear form of displacements (k, m)."""
-    parts: list[Floats] = []
-    for h, left in enumerate(basis.left):
-        if h == 0:
-            parts.append(form[:, 0] @ left.real)
-            continue
-        total = (form[:, 2 * h - 1] - 1j * form[:, 2 * h]) @ left
-        parts += [total.real, -total.imag]
     return np.concatenate(parts)
 
 

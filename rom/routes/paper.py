@@ -48,12 +48,6 @@ def _interface_basis(K: Matrix, M: Matrix, faces: int, masters: int, count: int)
     return W
 
 
-def check_count(count: int, faces: int) -> None:
-    """Refuse a number of interface modes that a face of that many dofs has not."""
-    if not 1 <= count <= faces:
-        raise InputError(f"interface_modes = {count}: allowed are 1 to {faces}, the dofs of a face")
-
-
 _COLUMNS = 128  # constraint modes at a time: each block is multiplied with all of them
 
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import Array, Booleans, Complex, Floats, as_whole
+from vanelock.common.arrays import Array, Booleans, Complex, Floats, as_array, as_whole
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -30,7 +30,6 @@ from vanelock.nonlinear.following.modes.mode import (
     Mode,
     ModePath,
     ModePoint,
-    checked_amplitudes,
     linear_mode,
 )
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
@@ -165,7 +164,7 @@ def damped_mode(
         If the mode or nodal diameter is not there, an amplitude or option is not possible, the
         system has elements, or its state at rest is not found.
     """
-    wanted = checked_amplitudes(amplitudes)
+    wanted = _checked_amplitudes(amplitudes)
     check_option("self_excitation", self_excitation, ("fundamental", "all"))
     system = _turned(system, options, nodal_diameter)
     ready = _prepared(system, options, modes)
@@ -309,3 +308,15 @@ def _collected(
         failed=failed,
         response=response,
     )
+
+
+def _checked_amplitudes(amplitudes: ArrayLike | tuple[float, float] | None) -> Floats | None:
+    """(p,) amplitudes, ascending; those of a range are its ends."""
+    if amplitudes is None:
+        return None
+    given = np.atleast_1d(as_array(amplitudes, "amplitudes"))
+    if given.ndim != 1 or not len(given) or not np.all(np.isfinite(given) & (given > 0)):
+        raise InputError(f"amplitudes: given {given.tolist()}: must be > 0 and finite")
+    if isinstance(amplitudes, tuple) and (len(given) != 2 or given[0] >= given[1]):
+        raise InputError(f"amplitudes: given {amplitudes}: a range is (low, high), low < high")
+    return np.unique(given)

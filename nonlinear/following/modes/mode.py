@@ -25,9 +25,8 @@ from functools import cached_property
 from typing import Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from vanelock.common.arrays import Array, Floats, Integers, as_array
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.held_vibration import HeldVibration
@@ -314,18 +313,6 @@ def _exact(point: ModePoint, amplitude: float, tolerance: float) -> ModePoint | 
             return None
         point = ModePoint(mode, found)
     return None
-
-
-def checked_amplitudes(amplitudes: ArrayLike | tuple[float, float] | None) -> Floats | None:
-    """(p,) amplitudes, ascending; those of a range are its ends."""
-    if amplitudes is None:
-        return None
-    given = np.atleast_1d(as_array(amplitudes, "amplitudes"))
-    if given.ndim != 1 or not len(given) or not np.all(np.isfinite(given) & (given > 0)):
-        raise InputError(f"amplitudes: given {given.tolist()}: must be > 0 and finite")
-    if isinstance(amplitudes, tuple) and (len(given) != 2 or given[0] >= given[1]):
-        raise InputError(f"amplitudes: given {amplitudes}: a range is (low, high), low < high")
-    return np.unique(given)
 
 
 _HELD = 1e-10
