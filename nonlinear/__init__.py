@@ -59,7 +59,7 @@ _modules = {
     "PeakGradient": "following.peak_gradient",
     "peak_gradient": "following.peak_gradient",
     "peak_gradient_of": "following.peak_gradient",
-    "Dwell": "following.wear.vibration",
+    "Dwell": "following.wear.step",
     "WearHistory": "following.wear.wear_history",
     "wear_history": "following.wear.wear_history",
     "PeakErrors": "adaptive.interpolant",

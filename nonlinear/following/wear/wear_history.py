@@ -14,19 +14,16 @@ from vanelock.nonlinear.following.parameter_response import Parameter, joined
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.following.wear.step import (
     Archard,
+    Dwell,
     Preload,
     Rest,
-    WearStep,
-    allowed,
-    checked_archard,
-    preload,
-    stepped,
-)
-from vanelock.nonlinear.following.wear.vibration import (
-    Dwell,
     Vibration,
     Vibrations,
+    WearStep,
+    checked_archard,
     checked_dwells,
+    preload,
+    stepped,
     vibrations,
 )
 from vanelock.nonlinear.forced_response.options import Options
@@ -257,7 +254,7 @@ class _History:
                 if dwell.at_peak:
                     self.states[-1] = replace(last, higher=self._higher(last.vibration, vibrations))
                 return last.vibration
-            h = allowed(last.vibration, last.rate, self.share)
+            h = _allowed(last.vibration, last.rate, self.share)
             h = left if h >= (1 - _ROUND_OFF) * left else h
             taken = stepped(last.vibration, self.law, h, self.share, vibrations.following)
             if taken is None:
@@ -377,3 +374,11 @@ def _shown(dwell: Dwell) -> str:
     if dwell.near is None:
         return f"{dwell.frequency:g} Hz"
     return "near = ({:g}, {:g}) Hz".format(*dwell.near)
+
+
+def _allowed(vibration: Vibration, rate: Floats, share: float) -> float:
+    """Cycles in which no contact's interference changes by more than a share."""
+    worn = rate > 0
+    if not worn.any():
+        return np.inf
+    return float(share * (vibration.size[worn] / rate[worn]).min())
