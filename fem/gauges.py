@@ -127,7 +127,7 @@ def skin(part: Part) -> _Skin:
     cells, which = np.divmod(single, len(faces))
     normals = np.empty((len(single), 3))
     for face, (origin, sides, outward) in enumerate(faces):
-        middle = _middle(origin, sides, triangle=local.shape[1] == 3)
+        middle = origin + sides.sum(axis=0) / (3 if local.shape[1] == 3 else 2)
         _, slopes = shape_functions(part.cell_type, middle[None])
         here = which == face
         jacobian = part.points[part.cells[cells[here]]].transpose(0, 2, 1) @ slopes[0]
@@ -138,10 +138,6 @@ def skin(part: Part) -> _Skin:
 
 def _faces(cell_type: str) -> list[tuple[Floats, Floats, Floats]]:
     return _HEXA if cell_type.startswith("hexa") else _TETRA
-
-
-def _middle(origin: Floats, sides: Floats, triangle: bool) -> Floats:
-    return np.asarray(origin + sides.sum(axis=0) / (3 if triangle else 2))
 
 
 def _approach(

@@ -23,19 +23,11 @@ _Reader = Callable[[Path, WantedMatrix], Entries]
 
 _READERS = {
     ".mtx": ("decks", "read_mtx"),
-    ".mm": ("sparse_text", "read_market"),
-    ".mmf": ("sparse_text", "read_market"),
-    ".hb": ("sparse_text", "read_harwell"),
-    ".rb": ("sparse_text", "read_harwell"),
-    ".rsa": ("sparse_text", "read_harwell"),
-    ".matrix": ("sparse_text", "read_harwell"),
-    ".pch": ("decks", "read_dmig"),
-    ".dmig": ("decks", "read_dmig"),
-    ".bdf": ("decks", "read_dmig"),
-    ".dat": ("decks", "read_dmig"),
+    **dict.fromkeys((".mm", ".mmf"), ("sparse_text", "read_market")),
+    **dict.fromkeys((".hb", ".rb", ".rsa", ".matrix"), ("sparse_text", "read_harwell")),
+    **dict.fromkeys((".pch", ".dmig", ".bdf", ".dat"), ("decks", "read_dmig")),
+    **dict.fromkeys((".h5", ".hdf5"), ("array_files", "read_hdf5")),
     ".mat": ("array_files", "read_mat"),
-    ".h5": ("array_files", "read_hdf5"),
-    ".hdf5": ("array_files", "read_hdf5"),
     ".full": ("ansys_full", "read_full"),
     ".npy": ("array_files", "read_npy"),
     ".npz": ("array_files", "read_npz"),
@@ -52,11 +44,6 @@ def _ending(path: Path) -> str:
     name = re.sub(r"(\.h5|\.hdf5|\.mat):.*", r"\1", str(path).lower()).removesuffix(".gz")
     name = name.rpartition("/")[2]
     return "." + name.rpartition(".")[2] if "." in name else ""
-
-
-def _holds_several(path: Path) -> bool:
-    """Whether a file of this format may hold more matrices than one."""
-    return _ending(path) in _SEVERAL
 
 
 def _read_entries(path: Path, request: WantedMatrix) -> Entries:
@@ -186,7 +173,7 @@ def _other(stiffness: Path, path: PathLike | None, what: str, name: str | None) 
     """Mass or damping from its own file, or from the stiffness's where that has it."""
     if path is not None:
         return _read_entries(Path(path), WantedMatrix(what, name))
-    if not _holds_several(stiffness):
+    if _ending(stiffness) not in _SEVERAL:
         if name is not None:
             raise InputError(f'names: {what} = "{name}": {stiffness} holds one matrix: give a file')
         return None

@@ -43,7 +43,8 @@ def outline(vane: VaneDimensions, station: Floats, along: float | None = None) -
     """Convex and concave side at stations s between the rounded edges."""
     x = _length(vane) * np.asarray(station)
     camber, slope = _camber(vane, x)
-    half = _half_thickness(vane, np.asarray(station))
+    thinner = (vane.thickness - vane.edge_thickness) * (1 - np.asarray(station) ** 2)
+    half = 0.5 * (vane.edge_thickness + thinner)
     normal = np.stack([-slope, np.ones_like(slope)]) / np.sqrt(1 + slope**2)
     sides = np.stack([np.stack([x, camber]) + side * half * normal for side in (1.0, -1.0)])
     return _placed(vane, np.moveaxis(sides, 1, -1), along)
@@ -93,10 +94,6 @@ def _camber(vane: VaneDimensions, x: Floats) -> tuple[Floats, Floats]:
     """Height of the camber line above the chord, and its slope."""
     s = 2 * x / vane.chord
     return vane.camber * vane.chord * (0.5 - s**2), -4 * vane.camber * s
-
-
-def _half_thickness(vane: VaneDimensions, station: Floats) -> Floats:
-    return 0.5 * (vane.edge_thickness + (vane.thickness - vane.edge_thickness) * (1 - station**2))
 
 
 def _placed(vane: VaneDimensions, points: Floats, along: float | None) -> Floats:

@@ -111,7 +111,7 @@ def strips(vane: VaneDimensions, outer: bool, radius: float | None = None) -> li
         vane.outer_shroud_inner_radius + sunk if outer else vane.inner_shroud_outer_radius - sunk
     )
     corners = [corner(vane, k, _PLACES, level) for k in range(STRIPS)]
-    ups = [_outwards(places) for places, _ in corners]
+    ups = [_unit(places * [1.0, 1.0, 0.0]) for places, _ in corners]  # radial
     normals = []
     for k, up in enumerate(ups):
         ahead, behind = (corner(vane, k, _PLACES + step, level)[0] for step in (_STEP, -_STEP))
@@ -255,11 +255,6 @@ def _section(vane: VaneDimensions, strip: int, places: Floats, along: float) -> 
     )
     t = places[:, None]
     return np.asarray((1 - t) ** 2 * start + 2 * t * (1 - t) * control + t**2 * end)
-
-
-def _outwards(points: Floats) -> Floats:
-    """Unit radial directions (n, 3)."""
-    return _unit(points * [1.0, 1.0, 0.0])
 
 
 def _unit(vectors: Floats) -> Floats:

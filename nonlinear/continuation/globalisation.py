@@ -197,7 +197,8 @@ def _attempts(
     still = np.zeros_like(balance.linear)
     yield effort.spent(solve(fixed(balance, top), still, 0.0, tolerance=tolerance))
     raised = yield from _raise_harmonics(balance, law, tolerance, effort)
-    ways = [_harden(balance, top), _raise_force(balance, top, raised), _release(balance, top)]
+    release = _Way(_released(balance, top), still, 1.0, 0.0)
+    ways = [_harden(balance, top), _raise_force(balance, top, raised), [release]]
     for most in _EFFORTS:
         for starts in ways:
             if effort.left <= 0:
@@ -264,11 +265,6 @@ def _raise_force(balance: Balance, law: Law, static: Floats | None) -> list[_Way
     start = np.zeros_like(balance.linear)
     start[:, :, 0] = static[:, :, 0]
     return [_Way(Loads(still, direction, law), start, 0.0, 1.0)]
-
-
-def _release(balance: Balance, law: Law) -> list[_Way]:
-    """From contacts held down and held back by force to the true ones."""
-    return [_Way(_released(balance, law), np.zeros_like(balance.linear), 1.0, 0.0)]
 
 
 def _followed(

@@ -151,7 +151,8 @@ class Search:
                 break
             enough = tolerance * here.peak.amplitude
             if float(np.vdot(gradient[:, 1:], end - here.slider)) < enough:
-                return [*places, replace(top, stationary=_smooth(top.peak))]
+                smooth = not top.peak.sharp and top.peak.distance < CONDITION
+                return [*places, replace(top, stationary=smooth)]
             places += self.along(here, end, "gradient", sign)
             best = max(sign * each.peak.amplitude for each in places)
             if best - sign * here.peak.amplitude < enough:
@@ -289,11 +290,6 @@ def _found(end: Callable[[], Floats | None]) -> Floats | None:
         return end()
     except InputError:
         return None
-
-
-def _smooth(peak: CurvePoint) -> bool:
-    """Whether the peak is one at which its gradient describes all changes."""
-    return not peak.sharp and peak.distance < CONDITION
 
 
 def _summit(peaks: Sequence[CurvePoint]) -> float:
