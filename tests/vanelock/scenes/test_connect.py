@@ -53,22 +53,6 @@ def test_stuck_chains_have_the_frequencies_of_the_whole(tmp_path, scene_file, ke
     np.testing.assert_allclose(linear_modes(system, 0, count)[0], expected, rtol=1e-9)
 
 
-def test_ties_merge_nodes(tmp_path: Path, scene_file: Write) -> None:
-    """Two chains tied end to end are one longer chain with a node of twice the mass."""
-    one, two = chain(1, 3, SPRINGS, ground=1.0), chain(11, 4, SPRINGS)
-    text = one.write(tmp_path, "one") + two.write(tmp_path, "two")
-    text += (
-        '[ties.end]\nbetween = ["one", "two"]\npairs = [[3, 11]]\n'
-        '[[loads]]\ncomponent = "two"\nnodes = [14]\ndirection = [1, 0, 0]\namplitude = 1\n'
-    )
-    whole = chain(1, 6, SPRINGS, ground=1.0)
-    M = whole.M.copy()
-    M[6:9, 6:9] *= 2
-    frequency, _ = linear_modes(joined(scene_file(text)), 0, 6)
-    expected = np.sqrt(sl.eigh(whole.K, M, eigvals_only=True)[:6]) / (2 * np.pi)
-    np.testing.assert_allclose(frequency, expected, rtol=1e-9)
-
-
 def beam(lengths: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Euler-Bernoulli elements in a row, each node's deflection and rotation; consistent mass."""
     size, h = 2 * lengths + 2, 0.1
@@ -107,44 +91,6 @@ def test_ties_merge_rotations(tmp_path: Path, scene_file: Write) -> None:
     np.testing.assert_allclose(frequency, expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("coordinates", ["cartesian", "cylindrical"])
-def test_a_ring_has_the_frequencies_of_all_its_sectors(tmp_path, scene_file, coordinates):
-    """A chain per sector, its last node touching the first of the next sector's chain."""
-    N = 5
-    blade = chain(1, 3, SPRINGS, ground=0.3)
-    text = blade.write(tmp_path, "blade") + "modes = 3\n"
-    text += (
-        f'[ring]\nsectors = {N}\ncoordinates = "{coordinates}"\n'
-        '[contacts.shroud]\nbetween = ["blade", "blade"]\npairs = [[3, 1]]\nnext_sector = true\n'
-        "normal = [0, 1, 0]\ntangent = [0, 0, 1]\nkn = 4e4\nkt = 7e4\nmu = 0.2\n"
-        '[excitation]\nengine_order = 2\n[[loads]]\ncomponent = "blade"\nnodes = [2]\n'
-        "direction = [0, 1, 0]\namplitude = 1\n[outputs]\nnodes = {blade = [2]}\n"
-        "[response]\nharmonics = 3\n"
-    )
-    table = "node,x,y,z\n1,1,0,0\n2,1.1,0,0\n3,1.2,0,0\n"
-    (tmp_path / "nodes.csv").write_text(table)
-    text = text.replace("modes = 3", 'modes = 3\nnodes = "nodes.csv"')
-    system = joined(scene_file(text))
-
-    angle = 2 * np.pi / N if coordinates == "cartesian" else 0.0
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])  # of the next sector, seen from this one
-    spring = np.diag([7e4, 4e4, 7e4])
-    n = len(blade.K)
-    K, M = np.kron(np.eye(N), blade.K), np.kron(np.eye(N), blade.M)
-    for j in range(N):
-        here, there = j * n + 6, (j + 1) % N * n
-        B = np.zeros((3, N * n))
-        B[:, here : here + 3], B[:, there : there + 3] = np.eye(3), -turn
-        K += B.T @ spring @ B
-    expected = np.sqrt(sl.eigh(K, M, eigvals_only=True)) / (2 * np.pi)
-    assert sorted(system.diameters) == [0, 1, 2]
-    found = np.concatenate(
-        [np.repeat(linear_modes(system, k, n)[0], 1 if k == 0 else 2) for k in (0, 1, 2)]
-    )
-    np.testing.assert_allclose(np.sort(found), expected, rtol=1e-9)
-
-
 def test_interference_against_ground_pushes_away(tmp_path: Path, scene_file: Write) -> None:
     """One node on a spring k, pressed by the overlap δ: v = δ - kn v / k, so v = δ k / (k + kn)."""
     one = chain(1, 2, (1e12, 1e12, 1e12), ground=1e-7)
@@ -158,22 +104,3 @@ def test_interference_against_ground_pushes_away(tmp_path: Path, scene_file: Wri
     normal = 3e5 * 20e-6 * 1e5 / (1e5 + 3e5)
     assert static.force[0, 0, 0, 0].real == pytest.approx(normal, rel=1e-6)
     assert static.output[0, 0, 0, 2].real == pytest.approx(normal / 1e5, rel=1e-6)  # along +z
-
-
-def test_columns_of_pairs_stand_in_for_keys(tmp_path: Path, scene_file: Write) -> None:
-    one = chain(1, 4, SPRINGS, ground=1.0)
-    (tmp_path / "pairs.csv").write_text(
-        "node,nx,ny,nz,tx,ty,tz,kn,interference\n2,0,0,5,1,0,1,1e5,1e-6\n3,1,0,0,0,3,0,2e5,-2e-6\n"
-    )
-    text = one.write(tmp_path, "one") + "modes = 3\n"
-    text += (
-        '[contacts.pads]\nbetween = ["one", "ground"]\npairs = "pairs.csv"\nkt = 5e4\nmu = 0.1\n'
-        '[[loads]]\ncomponent = "one"\nnodes = [4]\ndirection = [0, 0, 1]\namplitude = 1\n'
-    )
-    system = joined(scene_file(text))
-    np.testing.assert_array_equal(system.contacts.kn, [1e5, 2e5])
-    np.testing.assert_array_equal(system.contacts.v0, [1e-6, -2e-6])
-    rows = system.diameters[0].own[:, :, :9].reshape(2, 3, 3, 3)
-    np.testing.assert_allclose(rows[0, :, 0], [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-15)
-    np.testing.assert_allclose(rows[1, :, 1], [[1, 0, 0], [0, 1, 0], [0, 0, 1]], atol=1e-15)
-    assert not rows[0, :, 1:].any()
