@@ -156,19 +156,3 @@ def test_a_refused_run_leaves_no_folder(tmp_path, refused):
     (tmp_path / "out").mkdir()  # one that was there stays
     refused("run", "a.toml", "-o", "out")
     assert (tmp_path / "out").exists()
-
-
-@pytest.mark.system
-def test_a_full_disk(tmp_path):
-    """A limit on the size of files stands in for one."""
-    (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')
-    done = subprocess.run(
-        ["bash", "-c", 'ulimit -f 100; exec "$@"', "bash", *VANELOCK, "run", "a.toml", "--quiet"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=1800,
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "vanelock: runs/a/cache: cannot be written: File too large\n"
-    assert not list(tmp_path.glob("runs/a/**/*.tmp"))

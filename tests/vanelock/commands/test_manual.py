@@ -44,11 +44,6 @@ def test_a_page_points_at_no_file_that_is_not_installed(name: str) -> None:
     assert "```{" not in text
 
 
-def test_links_become_names_of_pages() -> None:
-    assert "You have vanelock installed (`start/install`)." in page_text("start/first_study")
-    assert "measured (`verification/sampled_law`)" in page_text("theory/contact")
-
-
 def test_a_page_that_there_is_not_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main(["manual", "sweep"])

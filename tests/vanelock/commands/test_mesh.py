@@ -122,22 +122,6 @@ def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys
     assert written == set(FILES)
 
 
-def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
-    monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
-    before = made[0] / "runs" / "a" / "mesh"
-    study = f'[vane]\nmesh = "{before}/vane.msh"\n[casing]\nmesh = "{before}/casing.vtu"\n'
-    mesh_study(parse_study(study), tmp_path)
-    assert (tmp_path / "mesh" / "sets.csv").read_text() == (before / "sets.csv").read_text()
-    for old, new in zip(
-        rows(before / "quality.csv"), rows(tmp_path / "mesh" / "quality.csv"), strict=True
-    ):
-        for name in ("nodes", "elements", "cell_type"):
-            assert old[name] == new[name]
-        assert new["against_cad"] == ""
-        for name in ("volume_cm3", "smallest_jacobian", "sicn_min", "largest_edge_mm"):
-            assert float(old[name]) == pytest.approx(float(new[name]), rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("text", "arguments", "line"),
     [

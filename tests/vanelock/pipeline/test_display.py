@@ -165,15 +165,6 @@ def bars() -> tuple[Bar, Progress]:
     return Bar(shown), shown
 
 
-def test_points_move_the_bar_of_their_stage() -> None:
-    bar, shown = bars()
-    for event in EVENTS[4:6]:
-        bar(event)
-    (task,) = shown.tasks
-    assert (task.description, task.completed, task.total) == ("responses", 3, 9)
-    assert task.fields["said"] == "mu=0.3: point 3/9, peak 40.0 um, 1:15 left"
-
-
 def test_a_fit_says_its_responses(capsys, monkeypatch):
     """One at once on a terminal, now and then elsewhere."""
     lines = PlainLines()

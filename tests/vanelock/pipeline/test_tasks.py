@@ -132,20 +132,6 @@ def stored(queue, step):
     return entry.product.value
 
 
-@pytest.mark.system
-def test_all_are_made_and_counted_and_come_back_bit_by_bit(toy, queue_of):
-    toys = [toy.Toy(i) for i in range(8)]
-    queue, said = queue_of(*toys)
-    assert [value(queue, each) for each in toys] == [40 + i for i in range(8)]
-    counts = [event for event in said if isinstance(event, Tasks)]
-    assert sorted({each.done for each in counts} - {0}) == [1, 2, 3, 4, 5, 6, 7, 8]
-    assert {each.total for each in counts} == {8}
-    assert np.isnan(counts[-1].left)  # pictures follow
-    assert not queue.bring("of no task")
-    odd = toys[1].own
-    np.testing.assert_array_equal(stored(queue, odd), odd.compute(toy.base().compute()).value)
-
-
 def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
     queue, _ = queue_of(*(toy.Toy(i) for i in range(4)))
     assert np.isnan(queue._left(queue._began + 5))

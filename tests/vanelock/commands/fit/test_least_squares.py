@@ -6,7 +6,7 @@ from scipy.optimize import curve_fit
 
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.tables import doubts, fit_table, json_of, notes
+from vanelock.commands.fit.tables import doubts
 from vanelock.common.errors import InputError
 
 HERTZ = np.linspace(0.9, 1.1, 41)
@@ -157,20 +157,6 @@ def test_two_fits_as_good_as_each_other():
     assert len(found.as_good()) >= 1
     low, high = found.interval(0)
     assert low < -2e-6 < 2e-6 < high
-
-
-def test_table_and_record():
-    data = predict(TRUTH)
-    found = fit(predict, data, np.full(41, 0.02), parameters())
-    table = fit_table(found, "rig")
-    assert [row[0] for row in table.rows] == ["height", "place", "damping.ratio"]
-    _, start, value, _, _, low, high, _ = table.rows[0]
-    assert [start, value] == pytest.approx([1.0, 2.0], rel=1e-3)
-    assert float(low or 0) < 2.0 < float(high or 0)
-    assert notes(found)[0].startswith("root mean square misfit: ")
-    written = json_of(found)
-    assert written["parameters"][0]["value"] == pytest.approx(2.0, rel=1e-3)
-    assert written["misfit_unit"] == "standard deviations"
 
 
 def test_too_few_points():
