@@ -36,20 +36,6 @@ def expected_radius(start, turns, alpha, scale):
     return np.hypot(start[:, 0], start[:, 1]) + scale * moved, np.abs(moved)
 
 
-@pytest.mark.parametrize("alpha", [0.0, 0.7, 4.0])
-def test_a_frame_is_the_sum_of_the_waves_all_round_the_ring(two_waves, alpha):
-    part, waves = two_waves
-    moving = animation.moving_parts([part], waves)
-    bar = animation.ColourBar("µm", 1e6, 130.0)
-    (body,) = animation.ring_at(moving, alpha, 200.0, bar).bodies
-    split = moving[0].skin.split
-    start = np.tile(moving[0].skin.points[split], (16, 1))
-    turns = np.repeat(2 * np.pi * np.arange(16) / 16, len(split))
-    radius, moved = expected_radius(start, turns, alpha, 200.0)
-    np.testing.assert_allclose(np.hypot(body.points[:, 0], body.points[:, 1]), radius, rtol=1e-13)
-    np.testing.assert_allclose(np.asarray(body.colour, float), bar.colours(moved), atol=0.03)
-
-
 def test_the_frames_divide_the_period_and_the_file_holds_them(two_waves, tmp_path, monkeypatch):
     part, waves = two_waves
     shown: list[np.ndarray] = []
@@ -80,14 +66,6 @@ def test_the_frames_divide_the_period_and_the_file_holds_them(two_waves, tmp_pat
             frames.append(np.asarray(file.convert("RGB"), int))
     assert all(np.mean(np.abs(a - b)) > 1 for a, b in pairwise(frames))
     assert np.mean(frames[0].min(axis=2) == 255) > 0.4
-
-
-def test_the_colour_bar_of_a_response_is_in_micrometres(two_waves, tmp_path, bars):
-    part, waves = two_waves
-    response_animation(tmp_path / "wave.gif", [part], waves, "Wave", frames=2)
-    ((low, high, label),) = bars
-    assert (low, label) == (0, "displacement at the instant (µm)")
-    assert high == pytest.approx(1e6 * (FIRST + SECOND), rel=1e-2)
 
 
 def test_a_mode_is_drawn_as_large_as_in_its_picture(sector, tmp_path, monkeypatch):

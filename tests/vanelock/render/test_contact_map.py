@@ -68,18 +68,9 @@ def test_markers_show_state_and_energy(contacts, tmp_path, monkeypatch):
     energy = np.zeros((2, count))
     energy[1, -10:] = 1e-6 * np.array([50, 25, 0, 1, 2, 3, 4, 5, 6, 7])
     path = contact_map_picture(
-        tmp_path / "map.png",
-        vane,
-        x,
-        frames,
-        joints,
-        [250.0, 252.5],
-        states,
-        energy,
-        "Contacts",
-        "μ = 0.3",
-        ("below", "at the peak"),
-    )
+        tmp_path / "map.png", vane, x, frames, joints, [250.0, 252.5], states, energy, "Contacts",
+        "μ = 0.3", ("below", "at the peak"),
+    )  # fmt: skip
     (figure,) = figures
     texts = [text.get_text() for text in figure.texts]
     assert "μ = 0.3. Largest marker: 50 µJ a cycle" in texts

@@ -1,8 +1,5 @@
 """Response curves: peaks, what does not converge, and how curves are told apart."""
 
-import subprocess
-import sys
-
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -171,17 +168,6 @@ def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
     before = dict(mpl.rcParams)
     response_curves(tmp_path / "x.png", [Curve(F, F * 1e-7)])
     assert dict(mpl.rcParams) == before
-
-
-@pytest.mark.system
-def test_curves_need_neither_pyplot_nor_vtk(tmp_path):
-    program = (
-        "import sys; from vanelock.render import Curve, response_curves;"
-        f"response_curves({str(tmp_path / 'x.png')!r}, [Curve([1.0, 2.0], [1e-6, 2e-6])]);"
-        "print([m for m in ('matplotlib.pyplot', 'vtkmodules', 'pyvista') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
 
 
 def test_listed_points_are_dots_and_frequencies_far_apart_get_a_logarithmic_axis(figures):

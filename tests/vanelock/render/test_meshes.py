@@ -17,10 +17,6 @@ def pipe(p):
     return np.column_stack([r * np.cos(a), r * np.sin(a), 3 * p[:, 2]])
 
 
-def shifted(p):
-    return p + np.array([1, -0.4, 0])
-
-
 @pytest.mark.parametrize("cell_type", ["tetra", "tetra10", "hexahedron", "hexahedron20"])
 def test_a_rectangle_is_covered_once(lattice, cell_type):
     part = lattice((2, 3, 2), pipe, cell_type, curved=True)
@@ -37,16 +33,6 @@ def test_a_rectangle_is_covered_once(lattice, cell_type):
     length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
     on_axis = np.isclose(edges[:, :, 0], 0).all(axis=1) | np.isclose(edges[:, :, 0], 3).all(axis=1)
     assert length[on_axis].sum() == pytest.approx(2, rel=2 * tolerance)
-
-
-def test_pieces_of_one_element_show_no_seams(lattice):
-    part = lattice((1, 1, 1), shifted)
-    pieces, edges = meridional_section(part, 0.013)
-    linear = lattice((1, 1, 1), shifted, "tetra")
-    expected = meridional_section(linear, 0.013)[1]
-    assert len(pieces) > len(meridional_section(linear, 0.013)[0])
-    total = np.linalg.norm(np.diff(edges, axis=1), axis=-1).sum()
-    assert total == pytest.approx(np.linalg.norm(np.diff(expected, axis=1), axis=-1).sum())
 
 
 def test_a_plane_beside_the_part_cuts_nothing(lattice):
