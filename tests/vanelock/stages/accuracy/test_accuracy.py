@@ -9,11 +9,11 @@ import pytest
 
 from tests.small_study import SMALL
 from tests.vanelock.stages.conftest import planned_of
-from vanelock import load_system, nonlinear, open_results, parse_study, run_study
+from vanelock import load_system, nonlinear, open_results, parse_study
 from vanelock.commands.converge.converge import converge_study
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
-from vanelock.pipeline.progress import Done, Event
+from vanelock.pipeline.progress import Done
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.choose_mesh import Round
@@ -128,16 +128,6 @@ def test_strains_and_loops_need_no_fixed_number_of_harmonics(asked):
     assert len(gauges.rows) == 1
     assert all(row[2] > 0 for row in gauges.rows)
     assert len(list((folder / "figures").glob("loop_*.png"))) == 1
-
-
-def test_a_second_run_computes_nothing(asked, tmp_path):
-    folder, cases, _, text = asked
-    shutil.copytree(folder, tmp_path / "run")
-    heard: list[Event] = []
-    again = run_study(parse_study(text), tmp_path / "run", heard.append, text)
-    kept = [e for e in heard if isinstance(e, Done) and not e.cached]
-    assert [e.stage for e in kept if e.stage.startswith(("mesh ", "rom ", "response"))] == []
-    assert [case.peak for case in again] == [case.peak for case in cases]
 
 
 def test_converging_holds_the_settings_at_what_was_chosen(asked, tmp_path):

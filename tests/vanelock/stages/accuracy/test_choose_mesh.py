@@ -95,13 +95,6 @@ def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatc
         assert 0.5 < found.budget.shares[source] / shares.shares[source] < 1
 
 
-def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
-    asked = estimating(monkeypatch, lambda size: 0.02)
-    found = choice_of("accuracy = 0.2")
-    assert len(asked) == 1
-    assert found.study.mesh.size == "coarse"
-
-
 def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
     monkeypatch.setattr(mesh_sizes, "DOFS", 250_000)
@@ -160,14 +153,6 @@ def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
     assert choice_of(f"{FREE}\n[mesh]\nstretch = 1").study.stretch == 1
     assert choice_of(f"{FREE}\n[casing]\nbosses = 1").study.stretch == 1
     assert choice_of(f'{FREE}\n[mesh]\nsize = "coarse"').study.stretch == 3
-
-
-def test_contacts_act_on_areas_by_default(monkeypatch):
-    estimating(monkeypatch, lambda size: 0.01)
-    assert choice_of(FREE).study.patches == {"hook": "area", "interlock": "area"}
-    study = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
-    chosen = choose_mesh.choose_mesh(study, NOWHERE).study
-    assert chosen.patches == {"hook": "node", "interlock": "area"}
 
 
 def test_a_given_mesh_is_kept_and_estimated(monkeypatch):

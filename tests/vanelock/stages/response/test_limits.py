@@ -61,18 +61,8 @@ def test_a_mode_that_is_not_there(ring):
 
 
 def some_limits(free=250.0, stuck=280.0):
-    return Limits(
-        1,
-        16,
-        True,
-        np.array([100, free]),
-        np.array([120, stuck]),
-        1,
-        1,
-        0.9,
-        np.zeros(2),
-        np.zeros(2),
-    )
+    none = np.zeros(2)
+    return Limits(1, 16, True, np.array([100, free]), np.array([120, stuck]), 1, 1, 0.9, none, none)
 
 
 def test_default_range_spans_free_to_stuck():
