@@ -74,14 +74,6 @@ def test_a_tag_gives_the_version_also_of_an_archive(repository: Path) -> None:
     assert version_of(repository) == version_of(archive_of(repository)) == "7.8.1.dev1"
 
 
-def test_without_a_tag_or_git_it_is_on_the_way_to_the_release(repository: Path) -> None:
-    fallback = pyproject()["tool"]["setuptools_scm"]["fallback_version"]
-    assert re.fullmatch(r"\d+\.\d+\.\d+\.dev0", fallback)
-    assert version_of(repository) == f"{release(fallback)}.dev1"
-    assert version_of(repository, path="/nowhere") == fallback
-    assert version_of(archive_of(repository)) == fallback
-
-
 def test_all_that_tell_the_version_agree(tmp_path: Path) -> None:
     left = tmp_path / "vanelock.egg-info" / "PKG-INFO"  # by a build, in the folder we are in
     left.parent.mkdir()

@@ -71,23 +71,6 @@ def test_what_gmsh_links_to_is_looked_for(tools: ModuleType) -> None:
     assert {n for n in needed - known if n[3:].split(".so")[0] not in ALWAYS_THERE} == set()
 
 
-def test_absent_library_is_noticed(tools: ModuleType) -> None:
-    asked = ["libc.so.6", "libvane.so.7", "libm.so.6"]
-    assert tools.system_packages.absent_libraries(asked) == ["libvane.so.7"]
-
-
-@pytest.mark.parametrize(("user", "first"), [(0, "apt-get "), (1000, "sudo -n true")])
-def test_root_installs_by_apt_and_a_user_with_sudo_by_that(tools, log, monkeypatch, user, first):
-    monkeypatch.setattr(os, "geteuid", lambda: user)
-    tools.system_packages.install(["libgl1", "gcc"])
-    calls = log.read_text().splitlines()
-    assert calls[0].startswith(first)
-    assert calls[-1].startswith("apt-get ")
-    assert calls[-1].endswith(" install --yes --no-install-recommends libgl1 gcc")
-    if user:
-        assert calls[-2].startswith("sudo -n env DEBIAN_FRONTEND=noninteractive apt-get ")
-
-
 def test_user_without_sudo_is_given_the_line(tools, without_sudo, monkeypatch):
     """A compiler that is missing alone does not stop the set-up."""
     line = "apt-get install --yes --no-install-recommends {}gcc"
@@ -100,25 +83,6 @@ def test_user_without_sudo_is_given_the_line(tools, without_sudo, monkeypatch):
     assert without_sudo.read_text() == ""
     monkeypatch.setattr(tools.system_packages, "missing_required", list)
     assert line.format("") in tools._system()
-
-
-def test_browser_is_installed_for_the_tests_if_there_is_none(tools, log, monkeypatch):
-    monkeypatch.setattr(os, "geteuid", lambda: 0)
-    tools._browser()
-    calls = log.read_text()
-    assert calls.endswith(" install --yes --no-install-recommends chromium\n")
-    browser = log.parent / "bin" / "google-chrome"
-    browser.write_text("#!/bin/sh\n")
-    browser.chmod(0o755)
-    tools._browser()
-    assert log.read_text() == calls
-
-
-def test_missing_browser_is_reported_and_does_not_stop(tools, without_sudo, capsys):
-    tools._browser()
-    printed = capsys.readouterr().out
-    assert "tests of the report will fail" in printed
-    assert "apt-get install --yes --no-install-recommends chromium\n" in printed
 
 
 def test_parts_of_the_lock_are_installed_by_themselves(tools: ModuleType) -> None:
@@ -153,17 +117,6 @@ def test_a_file_whose_digest_is_not_in_the_lock_is_refused(tools, tmp_path, monk
     lock.write_text(entry.format("0" * 64))
     with pytest.raises(subprocess.CalledProcessError):
         tools._pip_locked("toys", *options)
-
-
-def test_old_python_is_refused() -> None:
-    run = subprocess.run(
-        ["sh", ROOT / "tools" / "setup.sh"],
-        env={"PYTHON": "/bin/false", "PATH": "/usr/bin:/bin"},
-        capture_output=True,
-        text=True,
-    )
-    assert run.returncode == 1
-    assert "no Python 3.11 or newer among: /bin/false" in run.stderr
 
 
 @pytest.fixture

@@ -35,29 +35,6 @@ def test_house_words_are_found(text: str, found: list[str]) -> None:
     assert sorted(word for _, word, _ in WORDS["house_words"](text)) == sorted(found)
 
 
-def test_what_is_found_is_printed_and_counted(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "a.md").write_text("a\nb told\n")
-    main = WORDS["main"]
-    monkeypatch.setitem(main.__globals__, "ROOT", tmp_path)
-    monkeypatch.setitem(main.__globals__, "files", lambda: [tmp_path / "a.md"])
-    assert main() == 1
-    assert capsys.readouterr().out == "a.md:2: told: given, estimated, reported\n"
-
-
-def test_house_words_are_found_in_names_and_notebooks(tmp_path: Path) -> None:
-    source, notebook = tmp_path / "a.py", tmp_path / "a.ipynb"
-    source.write_text(
-        "def is_told(x):\n    rival = f'{x} told_apart'\n    return told_apart(Told)\n"
-    )
-    found = list(WORDS["house_names"](source))
-    assert found == [(1, "is_told"), (2, "rival"), (3, "Told")]
-    notebook.write_text('{"cells": [{"source": ["one\\n", "contacts that rub"]}, {"source": []}]}')
-    texts = [text for _, text in WORDS["texts"](notebook)]
-    assert texts == ["one\ncontacts that rub", ""]
-
-
 def test_the_glossary_has_the_words_of_the_tables() -> None:
     """Every head of the responses' table is a term, or says what it is by itself."""
     heads = [column.head for column in CASE_COLUMNS]
