@@ -7,9 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.small_study import SMALL
-from tests.vanelock.stages.conftest import planned_of
-from vanelock import load_system, nonlinear, open_results, parse_study
+from vanelock import load_system, open_results, parse_study
 from vanelock.commands.converge.converge import converge_study
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
@@ -23,7 +21,6 @@ from vanelock.stages.accuracy.left_out import _listed, utilisation
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
-STUDY = f"{SMALL}excitation.force = 8\n"
 ACCURACY = 0.06  # less looks for resonances at nodal diameters further ahead, here at all
 
 
@@ -42,20 +39,6 @@ def tried_by(folder, case):
     """Harmonics kept by a case, or tried to judge them."""
     with open_results(folder / "results.h5") as file:
         return Response.load(file[f"response/{case}"]).estimates.tried
-
-
-def test_the_peak_is_as_accurate_as_asked(asked, kept_by):
-    """Beside a reduction to 1e-4 with two more harmonics; both peaks where the slope is 0."""
-    folder, (found,), *_ = asked
-    assert found.converged == found.points
-    H = found.harmonics + 2
-    finer = kept_by("default").get(planned_of(f"{STUDY}response.harmonics = {H}").system)
-    assert len(finer.at(1).K) > len(load_system(folder / "results.h5", "nominal").at(1).K)
-    near = (0.99 * found.peak.frequency, 1.01 * found.peak.frequency)
-    better = nonlinear.peak_response(finer, "force", [1.0], near, nonlinear.Options(H))
-    assert better.converged.all()
-    assert found.peak.amplitude == pytest.approx(better.amplitude[0], rel=ACCURACY)
-    assert found.peak.frequency == pytest.approx(better.frequency[0], rel=ACCURACY)
 
 
 def test_the_errors_are_listed_by_source(asked):
