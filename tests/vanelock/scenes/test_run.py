@@ -9,7 +9,7 @@ import pytest
 
 from tests.vanelock.results.one_file import contents
 from tests.vanelock.scenes.conftest import Write, chain, joined
-from tests.vanelock.scenes.test_sector import rim
+from tests.vanelock.scenes.test_joined import rim
 from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.commands.check.file import check_file
 from vanelock.common.errors import InputError

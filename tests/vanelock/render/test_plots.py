@@ -1,23 +1,29 @@
-"""Response curves: peaks, what does not converge, and how curves are told apart."""
+"""Curves, errors against cost and Haigh diagrams: peaks, lost points, how curves are told apart."""
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import same_color, to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from vanelock import render
 from vanelock.common.errors import InputError
 from vanelock.render import (
     Curve,
     CurvePanel,
     Envelope,
     MarkedPeak,
+    Named,
     PanelCurve,
+    haigh_picture,
     panels_picture,
     response_curves,
     style,
 )
+from vanelock.render.plots import convergence
 from vanelock.render.plots.curve import looks, peak
+from vanelock.render.plots.haigh import _line, _marks
 
 F = np.linspace(240.0, 260.0, 41)
 
@@ -25,14 +31,6 @@ F = np.linspace(240.0, 260.0, 41)
 def resonance(at, height, ratio=0.005):
     """Amplitude of an oscillator, scaled to `height` at its natural frequency."""
     return height * 2 * ratio * at**2 / np.hypot(at**2 - F**2, 2 * ratio * at * F)
-
-
-@pytest.fixture
-def figures(monkeypatch):
-    """Figures that would be written."""
-    kept = []
-    monkeypatch.setattr(style, "write", lambda figure, path: kept.append(figure))
-    return kept
 
 
 def labels(figure):
@@ -272,3 +270,67 @@ def test_circles_of_panels_are_full_or_open_and_one_legend_serves_alike_panels(t
     assert same_color(faces[0], colour)
     assert same_color(faces[1], "white")
     assert second.get_ylim()[0] < 0
+
+
+NAN = float("nan")
+VALUES = (
+    render.MeasuredValue("1", 0.1, 1e-2, 1e-3, False),
+    render.MeasuredValue("3", 0.4, 1e-3, 1e-9, True),
+    render.MeasuredValue("adaptive", 0.2, 1e-4, 1e-5, False, joined=False),
+    render.MeasuredValue("9", 1.2, NAN, NAN, False),
+)
+
+
+@pytest.fixture
+def axes():
+    found = style.axes(Figure((6, 4)), 1, 1, 4, 2)
+    convergence._draw(found, render.Panel("response.harmonics", VALUES))
+    return found
+
+
+def test_values_are_named_joined_in_sequences_and_the_reference_is_a_line_at_its_cost(axes):
+    joined = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "-"]
+    np.testing.assert_allclose(joined[0], [[0.1, 1e-2], [0.4, 1e-3]])
+    # An error too small to be drawn lies at the foot.
+    np.testing.assert_allclose(joined[1], [[0.1, 1e-3], [0.4, 1e-7]])
+    assert [text.get_text() for text in axes.texts] == ["1", "3", "adaptive", "9"]
+    assert [text.get_fontweight() for text in axes.texts] == ["normal", "bold", "normal", "normal"]
+    large = [line for line in axes.lines if line.get_markersize() == 8]
+    assert [line.get_xdata().tolist() for line in large] == [[0.4], [0.4]]
+    (dotted,) = [line for line in axes.lines if line.get_linestyle() == ":"]
+    assert set(dotted.get_xdata()) == {1.2}
+
+
+def test_a_picture_needs_a_panel(tmp_path):
+    with pytest.raises(InputError, match="none given"):
+        render.convergence_picture(tmp_path / "none.png", [], "x")
+
+
+@pytest.mark.parametrize("n", [1.0, 2.5])
+def test_line_ends_at_the_strengths_over_the_reserve(n):
+    axes = Figure().add_subplot()
+    axes.set_xlim(-50, 1000)
+    _line(axes, 250e6, 900e6, n)
+    (line,) = axes.lines
+    x, y = (np.asarray(each) for each in line.get_data())
+    assert (x[1], y[1]) == pytest.approx((0, 250 / n))
+    assert (x[2], y[2]) == pytest.approx((900 / n, 0))
+    assert y[0] == y[1]  # flat in compression
+
+
+def test_marks_tell_features_and_gauges_apart():
+    named = [Named(f"{i}", 0.0, 1.0, gauge=i > 4) for i in range(8)]
+    assert len(set(_marks(named))) == 8
+
+
+def test_picture_is_written_or_refused(tmp_path):
+    stress = np.array([1e6, 5e6, 2e6])
+    path = haigh_picture(
+        tmp_path / "haigh.png", stress, 2 * stress, stress > 4e6, 250e6, 900e6, [], "Title"
+    )
+    assert imread(path).shape[1] == 1800
+    with pytest.raises(InputError, match="one value of each for every place"):
+        haigh_picture(
+            tmp_path / "no.png", stress[:2], stress, stress > 0, 250e6, 900e6, [], "Title"
+        )
+    assert not (tmp_path / "no.png").exists()
