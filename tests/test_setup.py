@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 import zipfile
 from importlib.metadata import files
 from pathlib import Path
@@ -15,8 +14,6 @@ from types import ModuleType
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-SCRIPTS = [f"tools/{name}" for name in ("setup.sh", "environment.py", "system_packages.py")]
-MADE_FROM = ["Makefile", "pyproject.toml", "requirements.lock", *SCRIPTS]
 # Any Debian with Python has these.
 ALWAYS_THERE = {"c", "dl", "m", "pthread", "rt", "stdc++", "gcc_s", "z"}
 
@@ -34,29 +31,15 @@ def tools(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.fixture
-def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where stand-ins for apt-get and sudo, alone on the PATH but for `env`, write their calls."""
-    log = tmp_path / "log"
+def without_sudo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where a stand-in for apt-get, alone on the PATH of a user without sudo, writes its calls."""
+    log, commands = tmp_path / "log", tmp_path / "bin"
     log.touch()
-    commands = tmp_path / "bin"
     commands.mkdir()
-    for name, rest in {"apt-get": "", "sudo": 'shift; exec "$@"'}.items():
-        script = commands / name
-        script.write_text(f'#!/bin/sh\necho {name} "$@" >> "{log}"\n{rest}\n')
-        script.chmod(0o755)
-    for name in ["env", "true"]:
-        found = shutil.which(name)
-        assert found is not None
-        (commands / name).symlink_to(found)
+    (commands / "apt-get").write_text(f'#!/bin/sh\necho "$@" >> "{log}"\n')
+    (commands / "apt-get").chmod(0o755)
     monkeypatch.setenv("PATH", str(commands))
-    return log
-
-
-@pytest.fixture
-def without_sudo(log: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The same of a user who has no sudo."""
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    (log.parent / "bin" / "sudo").unlink()
     return log
 
 
@@ -117,43 +100,6 @@ def test_a_file_whose_digest_is_not_in_the_lock_is_refused(tools, tmp_path, monk
     lock.write_text(entry.format("0" * 64))
     with pytest.raises(subprocess.CalledProcessError):
         tools._pip_locked("toys", *options)
-
-
-@pytest.fixture
-def checkout(tmp_path: Path) -> Path:
-    """What make looks at, in a folder with a space in its name, with an environment just made."""
-    folder = tmp_path / "a checkout"
-    for name in MADE_FROM:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, folder / name)
-    (folder / ".venv").mkdir()
-    (folder / ".venv" / "made").write_text(f"{folder.resolve()}\n")
-    return folder
-
-
-def make(folder: Path, target: str) -> str:
-    command = ["make", "--dry-run", target]
-    environment = {name: os.environ[name] for name in os.environ if not name.startswith("MAKE")}
-    run = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=True
-    )
-    return run.stdout
-
-
-@pytest.mark.parametrize("target", ["study", "test"])
-def test_made_environment_is_left_alone_where_it_was_made(checkout: Path, target: str) -> None:
-    commands = make(checkout, target)
-    assert "setup.sh" not in commands
-    assert len(commands.splitlines()) == 1
-    moved = checkout.rename(checkout.with_name("elsewhere"))
-    assert make(moved, target).startswith("sh tools/setup.sh")
-
-
-@pytest.mark.parametrize("changed", MADE_FROM[1:])
-def test_changed_source_makes_it_anew(checkout: Path, changed: str) -> None:
-    later = time.time() + 10
-    os.utime(checkout / changed, (later, later))
-    assert make(checkout, "study").startswith("sh tools/setup.sh")
 
 
 @pytest.mark.system

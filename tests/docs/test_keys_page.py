@@ -1,4 +1,4 @@
-"""The page of every key says what vanelock.input.schema has, and nothing is left empty."""
+"""The page of every key says what vanelock.input.schema has; the glossary has the tables' words."""
 
 import re
 import runpy
@@ -9,6 +9,7 @@ import pytest
 
 from vanelock import Study
 from vanelock.common.checked import known_keys
+from vanelock.results.case_table import CASE_COLUMNS
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOL: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "keys_page.py"))
@@ -74,3 +75,16 @@ def test_every_key_of_the_template_is_one_of_the_schema_s() -> None:
     in_use = {key for key, each in given.items() if each.active}
     assert len(in_use) > 60
     assert in_use <= set(known_keys(Study))
+
+
+def test_the_glossary_has_the_words_of_the_tables() -> None:
+    """Every head of the responses' table is a term, or says what it is by itself."""
+    glossary = (ROOT / "docs" / "glossary.md").read_text("utf-8")
+    heads = [column.head for column in CASE_COLUMNS]
+    assert len(heads) > 15
+    plain = {"case", "H", "μ", "slip", "open", "converged", "time"}
+    terms = " ".join(re.findall(r"^\| (.*?) \|", glossary, re.MULTILINE)).lower()
+    words = {word for head in set(heads) - plain for word in head.lower().split()}
+    assert {word for word in words if word.rstrip("s") not in terms} <= {
+        "lower", "upper", "bound", "vibratory", "stress", "hcf", "to", "per", "dissipated",
+    }  # fmt: skip
