@@ -93,9 +93,9 @@ def test_loads_at_rest_and_heat_are_those_of_the_run(golden, kept_by):
         response = Response.load(file["response/nominal"])
     expected = load_system(run.folder / "results.h5", "nominal").force[0]
     model = rejoined(parse_study(run.text), kept_by("everything"))
-    hertz = response.frequency
+    hertz = response.frequency[::5]
     found = model.monitor.amplitude(model.solved({}, hertz).response)
-    np.testing.assert_allclose(found, model.monitor.amplitude(response), rtol=1e-9)
+    np.testing.assert_allclose(found, model.monitor.amplitude(response)[::5], rtol=1e-9)
     once, twice = (model.solved({}, hertz[:2], load=load).system.force for load in (1.0, 2.0))
     for force in (once, twice):
         np.testing.assert_array_equal(force[0].vector, expected.vector)

@@ -6,7 +6,7 @@ from scipy.optimize import curve_fit
 
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.tables import doubts
+from vanelock.commands.fit.tables import doubts, notes
 from vanelock.common.errors import InputError
 
 HERTZ = np.linspace(0.9, 1.1, 41)
@@ -45,6 +45,7 @@ def test_values_and_errors_are_scipy_s(given):
     assert found.after == pytest.approx(np.sqrt(np.mean(left**2)) / unit, rel=1e-4)
     assert found.undetermined == ()
     assert doubts(found) == []
+    assert "correlation of errors: place and height " in "".join(notes(found))
 
 
 def test_a_fit_in_small_units_goes_as_far_and_one_that_misses_has_larger_errors():

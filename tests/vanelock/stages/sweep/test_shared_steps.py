@@ -6,7 +6,7 @@ from typing import Any
 
 from vanelock import parse_study
 from vanelock.commands.run.cases import OngoingRun
-from vanelock.commands.run.graph import bundle, jobs, steps_of
+from vanelock.commands.run.graph import CaseWork, bundle, jobs, steps_of
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.pipeline import step
@@ -36,6 +36,8 @@ def test_cases_planned_together_have_the_keys_that_they_have_alone():
         forget()
         (alone,) = plan([found[i]])
         assert names_of(alone) == names_of(planned[i])
+        taken = {step.key for step in reachable(CaseWork(found[i]).steps())}
+        assert names_of(alone).keys() <= taken
 
 
 def names_of(planned):
