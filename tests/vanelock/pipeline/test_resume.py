@@ -180,27 +180,6 @@ def test_a_stage_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     assert said == []
 
 
-def test_a_product_is_handed_on_as_the_cache_gives_it_back(tmp_path: Path) -> None:
-    fortran = np.asfortranarray(np.random.default_rng(1).normal(size=(40, 30)))
-    seen = []
-
-    def compute(given: Numbers) -> Numbers:
-        seen.append(given.values)
-        return given
-
-    first = step("first", "rom", {}, Numbers, (), lambda: Numbers(fortran[::2]))
-    second = step("second", "rom", {}, Numbers, (first,), compute)
-    cache = Cache(tmp_path, print)
-    Stages(cache, silent).get(second)
-    for path in tmp_path.rglob("second*"):
-        path.unlink()
-    Stages(cache, silent).get(second)
-    new, again = seen
-    assert new.flags.c_contiguous
-    assert new.strides == again.strides
-    assert new.tobytes() == again.tobytes()
-
-
 def test_a_full_disk_leaves_the_cache_as_it_was(tmp_path: Path) -> None:
     cache, large = Cache(tmp_path / "cache", print), Numbers(np.random.default_rng(1).random(10**5))
     cache.store("small", "key", Numbers(np.arange(10.0)), 1.0)
