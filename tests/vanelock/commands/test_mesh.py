@@ -95,16 +95,6 @@ def test_the_tables_are_those_of_the_parts(made, parts):
     assert counts["left"]["vane"] == ""
 
 
-def test_what_is_printed(made):
-    folder = made[0] / "runs" / "a" / "mesh"
-    assert {path.name for path in folder.iterdir()} == FILES
-    lines = made[1].stdout.splitlines()
-    for row in ("hook_front 10 10", "interlock_right 6 -", "force - 16"):
-        assert row in {" ".join(line.split()) for line in lines}
-    assert "Contact pairs: 16 hook + 6 interlock = 22." in made[1].stdout
-    assert made[1].stderr.splitlines()[-1] == "results are in runs/a/mesh"
-
-
 def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys):
     monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
     folder = made[0]

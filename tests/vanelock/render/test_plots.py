@@ -11,18 +11,15 @@ from vanelock import render
 from vanelock.common.errors import InputError
 from vanelock.render import (
     Curve,
-    CurvePanel,
     Envelope,
     MarkedPeak,
     Named,
-    PanelCurve,
     haigh_picture,
-    panels_picture,
     response_curves,
     style,
 )
 from vanelock.render.plots import convergence
-from vanelock.render.plots.curve import looks, peak
+from vanelock.render.plots.curve import peak
 from vanelock.render.plots.haigh import _line, _marks
 
 F = np.linspace(240.0, 260.0, 41)
@@ -138,17 +135,6 @@ def test_a_wild_lost_point_does_not_squeeze_the_curves_and_a_lost_curve_is_named
     assert len(crosses(figures[1].axes[0])[0][1]) == 41
 
 
-def test_the_picture_shows_curves_and_crosses(tmp_path):
-    converged = F < 259
-    made = [Curve(F, resonance(250.0, 40e-6), "μ = 0.3", 3, converged)]
-    path = response_curves(tmp_path / "figures" / "response.png", made, logarithmic=True)
-    assert path == tmp_path / "figures" / "response.png"
-    pixels = imread(path)[:, :, :3]
-    blue = np.linalg.norm(pixels - to_rgb(style.BLUE), axis=2) < 0.05
-    assert np.count_nonzero(blue) > 2000
-    assert 0.8 < np.mean(pixels.min(axis=2) > 0.99) < 0.98
-
-
 @pytest.mark.parametrize(
     ("curves", "message"),
     [
@@ -194,24 +180,6 @@ def test_linear_limits_of_several_groups_are_told_apart(figures):
     assert colours[1] == colours[3]
 
 
-def test_labels_break_between_quantities_and_what_is_of_no_group_or_case_stays_plain(
-    figures, tmp_path
-):
-    group = "interlock.mu = 0.3, excitation.force = 12, chord = 0.047"
-    response_curves("x.png", [Curve(F, F * 1e-7, group)])
-    lines = labels(figures[0])[0].split("\n")
-    assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]
-    drawn = [Curve(F, resonance(245.0, 130e-6), kind="free"), Curve(F, resonance(250.0, 1e-5))]
-    (_, limit), (_, response) = looks(drawn)
-    assert (limit.colour, limit.dash) == (style.GREY, "dash")
-    assert (response.colour, response.dash) == (style.BLUE, "solid")
-    verdict = np.full(len(F), -1)
-    verdict[20] = 0
-    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
-    assert curve.pieces == [(-1, slice(0, len(F)))]
-    assert curve.outcome == "stable"
-
-
 def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp_path, figures):
     verdict = np.zeros(len(F), int)
     verdict[15:25] = 1
@@ -247,29 +215,6 @@ def test_an_envelope_is_shaded_in_its_curves_colour(tmp_path, figures):
     assert same_color(shade.get_facecolor()[0][:3], to_rgb(axes.lines[0].get_color()))
     assert shade.get_paths()[0].get_extents().y1 == pytest.approx(80.0)
     assert line is not None
-
-
-def test_circles_of_panels_are_full_or_open_and_one_legend_serves_alike_panels(tmp_path, figures):
-    x = np.geomspace(1.0, 100.0, 9)
-    names = ["mode 1", "mode 2"]
-    above = CurvePanel("frequency ratio", [PanelCurve(name, x, 1 / x) for name in names])
-    circles = [(2.0, 0.0, True), (50.0, 0.0, False)]
-    below = CurvePanel(
-        "damping (%)",
-        [PanelCurve(names[0], x, np.log(x) - 1, circles), PanelCurve(names[1], x, x / 50)],
-        from_zero=True,
-    )
-    panels_picture(tmp_path / "a.png", [above, below], "amplitude", "Modes", logarithmic=True)
-    first, second = [axes for axes in figures[0].axes if axes.lines]
-    assert first.get_legend() is not None
-    assert second.get_legend() is None
-    marked = [line for line in second.lines if line.get_markersize() == 8]
-    assert [tuple(line.get_xydata()[0]) for line in marked] == [(2.0, 0.0), (50.0, 0.0)]
-    colour = next(line.get_color() for line in second.lines if line.get_label() == "mode 1")
-    faces = [line.get_markerfacecolor() for line in marked]
-    assert same_color(faces[0], colour)
-    assert same_color(faces[1], "white")
-    assert second.get_ylim()[0] < 0
 
 
 NAN = float("nan")
