@@ -143,19 +143,6 @@ def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
     assert np.isnan(queue._left(queue._began + 50))
 
 
-@pytest.mark.system
-def test_what_fails_once_is_made_the_second_time(toy, queue_of, tmp_path):
-    folder = str(tmp_path)
-    toys = [toy.Toy(1, "raises once", folder), toy.Toy(2, "dies once", folder), toy.Toy(3)]
-    queue, said = queue_of(*toys)
-    assert [value(queue, each) for each in toys] == [41, 42, 43]
-    notices = sorted(event.text for event in said if isinstance(event, Notice))
-    assert notices == [
-        "1: RuntimeError: as it should; trying again",
-        "2: its process was killed by signal 9 (SIGKILL); trying again",
-    ]
-
-
 def test_what_fails_always_is_reported_and_the_others_are_made(toy, queue_of):
     reasons = {
         "raises": ("RuntimeError: as it should", 2),

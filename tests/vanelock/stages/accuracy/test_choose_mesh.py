@@ -123,13 +123,6 @@ def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
         mesh_sizes.most_dofs(1e9)
 
 
-def test_errors_that_do_not_fall_end_the_search(monkeypatch):
-    asked = estimating(monkeypatch, lambda size: 0.07)
-    found = choice_of(FREE)
-    assert len(asked) <= choose_mesh.ROUNDS
-    assert found.short
-
-
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
     refusal = InputError("vane: the mesh is too coarse to resolve the contact patches")
     asked = estimating(monkeypatch, lambda size: refusal if size > 0.022 else 0.01)

@@ -14,7 +14,6 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.rom.joining.mesh_excess import MODES
-from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.parts.components import recovery_step
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits
@@ -52,16 +51,6 @@ def test_limits_are_lower_by_what_the_mesh_adds_and_hold_it(golden):
     assert 0 < worst < 1e-4  # of the reduction alone
     peak = response.frequency[response.amplitude.max(axis=(1, 2)).argmax()]
     assert limits.free_frequency < peak < limits.stuck_frequency
-
-
-def test_the_diagram_is_of_the_same_structure(golden):
-    with h5py.File(golden("everything").folder / "results.h5") as file:
-        lines = Campbell.load(file["campbell/nominal"]).lines
-        limits = Limits.load(file["limits/all"])
-    for stuck, expected in ((False, limits.free_frequency), (True, limits.stuck_frequency)):
-        (own,) = np.flatnonzero(lines.interest & (lines.is_stuck == stuck))
-        assert lines.frequency[own] == pytest.approx(expected, rel=1e-4)
-    assert lines.diameters.tolist() == [1, 2]
 
 
 def test_a_fit_joins_the_structure_of_the_run(kept, model, ring_text):

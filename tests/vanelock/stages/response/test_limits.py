@@ -97,12 +97,6 @@ def test_a_part_that_is_loose_when_free_leaves_the_stuck_mode():
     assert low - 1e-9 <= grid.min() < grid.max() <= high + 1e-9
 
 
-def test_position_between_the_limits():
-    found = some_limits()
-    assert [found.position(f) for f in (250, 265, 280)] == [0, 0.5, 1]
-    assert np.isnan(some_limits(stuck=250.0).position(260))
-
-
 def test_fine_frequencies_find_the_linear_peak(ring):
     """With modal damping a mode's peak is |Φ_out Φ_in F| / (2 ζ ω²) within ζ²."""
     found = limits(ring, 2)
