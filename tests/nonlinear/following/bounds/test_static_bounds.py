@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 from scipy.optimize import minimize
 
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Options, StaticBounds, audit_response, static_bounds, static_response
+from vanelock.nonlinear import Options, audit_response, static_bounds, static_response
 from vanelock.nonlinear.following.bounds.rest_states import rest_states
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
@@ -200,15 +199,6 @@ def test_each_end_is_a_state_at_rest(random_system: Make, options: Options) -> N
             assert audit_response(moved, state).residual[0] < 1e-9
             total = state.force[0, 0, chosen, 0].real.sum()
             assert total == pytest.approx(load, rel=1e-9, abs=1e-9 * found.rest_load[i].max())
-
-
-def test_bounds_are_saved_and_loaded(tmp_path: Path) -> None:
-    found = static_bounds(wedge())
-    found.save(tmp_path / "bounds.h5")
-    again = StaticBounds.load(tmp_path / "bounds.h5")
-    assert again.joints == ("pad", "wedge")
-    np.testing.assert_array_equal(again.rest_load, found.rest_load)
-    np.testing.assert_array_equal(again.slider, found.slider)
 
 
 @pytest.mark.parametrize(
