@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from benchmarks.mesh.blocks import Sizes
+from benchmarks.mesh.vane_blocks import vane_hexahedra
 from vanelock.fem import Material, assemble
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry import aerofoil
@@ -14,6 +16,12 @@ MATERIAL = Material(E=170e9, nu=0.3, rho=8200)
 FACES = np.array(
     [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [3, 2, 6, 7], [0, 3, 7, 4], [1, 2, 6, 5]]
 )
+
+
+@pytest.fixture(scope="module", name="fine")
+def fine_fixture():
+    """Elements small enough that all curves are met to 1e-5 of their areas."""
+    return vane_hexahedra(Sizes(0.008, thick=2), cell_type="hexahedron27")
 
 
 def section_area(vane):
