@@ -23,16 +23,6 @@ def test_every_named_size_is_shown() -> None:
     assert [row.split("|")[1].strip(' `"') for row in rows] == list(PAGE["SIZES"])
 
 
-def test_a_row_says_default_limits_and_what_it_is() -> None:
-    lines = PAGE["dimension_tables"]().splitlines()
-    assert any(
-        line.startswith("| `chord` | 47 mm | 0.1 mm to 500 mm | chord of ") for line in lines
-    )
-    assert "| `aerofoils` | 4 | 1 to 12 | aerofoils per segment |" in lines
-    slant = "angle between the interlock faces and the engine axis"
-    assert f"| `interlock_slant` | 35° | -60° to 60° | {slant} |" in lines
-
-
 @pytest.mark.parametrize("part", ["vane", "casing"])
 def test_its_drawings_are_there(part: str) -> None:
     name = f"drawing_{part}.png"

@@ -2,6 +2,7 @@
 
 import os
 import re
+import tomllib
 from collections.abc import Iterator
 from importlib.metadata import requires
 from pathlib import Path
@@ -102,3 +103,9 @@ def test_no_file_is_too_long_to_read() -> None:
             assert long.pop(path) < 450
     assert long.pop("examples/paper/paper.py") <= 900  # one script, to be copied and changed
     assert long == {}
+
+
+def test_tests_that_are_named_as_slow_are_there() -> None:
+    for name in tomllib.loads((ROOT / "tools" / "slow.toml").read_text()):
+        file, _, function = name.partition("::")
+        assert f"\ndef {function}(" in (ROOT / file).read_text(), name

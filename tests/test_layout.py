@@ -73,12 +73,6 @@ def test_link_leads_to_what_is_installed_with_the_program(name: str) -> None:
     assert (ROOT / folder).is_dir()
 
 
-def test_imports_point_one_way() -> None:
-    command = [str(Path(sys.executable).with_name("lint-imports")), "--no-cache"]
-    run = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
-    assert run.returncode == 0, run.stdout
-
-
 def test_nonlinear_loads_no_mesher_and_no_renderer() -> None:
     code = (
         "import sys, vanelock.nonlinear as stage\n"

@@ -2,12 +2,9 @@
 
 import re
 import runpy
-import shutil
 import subprocess
 import sys
-import tarfile
 import tomllib
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +17,6 @@ from vanelock.pipeline import cache
 from vanelock.pipeline.executor import identity
 
 ROOT = Path(__file__).resolve().parent.parent
-SET_BY = ("pyproject.toml", ".gitattributes", ".git_archival.txt")
 
 
 def pyproject() -> dict[str, Any]:
@@ -44,42 +40,6 @@ def git(tree: Path, *arguments: str) -> bytes:
     who = ("-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "init.defaultBranch=main")
     done = subprocess.run(["git", *who, *arguments], cwd=tree, capture_output=True, check=True)
     return done.stdout
-
-
-@pytest.fixture
-def repository(tmp_path: Path) -> Path:
-    """One commit of what a version is found by."""
-    tree = tmp_path / "repository"
-    tree.mkdir()
-    for name in SET_BY:
-        shutil.copy(ROOT / name, tree)
-    git(tree, "init", "--quiet")
-    git(tree, "add", "--all")
-    git(tree, "commit", "--quiet", "--message", "first")
-    return tree
-
-
-def archive_of(tree: Path) -> Path:
-    place = tree.parent / "archive"
-    shutil.rmtree(place, ignore_errors=True)
-    with tarfile.open(fileobj=BytesIO(git(tree, "archive", "HEAD"))) as file:
-        file.extractall(place, filter="data")
-    return place
-
-
-def test_a_tag_gives_the_version_also_of_an_archive(repository: Path) -> None:
-    git(repository, "tag", "v7.8.0")
-    assert version_of(repository) == version_of(archive_of(repository)) == "7.8.0"
-    git(repository, "commit", "--quiet", "--allow-empty", "--message", "second")
-    assert version_of(repository) == version_of(archive_of(repository)) == "7.8.1.dev1"
-
-
-def test_without_a_tag_or_git_it_is_on_the_way_to_the_release(repository: Path) -> None:
-    fallback = pyproject()["tool"]["setuptools_scm"]["fallback_version"]
-    assert re.fullmatch(r"\d+\.\d+\.\d+\.dev0", fallback)
-    assert version_of(repository) == f"{release(fallback)}.dev1"
-    assert version_of(repository, path="/nowhere") == fallback
-    assert version_of(archive_of(repository)) == fallback
 
 
 def test_all_that_tell_the_version_agree(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ import re
 import shutil
 import subprocess
 import sys
-import time
 import zipfile
 from importlib.metadata import files
 from pathlib import Path
@@ -15,8 +14,6 @@ from types import ModuleType
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-SCRIPTS = [f"tools/{name}" for name in ("setup.sh", "environment.py", "system_packages.py")]
-MADE_FROM = ["Makefile", "pyproject.toml", "requirements.lock", *SCRIPTS]
 # Any Debian with Python has these.
 ALWAYS_THERE = {"c", "dl", "m", "pthread", "rt", "stdc++", "gcc_s", "z"}
 
@@ -34,29 +31,15 @@ def tools(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.fixture
-def log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where stand-ins for apt-get and sudo, alone on the PATH but for `env`, write their calls."""
-    log = tmp_path / "log"
+def without_sudo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where a stand-in for apt-get, alone on the PATH of a user without sudo, writes its calls."""
+    log, commands = tmp_path / "log", tmp_path / "bin"
     log.touch()
-    commands = tmp_path / "bin"
     commands.mkdir()
-    for name, rest in {"apt-get": "", "sudo": 'shift; exec "$@"'}.items():
-        script = commands / name
-        script.write_text(f'#!/bin/sh\necho {name} "$@" >> "{log}"\n{rest}\n')
-        script.chmod(0o755)
-    for name in ["env", "true"]:
-        found = shutil.which(name)
-        assert found is not None
-        (commands / name).symlink_to(found)
+    (commands / "apt-get").write_text(f'#!/bin/sh\necho "$@" >> "{log}"\n')
+    (commands / "apt-get").chmod(0o755)
     monkeypatch.setenv("PATH", str(commands))
-    return log
-
-
-@pytest.fixture
-def without_sudo(log: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The same of a user who has no sudo."""
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    (log.parent / "bin" / "sudo").unlink()
     return log
 
 
@@ -71,23 +54,6 @@ def test_what_gmsh_links_to_is_looked_for(tools: ModuleType) -> None:
     assert {n for n in needed - known if n[3:].split(".so")[0] not in ALWAYS_THERE} == set()
 
 
-def test_absent_library_is_noticed(tools: ModuleType) -> None:
-    asked = ["libc.so.6", "libvane.so.7", "libm.so.6"]
-    assert tools.system_packages.absent_libraries(asked) == ["libvane.so.7"]
-
-
-@pytest.mark.parametrize(("user", "first"), [(0, "apt-get "), (1000, "sudo -n true")])
-def test_root_installs_by_apt_and_a_user_with_sudo_by_that(tools, log, monkeypatch, user, first):
-    monkeypatch.setattr(os, "geteuid", lambda: user)
-    tools.system_packages.install(["libgl1", "gcc"])
-    calls = log.read_text().splitlines()
-    assert calls[0].startswith(first)
-    assert calls[-1].startswith("apt-get ")
-    assert calls[-1].endswith(" install --yes --no-install-recommends libgl1 gcc")
-    if user:
-        assert calls[-2].startswith("sudo -n env DEBIAN_FRONTEND=noninteractive apt-get ")
-
-
 def test_user_without_sudo_is_given_the_line(tools, without_sudo, monkeypatch):
     """A compiler that is missing alone does not stop the set-up."""
     line = "apt-get install --yes --no-install-recommends {}gcc"
@@ -100,25 +66,6 @@ def test_user_without_sudo_is_given_the_line(tools, without_sudo, monkeypatch):
     assert without_sudo.read_text() == ""
     monkeypatch.setattr(tools.system_packages, "missing_required", list)
     assert line.format("") in tools._system()
-
-
-def test_browser_is_installed_for_the_tests_if_there_is_none(tools, log, monkeypatch):
-    monkeypatch.setattr(os, "geteuid", lambda: 0)
-    tools._browser()
-    calls = log.read_text()
-    assert calls.endswith(" install --yes --no-install-recommends chromium\n")
-    browser = log.parent / "bin" / "google-chrome"
-    browser.write_text("#!/bin/sh\n")
-    browser.chmod(0o755)
-    tools._browser()
-    assert log.read_text() == calls
-
-
-def test_missing_browser_is_reported_and_does_not_stop(tools, without_sudo, capsys):
-    tools._browser()
-    printed = capsys.readouterr().out
-    assert "tests of the report will fail" in printed
-    assert "apt-get install --yes --no-install-recommends chromium\n" in printed
 
 
 def test_parts_of_the_lock_are_installed_by_themselves(tools: ModuleType) -> None:
@@ -153,54 +100,6 @@ def test_a_file_whose_digest_is_not_in_the_lock_is_refused(tools, tmp_path, monk
     lock.write_text(entry.format("0" * 64))
     with pytest.raises(subprocess.CalledProcessError):
         tools._pip_locked("toys", *options)
-
-
-def test_old_python_is_refused() -> None:
-    run = subprocess.run(
-        ["sh", ROOT / "tools" / "setup.sh"],
-        env={"PYTHON": "/bin/false", "PATH": "/usr/bin:/bin"},
-        capture_output=True,
-        text=True,
-    )
-    assert run.returncode == 1
-    assert "no Python 3.11 or newer among: /bin/false" in run.stderr
-
-
-@pytest.fixture
-def checkout(tmp_path: Path) -> Path:
-    """What make looks at, in a folder with a space in its name, with an environment just made."""
-    folder = tmp_path / "a checkout"
-    for name in MADE_FROM:
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, folder / name)
-    (folder / ".venv").mkdir()
-    (folder / ".venv" / "made").write_text(f"{folder.resolve()}\n")
-    return folder
-
-
-def make(folder: Path, target: str) -> str:
-    command = ["make", "--dry-run", target]
-    environment = {name: os.environ[name] for name in os.environ if not name.startswith("MAKE")}
-    run = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, check=True
-    )
-    return run.stdout
-
-
-@pytest.mark.parametrize("target", ["study", "test"])
-def test_made_environment_is_left_alone_where_it_was_made(checkout: Path, target: str) -> None:
-    commands = make(checkout, target)
-    assert "setup.sh" not in commands
-    assert len(commands.splitlines()) == 1
-    moved = checkout.rename(checkout.with_name("elsewhere"))
-    assert make(moved, target).startswith("sh tools/setup.sh")
-
-
-@pytest.mark.parametrize("changed", MADE_FROM[1:])
-def test_changed_source_makes_it_anew(checkout: Path, changed: str) -> None:
-    later = time.time() + 10
-    os.utime(checkout / changed, (later, later))
-    assert make(checkout, "study").startswith("sh tools/setup.sh")
 
 
 @pytest.mark.system

@@ -48,7 +48,7 @@ ALLOWED = {
     "vanelock/quantities/contacts/wear.py": "rubbing",
     "benchmarks/mesh/blocks.py": "tell",  # which are the same
 }
-SPARED = ("tools/words.py", "tests/docs/test_words.py")
+SPARED = ("tools/words.py",)
 """Files whose subject the words are."""
 
 

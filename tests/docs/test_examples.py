@@ -80,18 +80,3 @@ def alike(one: str, other: str) -> bool:
         return bool(0.3 < a / b < 3)
     place = len(one.partition(".")[2])
     return abs(a - b) <= (max(2.5 * 10.0**-place, 1e-3 * max(abs(a), 1.0)) if place else 0.0)
-
-
-@pytest.mark.parametrize(
-    ("line", "row", "found"),
-    [
-        ("mu=0.15 55.3 55/55", "mu=0.15 55.4 54/54", True),
-        ("mu=0.15 55.3 55/55", "mu=0.15 55.3 55/55 3.5", False),
-        ("mu=0.15 55.3 55/55", "mu=0.15 55.3 53/54", False),
-        ("mu=0.3 55.3", "mu=0.15 55.3", False),
-        ("stuck 477.963", "stuck 477.982", True),
-        ("stuck 477.963", "stuck 478.982", False),
-    ],
-)
-def test_what_is_not_the_same_is_told_apart(line: str, row: str, found: bool) -> None:
-    assert same(line.split(), row.split()) == found

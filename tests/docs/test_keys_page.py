@@ -1,14 +1,13 @@
-"""The page of every key says what vanelock.input.schema has, and nothing is left empty."""
+"""The page of every key says what vanelock.input.schema has; the glossary has the tables' words."""
 
 import re
 import runpy
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from vanelock import Study
 from vanelock.common.checked import known_keys
+from vanelock.results.case_table import CASE_COLUMNS
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOL: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "keys_page.py"))
@@ -52,25 +51,21 @@ def test_every_key_is_described_in_full() -> None:
     assert {key for key, cells in described.items() if cells[2] in {"any", "number any"}} == set()
 
 
-@pytest.mark.parametrize(
-    ("key", "default", "allowed", "said"),
-    [
-        ("joints.interlock.mu", "`0.3`", "number 0 to 1,000", "friction coefficient"),
-        ("joints.hook.interference", '`"20 um"`', "number > 0, ≤ 1 mm", "interference"),
-        ("response.samples", "–, such as `512`", "whole number 8 to 1,000,000", "instead of"),
-        ("vane.tolerance", '`"0.01 mm"`', "number > 0, ≤ 1 mm", "distance between"),
-        ("excitation.engine_orders", "–, such as `[1, 2, -3]`", "list, whole numbers", "several"),
-    ],
-)
-def test_rows_say_default_limits_meaning(key: str, default: str, allowed: str, said: str) -> None:
-    cells = rows(PAGE)[key]
-    assert cells[1] == default
-    assert cells[2].startswith(allowed)
-    assert said in cells[3]
-
-
 def test_every_key_of_the_template_is_one_of_the_schema_s() -> None:
     given, _ = TOOL["template"]()
     in_use = {key for key, each in given.items() if each.active}
     assert len(in_use) > 60
     assert in_use <= set(known_keys(Study))
+
+
+def test_the_glossary_has_the_words_of_the_tables() -> None:
+    """Every head of the responses' table is a term, or says what it is by itself."""
+    glossary = (ROOT / "docs" / "glossary.md").read_text("utf-8")
+    heads = [column.head for column in CASE_COLUMNS]
+    assert len(heads) > 15
+    plain = {"case", "H", "μ", "slip", "open", "converged", "time"}
+    terms = " ".join(re.findall(r"^\| (.*?) \|", glossary, re.MULTILINE)).lower()
+    words = {word for head in set(heads) - plain for word in head.lower().split()}
+    assert {word for word in words if word.rstrip("s") not in terms} <= {
+        "lower", "upper", "bound", "vibratory", "stress", "hcf", "to", "per", "dissipated",
+    }  # fmt: skip

@@ -2,14 +2,12 @@
 
 import csv
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 from examples.paper import paper
-from examples.paper.paper import FEW, ONE, Apart, Case, Model, Peak, Plane, Results, Ridge
+from examples.paper.paper import FEW, ONE, Model, Peak, Plane, Ridge
 from tests.small_study import SMALL
 from vanelock import nonlinear, parse_study
 from vanelock.nonlinear import STUCK, Contacts, Diameter, Force, Options, System
@@ -177,78 +175,6 @@ def test_statements_hold_where_the_numbers_say_so(plane):
     plane.peaks[0][0][2] = plane.peaks[0][0][2]._replace(amplitude=np.nan)
     assert plane.share(where) == pytest.approx(4 / 5)
     assert not paper.holds(plane)["constant-load: higher f, lower A"][0, 0]
-
-
-SAME, DIFFERENT = Apart(1e-14, 5e-4, 0), Apart(0.2, 0.3, 4)
-HIGHER, LOWER = (1, 0.9, 0.8, 1.05, 1.052), (1, 1.1, 1.2, 1.05, 1.052)
-
-
-def results(
-    rising=1.0, other=0.8, shift=1.0, higher=(1, 1.03, 1.031), factors=HIGHER,
-    seconds=(1, 0.8, 1, 3, 5), stuck=280.0, hooks=SAME, work=0.05, opened=(0.0, 0.3, 0.0),
-    marched=1e-6,
-) -> Any:  # fmt: skip
-    """Peaks that agree with every statement, but for what is changed."""
-    figures = paper.figures_of(Case(0.3, 2e-6))
-    orders = dict(zip(paper.HARMONICS, higher, strict=True))
-
-    def solved(case):
-        a = 80e-6 * (1 - rising * case.mu) * (1 - rising * 1e5 * max(case.interference, 0))
-        a, f = a * orders[case.method.harmonics], 250 + 10 * case.mu
-        if case.method.coupling != "coupled":
-            a, f = other * a, f + shift
-        response = SimpleNamespace(dissipation=np.array([[work, 1 - work]]))
-        return SimpleNamespace(amplitude=a, frequency=f, top=0, response=response)
-
-    listed = [case for cases in figures.values() for case in cases]
-    system = SimpleNamespace(engine_order=-1, sectors=16)
-    scene: Any = SimpleNamespace(
-        figures=figures, reference=Case(0.3, 2e-6), mode=2, modes={"free": 250.0, "stuck": stuck},
-        cases={case: solved(case) for case in listed}, pairs=np.array([False, True]),
-        linear={k: SimpleNamespace(amplitude=a) for k, a in (("free", 11e-5), ("stuck", 9e-5))},
-        model=SimpleNamespace(system=system), stable=lambda cases: "stable",
-    )  # fmt: skip
-    scene.coupled = lambda name: [case for case in figures[name] if case.method == ONE]
-    cell = [Peak(1e-6 * a, 250.0, 0.0, 0, 1, s) for a, s in zip(factors, seconds, strict=True)]
-    methods = (*FEW, Options(3), Options(5))
-    plane = Plane("interference", (0.1, 0.3), (1e-6, 2e-6), methods, [[cell] * 2] * 2)
-    each = [SimpleNamespace(work=1e-6, marched=marched, opened=share) for share in opened]
-    loops: Any = dict(zip(paper.LOOPS, each, strict=True))
-    apart = dict.fromkeys(FEW[1:], hooks)
-    return Results(scene, hooks, 0.01, {}, apart, loops, {"interference": plane}, [])
-
-
-WRONG = [  # figure, words, and what of the results makes it disagree
-    ("4", "mode 2 of nodal diameter 1 is excited by EO 1", {"stuck": 240.0}),
-    ("8", "three shapes", {"opened": (0.1, 0.3, 0.0), "marched": 1.1e-6}),
-    ("10", "hooks alone", {"hooks": DIFFERENT}),
-    ("10, text", "hooks contribute little", {"work": 0.15}),
-    ("11", "all joints stuck", {"stuck": 240.0}),
-    ("11", "all stuck, small load", {"hooks": DIFFERENT}),
-    ("12, 14", "lower than the fully stuck", {"rising": -3.0}),
-    ("12", "falls as the friction", {"rising": -1.0}),
-    ("13", "slight increase", {"higher": (1, 0.5, 1.0)}),
-    ("13, text", "calculation time increases", {"seconds": (1, 1, 1, 1.5, 2.5)}),
-    ("14", "falls as the interference", {"rising": -1.0}),
-    ("15", "uncoupled peaks", {"other": 2.0, "shift": -2.0}),
-    ("16", "constant-load peaks", {"other": 2.0, "shift": -2.0}),
-    ("15, 16, text", "more conservative", {"factors": LOWER}),
-    ("text", "more calculation time", {"seconds": (1, 1, 1, 3, 5)}),
-]
-
-
-@pytest.mark.parametrize(("figure", "words", "wrong"), WRONG)
-def test_every_statement_can_agree_and_disagree(figure, words, wrong, monkeypatch):
-    monkeypatch.setattr(paper, "by_mean_load", lambda *_: "")
-
-    def judged(**changes):
-        every = paper.statements(results(**changes))
-        assert len(every) == 17
-        (found,) = (each for each in every if each.figure == figure and words in each.says)
-        return found
-
-    assert judged().agrees == "yes"
-    assert judged(**wrong).agrees == "no"
 
 
 def test_the_statements_and_figures_of_a_small_study_are_its_peaks(tmp_path, monkeypatch):

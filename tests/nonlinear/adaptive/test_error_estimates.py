@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -110,16 +109,6 @@ def test_samples(sliding_system: Make) -> None:
     estimated, made = _estimated(found, "samples"), best - _amplitude(found)
     assert np.abs(made / best).max() > 1e-6
     assert 0.8 < np.abs(estimated).max() / np.abs(made).max() < 1.25
-
-
-def test_estimates_survive_their_file(sliding_system: Make, tmp_path: Path) -> None:
-    system = sliding_system()
-    found = adaptive_response(lambda _: system, HERTZ[:5], LOOSE, monitor=(0, 0))
-    found.save(tmp_path / "r.h5")
-    again = Response.load(tmp_path / "r.h5")
-    assert again.estimates is not None
-    np.testing.assert_array_equal(again.error, found.error)
-    np.testing.assert_array_equal(again.at([1]).error, found.error[[1]])
 
 
 def test_errors_of_a_peak(sliding_system: Make) -> None:

@@ -112,25 +112,6 @@ def test_solution_balances_in_full_coordinates_with_marched_forces(
             assert np.abs(exact).max() < 1e-8 * np.abs(system.force[1].vector).max()
 
 
-def test_residual_in_full_coordinates_falls_with_the_marching_step(
-    random_system: Make,
-    first_frequency: Lowest,
-    march: Callable[..., Floats],
-    coefficients: Callable[..., Array],
-) -> None:
-    system = random_system(3, preload=1.0)
-    response = frequency_response(system, [1.2 * first_frequency(system)], Options(3))
-    assert response.converged.all()
-    errors = [
-        np.abs(
-            coefficients(march(system.contacts, response.contact[0], count), 3) - response.force[0]
-        ).max()
-        for count in (2000, 64000)
-    ]
-    assert errors[1] < 1e-4 * np.abs(response.force[0]).max()
-    assert errors[1] < 0.1 * errors[0]
-
-
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_newton_matrix_is_the_derivative_in_every_state(
     random_system: Make, first_frequency: Lowest, harmonics: int
@@ -321,24 +302,6 @@ def test_damping_matrix_that_the_modes_do_not_diagonalise(
             gap = gap + B.T @ response.force[p, h].reshape(-1)
             gap = gap - (system.force[1].vector if h == 1 else 0.0)
             assert np.abs(gap).max() < 1e-9 * np.abs(system.force[1].vector).max()
-
-
-def test_modal_and_explicit_damping_are_the_same(
-    random_system: Make, first_frequency: Lowest
-) -> None:
-    system = random_system(8)
-    explicit = replace(
-        system,
-        damping_ratio=None,
-        diameters={k: replace(d, C=modal_damping(system, k)) for k, d in system.diameters.items()},
-    )
-    assert structure(explicit, 3).at(1).coupled_damping is None
-    hertz = first_frequency(system) * np.array([0.7, 0.8])
-    same(
-        frequency_response(explicit, hertz, Options(3), find_jumps=False),
-        frequency_response(system, hertz, Options(3), find_jumps=False),
-        1e-8,
-    )
 
 
 def test_a_force_above_the_harmonics_of_the_balance_is_refused(random_system: Make) -> None:

@@ -17,13 +17,10 @@ from vanelock.nonlinear import (
     audit_response,
     frequency_response,
     linear_response,
-    peak_response,
     stability,
     stuck_modes,
     time_response,
 )
-from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
 
 Make = Callable[..., System]
 Lowest = Callable[[System], float]
@@ -161,20 +158,6 @@ def test_massless_motion_that_only_opening_contacts_hold_is_refused() -> None:
         stuck_modes(system, 0)
 
 
-def test_tables_are_exact(random_system: Make, first_frequency: Lowest) -> None:
-    system = ring(random_system, seed=9, size=60)
-    made = structure(system, 3)
-    low = 2 * np.pi * first_frequency(system) * 0.8
-    table = balances(made, low, 1.5 * low, 1000)
-    assert isinstance(table, Tabulated)
-    for omega in np.linspace(low, 1.5 * low, 7):
-        found, expected = table.balance(omega), made.balance(omega)
-        np.testing.assert_allclose(found.linear, expected.linear, atol=1e-12)
-        for h in range(4):
-            all_ = expected.columns.all(h)
-            np.testing.assert_allclose(found.columns.all(h), all_, atol=1e-12 * np.abs(all_).max())
-
-
 def test_modes_that_count_statically_cost_what_is_estimated(
     random_system: Make, first_frequency: Lowest
 ) -> None:
@@ -205,22 +188,6 @@ def test_audit_and_time_agree_with_the_balance(
     np.testing.assert_allclose(marched.x[1], x, atol=1e-3 * np.abs(x).max())
 
 
-def test_time_integration_errs_by_the_square_of_the_step_where_all_sticks(
-    random_system: Make,
-) -> None:
-    system = ring(random_system, preload=1e3, sectors=1, engine_order=0)
-    system = replace(system, contacts=replace(system.contacts, mu=np.full(6, 50.0)))
-    stuck = frequency_response(system, [0.3], Options(2), find_jumps=False)
-    steady = time_response(system, 0.3, 2, 64, 2)
-    assert steady.defect.max() < 1e-12
-    np.testing.assert_allclose(steady.x[1], stuck.x[1][0], atol=1e-12)
-    # Started from another's vibration the ring comes to rest in its own.
-    other = replace(system, force={1: Force(2 * system.force[1].vector)})
-    begun = frequency_response(other, [0.3], Options(2), find_jumps=False)
-    found = time_response(system, 0.3, 400, 200, 2, start=(begun, 0))
-    np.testing.assert_allclose(found.x[1], stuck.x[1][0], atol=1e-6)
-
-
 def test_exponents_of_a_stuck_ring_are_its_eigenvalues(random_system: Make) -> None:
     system = ring(random_system, sectors=4, preload=1e3)
     contacts = replace(system.contacts, mu=np.full(6, 50.0))
@@ -244,17 +211,3 @@ def test_exponents_of_a_stuck_ring_are_its_eigenvalues(random_system: Make) -> N
     for each in found.exponent[0]:
         assert np.abs(turned - each).min() < 1e-10 * np.abs(every).min()
     assert found.growth[0, 0] == pytest.approx(every.real.max(), rel=1e-9)
-
-
-def test_peaks_are_those_of_the_response(random_system: Make, first_frequency: Lowest) -> None:
-    system = ring(random_system, preload=3.0)
-    low = first_frequency(system)
-    found = peak_response(system, "mu", [0.2], (1.0 * low, 1.6 * low), Options(1))
-    value = found.parameter[0]
-    at = replace(system, contacts=replace(system.contacts, mu=np.full(6, value)))
-    hertz = found.response.frequency[0]
-    near = frequency_response(
-        at, hertz * np.array([0.9995, 1, 1.0005]), Options(1), find_jumps=False
-    )
-    size = near.amplitude[:, 0, found.direction]
-    assert size[1] > max(size[0], size[2])

@@ -1,12 +1,9 @@
 """Isotropic friction against theory, radial return in small steps and finite differences."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.nonlinear.contact.sampled_plane import sampled_plane
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.disc_slider import HELD, pursue
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, Law, contact_law
@@ -91,25 +88,6 @@ def test_step_is_the_limit_of_radial_return_in_small_steps() -> None:
     assert 12 < slipped < 25
 
 
-def test_circular_path_drags_its_slider_on_a_circle() -> None:
-    # u on a circle of radius U, the friction force of μ n at the angle δ behind the motion: the
-    # slider is on a circle of radius √(U² - r²), r = μ n/kt, tangent to the disc's edge; its work a
-    # lap is μ n 2π √(U² - r²).
-    kn, kt, mu, n0, U = 2e6, 3e6, 0.3, 50.0, 2e-5
-    made, u = one_contact(kn, kt, mu, 1, n0)
-    u[0, 1, 1], u[0, 2, 2] = U, -U  # u1 = U cos θ, u2 = U sin θ
-    limit = mu * n0
-    r = limit / kt
-    found = plane_law(made, 1)(u)
-    assert found.state[0] == SLIP
-    work = 2 * np.pi * limit * np.sqrt(U**2 - r**2)
-    np.testing.assert_allclose(found.dissipation[0], work, rtol=1e-9)
-    w = to_complex(found.w[0, 1:])[1]
-    # w = (U - r e^{-iγ}) of the rotating vector, cos γ = r/U
-    expected = abs(U - r * np.exp(1j * np.arccos(r / U)))
-    np.testing.assert_allclose(np.abs(w), expected, atol=1e-9 * U)
-
-
 @pytest.mark.parametrize("angle", [0.0, 0.4, np.pi / 4, 2.0])
 def test_straight_path_is_the_closed_form_loop_whatever_its_direction(angle: float) -> None:
     kn, kt, mu, n0, U = 2e6, 3e6, 0.3, 50.0, 2e-5
@@ -126,42 +104,6 @@ def test_straight_path_is_the_closed_form_loop_whatever_its_direction(angle: flo
     np.testing.assert_allclose(along.real, in_phase, rtol=1e-9)
     np.testing.assert_allclose(along.imag, area / (np.pi * U), rtol=1e-9)
     np.testing.assert_allclose(force @ [-np.sin(angle), np.cos(angle)], 0, atol=1e-9 * limit)
-
-
-def test_coefficients_are_those_of_radial_return(
-    coefficients: Callable[..., NDArray[np.complex128]],
-) -> None:
-    made, u = draw(3, 40, seed=43)
-    finest = plane_law(made, 3)(u)
-    path, work = radial_return(made, u, 20000, laps=4)
-    size = np.abs(u).max(axis=(1, 2))
-    marched = coefficients(path, 3)
-    fine = to_complex(finest.w)[:, :, 1:]
-    moving = np.isin(finest.state, (SLIP, SLIP_OPEN))
-    # marching is of first order, and after four laps hardly slipping sliders still drift
-    apart = np.abs(fine[1:] - marched[1:]).max(axis=(0, 2)) / size
-    assert np.median(apart[moving]) < 2e-5
-    assert apart[moving].max() < 2e-3
-    np.testing.assert_allclose(finest.dissipation[moving].sum(), work[moving].sum(), rtol=1e-3)
-
-
-@pytest.mark.parametrize("harmonics", [1, 7])
-def test_located_events_are_the_limit_of_samples(harmonics: int) -> None:
-    # The sampled law's error falls with the square of the samples: two of them extrapolated.
-    made, u = draw(harmonics, 120, seed=60 + harmonics)
-    found = plane_law(made, harmonics)(u)
-    fine, finest = (sampled_plane(made, n, u) for n in (4096, 16384))
-    np.testing.assert_array_equal(found.state, finest.state)
-    limit = finest.w + (finest.w - fine.w) / 15
-    error = np.abs(found.w - limit)[:, 1:].max(axis=(1, 2)) / np.abs(u).max(axis=(1, 2))
-    moving = np.isin(found.state, (SLIP, SLIP_OPEN))
-    assert np.median(error[moving]) < 2e-8
-    assert np.quantile(error[moving], 0.9) < 3e-7
-    assert error[moving].max() < 1e-5
-    # Where discs of neighbouring samples cross is ill-conditioned, how far from zero is not.
-    far, nearly = (np.hypot(*each.w[~moving, 1:, 0].T) for each in (found, finest))
-    np.testing.assert_allclose(far, nearly, rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(found.dissipation, finest.dissipation, rtol=1e-4, atol=1e-5)
 
 
 @pytest.mark.parametrize("harmonics", [1, 5])

@@ -219,17 +219,3 @@ def test_law_does_not_know_the_origin_of_time() -> None:
         np.moveaxis(q[1:].imag, 0, -1),
     )
     np.testing.assert_allclose(to_complex(law(turned).w), to_complex(law(u).w) * shift, atol=1e-12)
-
-
-def test_samples_converge_to_located_events() -> None:
-    made, u = draw(2, 200, seed=5)
-    exact = contact_law(made, 2)(u)
-    errors = []
-    for samples in (64, 512, 4096):
-        found = contact_law(made, 2, samples)(u)
-        errors.append(np.abs(found.w - exact.w).mean())
-        work = np.abs(found.dissipation - exact.dissipation).mean()
-        assert work < 10 / samples * exact.dissipation.mean()
-    assert errors[0] < 5e-3
-    assert errors[1] < 0.2 * errors[0]
-    assert errors[2] < 0.2 * errors[1]

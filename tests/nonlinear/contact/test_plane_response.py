@@ -25,7 +25,6 @@ from vanelock.nonlinear.continuation.globalisation import _released
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
-Array = NDArray[np.complex128]
 Make = Callable[..., System]
 Lowest = Callable[[System], float]
 
@@ -34,59 +33,6 @@ def even(system: System) -> System:
     """The same stiffness in both tangential directions."""
     contacts = system.contacts
     return replace(system, contacts=replace(contacts, kt=contacts.kt[:, [0, 0]]))
-
-
-def marched_in_the_plane(contacts: Contacts, q: Array, count: int, laps: int) -> Floats:
-    """Forces (count, c, 3) of the last lap by radial return."""
-    wave = np.exp(2j * np.pi * np.outer(np.arange(count), np.arange(len(q))) / count)
-    u = np.einsum("th,hcd->tcd", wave, q).real
-    n = contacts.kn * np.maximum(u[:, :, 0], 0.0)
-    forces = np.concatenate([n[:, :, None], np.zeros((count, contacts.count, 2))], axis=2)
-    t = np.zeros((contacts.count, 2))
-    for i in range(laps * count):
-        s = i % count
-        t = t + contacts.kt * (u[s] - u[s - 1])[:, 1:]
-        size, limit = np.hypot(t[:, 0], t[:, 1]), contacts.mu * n[s]
-        t *= np.divide(limit, size, out=np.ones_like(size), where=size > limit)[:, None]
-        forces[s, :, 1:] = t
-    return forces
-
-
-@pytest.mark.parametrize("preload", [0.3, 3.0])
-def test_solution_balances_in_full_coordinates_with_marched_forces(
-    random_system: Make,
-    first_frequency: Lowest,
-    coefficients: Callable[..., Array],
-    preload: float,
-) -> None:
-    system = even(random_system(0, preload=preload, damping_ratio=None))
-    system = replace(
-        system,
-        diameters={k: replace(d, C=0.05 * d.M + 0.01 * d.K) for k, d in system.diameters.items()},
-    )
-    hertz = first_frequency(system) * np.array([1.4])
-    response = frequency_response(system, hertz, Options(3, friction="isotropic"), find_jumps=False)
-    assert response.converged.all()
-    assert response.residual.max() < 1e-10
-    assert {SLIP, SLIP_OPEN} & set(response.state.ravel())
-    worst = 0.0
-    for p, frequency in enumerate(response.frequency):
-        omega, q = 2 * np.pi * frequency, response.contact[p]
-        pull = coefficients(marched_in_the_plane(system.contacts, q, 8000, 2), 3)
-        for h in range(4):
-            k = system.nodal_diameter(h)
-            d, x = system.at(k), response.x[h][p]
-            assert d.next is not None
-            B = (d.own + d.next * np.exp(-2j * np.pi * k / 5)).reshape(-1, len(d.K))
-            D = d.K - (h * omega) ** 2 * d.M + 1j * h * omega * d.C
-            gap = D @ x + B.conj().T @ pull[h].reshape(-1)
-            gap = gap - (system.force[h].vector if h in system.force else 0.0)
-            if h == 0:  # what a stuck contact that slid carries depends on how it got there
-                moving = np.repeat(response.state[p] != STUCK, 3)
-                exact = response.force[p, 0].reshape(-1)
-                gap = gap - B.conj().T @ np.where(moving, 0.0, pull[0].reshape(-1) - exact)
-            worst = max(worst, float(np.abs(gap).max()))
-    assert worst < 1e-3 * np.abs(system.force[1].vector).max()
 
 
 def planar(swing: complex, mu: float, v0: float, shake: float) -> System:

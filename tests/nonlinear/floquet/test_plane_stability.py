@@ -197,22 +197,3 @@ def test_multipliers_are_those_of_finite_differences_in_time(name):
     assert apart.min(axis=1).max() < 1e-5
     assert apart[:, np.abs(given) > 0.56].min(axis=0).max() < 1e-5
     assert found.verdict[0] == (UNSTABLE if np.abs(exact).max() > 1 else STABLE)
-
-
-def test_sectors_apart_have_the_multipliers_of_one():
-    # In a ring of sectors that know nothing of each other diameters are a matter of phase.
-    sizes = []
-    for sectors in (1, 4):
-        system = block(*CASES["remembers"][:4], sectors=sectors)
-        response = frequency_response(
-            system, [1.05 / (2 * np.pi)], Options(7, friction="isotropic")
-        )
-        found = stability(system, response, harmonics=9, count=30)
-        assert found.verdict[0] == STABLE
-        size = np.abs(found.multiplier[0][found.diameter[0] >= 0])
-        sizes.append(size[size > 0.56])
-    alone, ring = sizes
-    assert len(ring) > 2 * len(alone)
-    apart = np.abs(np.subtract.outer(ring, alone)).min(axis=1)
-    assert apart.max() < 1e-6
-    assert np.all(np.abs(ring.max() - alone.max()) < 1e-6)

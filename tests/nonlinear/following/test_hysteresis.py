@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -208,23 +207,6 @@ def test_a_state_between_the_folds_is_left_and_the_others_are_kept(both_ways: Hy
     assert kept[1] > 0.3
 
 
-def test_a_curve_without_folds_is_the_same_both_ways(tmp_path: Path) -> None:
-    system = gap_oscillator()
-    weak = {1: Force(np.array([0.01], complex))}  # never reaches the stop
-    linear = System(**{**vars(system), "force": weak})
-    found = hysteresis(linear, (LOW / TURN, HIGH / TURN), Options(1))
-    assert found.complete
-    assert found.connected
-    assert len(found.fold) == 0
-    assert not found.differ.any()
-    assert not found.unstable.any()
-    assert found.several.shape == (0, 2)
-    found.save(tmp_path / "both.h5")
-    again = Hysteresis.load(tmp_path / "both.h5")
-    np.testing.assert_array_equal(again.branch.contact, found.branch.contact)
-    assert again.complete is True
-
-
 def test_impossible_ranges_are_refused() -> None:
     with pytest.raises(InputError, match="frequencies: given"):
         hysteresis(gap_oscillator(), [1.0], Options(1))
@@ -271,26 +253,6 @@ def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
     picked = np.flatnonzero(alone & (found.passed == 0))[::8]
     swept = frequency_response(two_masses(), found.branch.frequency[picked], Options(3))
     np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
-
-
-def test_points_of_the_path_balance_with_sampled_forces(both_masses: Hysteresis) -> None:
-    branch, one = both_masses.branch, two_masses().diameters[0]
-    assert one.C is not None
-    h, count = np.arange(4), 1 << 14
-    q = branch.output[::4, :, (0, 1), (0, 0)]
-    turn = np.exp(1j * np.outer(TURN * np.arange(count) / count, h))
-    pushed = 100.0 * np.maximum(np.einsum("th,ph->pt", turn, q[:, :, 0]).real - 1, 0.0)
-    pull = np.fft.rfft(pushed, axis=1)[:, :4] / count
-    pull[:, 1:] *= 2
-    s = np.multiply.outer(TURN * branch.frequency[::4], h)[:, :, None]
-    gap = q @ one.K - s**2 * q + 1j * s * (q @ one.C)
-    gap[:, :, 0] += pull
-    gap[:, 1, 1] -= 0.1
-    touching = branch.state[::4, 0] == SLIP_OPEN
-    assert 10 < touching.sum() < len(q) - 10
-    np.testing.assert_array_equal(pushed.any(axis=1), touching)
-    assert np.abs(gap[~touching]).max() < 1e-9
-    assert np.abs(gap[touching]).max() < 1e-5  # of sampling
 
 
 def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -133,13 +133,3 @@ def test_modes_left_out_are_estimated_wherever_a_state_was_solved(
     )
     assert SLIP_OPEN in swept.state
     np.testing.assert_allclose(both.branch.truncation, swept.truncation, rtol=1e-2)
-
-
-def test_peaks_of_sweeps_downwards_are_the_same_where_nothing_folds(sliding_system: Make) -> None:
-    system = sliding_system()
-    up, down = (
-        peak_response(system, "force", [1.0], (0.15, 0.22), Options(1, direction=direction))
-        for direction in ("up", "down")
-    )
-    assert down.amplitude[0] == pytest.approx(up.amplitude[0], rel=1e-9)
-    assert down.frequency[0] == pytest.approx(up.frequency[0], rel=1e-8)

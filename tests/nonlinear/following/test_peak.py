@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import h5py
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
@@ -19,7 +17,6 @@ from vanelock.nonlinear import (
     PeakResponse,
     System,
     frequency_response,
-    linear_response,
     peak_response,
 )
 from vanelock.nonlinear.balance.balance import structure
@@ -249,67 +246,6 @@ def test_slope_of_the_amplitude_is_exact(
     np.testing.assert_allclose(here.slope, measured, rtol=1e-6)
     response = frequency_response(system, [omega / TURN], Options(harmonics))
     np.testing.assert_allclose(here.amplitude, response.amplitude[0, 0, 2], rtol=1e-9)
-
-
-def loosely_coupled(system: System) -> System:
-    """The system with normal displacements a tenth as large: resonances that do not fold."""
-    scale = np.array([0.1, 1.0, 1.0])[:, None]
-    diameters = {
-        k: replace(
-            each, own=each.own * scale, next=None if each.next is None else each.next * scale
-        )
-        for k, each in system.diameters.items()
-    }
-    return replace(system, diameters=diameters)
-
-
-@pytest.mark.parametrize(("seed", "harmonics"), [(1, 1), (2, 3)])
-def test_peaks_are_those_of_dense_sweeps(
-    random_system: Make, first_frequency: Lowest, seed: int, harmonics: int
-) -> None:
-    system = loosely_coupled(random_system(seed, preload=10.0, damping_ratio=0.01))
-    hertz = np.linspace(1, 6, 2001) * first_frequency(system)
-    curve = linear_response(system, hertz, "all").amplitude[:, 0].max(axis=1)
-    stuck = hertz[1 + np.argmax((curve[1:-1] > curve[:-2]) & (curve[1:-1] > curve[2:]))]
-    values = np.geomspace(1e-3, 3.0, 12)
-    found = peak_response(system, "force", values, (0.7 * stuck, 1.2 * stuck), Options(harmonics))
-    assert found.converged.all()
-    smooth = ~found.sharp  # where contacts change their states the slope may jump over zero
-    assert smooth.sum() >= 10
-    assert found.distance[smooth].max() < 1e-8
-    assert found.states[0, STUCK] == 6
-    assert found.states[-1, STUCK] < 3
-    for i in np.flatnonzero(smooth)[[0, 5, -1]]:
-        moved = replace(system, force={1: Force(values[i] * system.force[1].vector)})
-
-        def size(frequency: Floats, moved: System = moved) -> Floats:
-            swept = frequency_response(moved, frequency, Options(harmonics), find_jumps=False)
-            return np.asarray(swept.amplitude[:, 0, found.direction])
-
-        across = size(found.frequency[i] + found.width[i] * np.linspace(-1, 1, 21))
-        assert across.argmax() == 10
-        np.testing.assert_allclose(across[10], found.amplitude[i], rtol=1e-9)
-        aside = 0.05 * found.width[i]
-        best = minimize_scalar(
-            lambda frequency: -float(size(np.array([frequency]))[0]),
-            bracket=(found.frequency[i] - aside, found.frequency[i] + 0.5 * aside),
-            method="brent",
-            options={"xtol": 1e-7},
-        )
-        np.testing.assert_allclose(found.frequency[i], best.x, rtol=1e-6)
-        np.testing.assert_allclose(found.amplitude[i], -best.fun, rtol=1e-9)
-
-
-def test_peaks_survive_a_file(tmp_path: Path) -> None:
-    found = peak_response(jenkins(), "mu", [0.1, 1.0], (0.1, 0.3), Options(1))
-    found.save(tmp_path / "peaks.h5")
-    again = PeakResponse.load(tmp_path / "peaks.h5")
-    np.testing.assert_array_equal(again.amplitude, found.amplitude)
-    np.testing.assert_array_equal(again.mu, [[0.1], [1.0]])
-    np.testing.assert_array_equal(again.at(1).mu, [1.0])
-    np.testing.assert_array_equal(again.response.contact, found.response.contact)
-    with h5py.File(tmp_path / "peaks.h5") as file:
-        assert dict(file["second_peak"].attrs) == {"unit": "m"}
 
 
 def test_friction_alone_bounds_a_peak_that_something_varies() -> None:

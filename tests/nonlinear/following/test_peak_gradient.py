@@ -13,13 +13,10 @@ from vanelock.nonlinear import (
     frequency_response,
     peak_gradient,
     peak_gradient_of,
-    peak_response,
 )
 from vanelock.nonlinear.following.peak import Resonance
 from vanelock.nonlinear.following.peak_gradient import _gradient_of_peak
 from vanelock.rom.system.system import Force, System
-
-STEP = 1e-5
 
 
 def slipping(
@@ -30,80 +27,6 @@ def slipping(
     _, force, hertz = kinds.get(kind) or next(iter(kinds.values()))
     system = replace(loaded(spring_ring(seed), force), **changes)
     return system, (0.85 * hertz, 1.12 * hertz)
-
-
-def drawn(system: System, seed: int) -> dict[int, np.ndarray]:
-    """A Hermitian change of the stiffness by nodal diameter, of its size."""
-    random, found = np.random.default_rng(seed), {}
-    for k, one in system.diameters.items():
-        A = random.normal(size=one.K.shape) + 1j * random.normal(size=one.K.shape)
-        A = A if np.iscomplexobj(one.K) else A.real
-        found[k] = (A + A.conj().T) * np.abs(one.K).mean()
-    return found
-
-
-def changed(system: System, changes: dict[int, np.ndarray], share: float) -> System:
-    diameters = {
-        k: replace(one, K=one.K + share * changes[k]) for k, one in system.diameters.items()
-    }
-    return replace(system, diameters=diameters)
-
-
-def difference(
-    system: System,
-    changes: dict[int, np.ndarray],
-    near: tuple[float, float],
-    options: Options,
-    output: tuple[str, int],
-) -> float:
-    up, down = (
-        peak_response(changed(system, changes, sign * STEP), "force", [1.0], near, options, output)
-        for sign in (1, -1)
-    )
-    assert up.converged.all()
-    assert down.converged.all()
-    return float(up.amplitude[0] - down.amplitude[0]) / (2 * STEP)
-
-
-@pytest.mark.parametrize(("seed", "harmonics"), [(0, 1), (3, 3)])
-def test_stiffness_moves_a_peak_as_differences_say(seed: int, harmonics: int) -> None:
-    system, near = slipping(seed)
-    options = Options(harmonics)
-    changes = drawn(system, seed)
-    known = peak_response(system, "force", [1.0], near, options)
-    output = known.output, known.direction
-    found = peak_gradient(system, near, options, output)
-    assert found.amplitude == pytest.approx(known.amplitude[0], rel=1e-12)
-    assert found.frequency == pytest.approx(known.frequency[0], rel=1e-9)
-    expected = difference(system, changes, near, options, output)
-    assert found.at_peak.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
-
-
-@pytest.mark.parametrize(("coupling", "diameter"), [("uncoupled", 0), ("constant-load", None)])
-def test_the_state_at_rest_counts_where_it_is_solved_first(
-    coupling: str, diameter: int | None
-) -> None:
-    system, near = slipping(2)
-    options = Options(1, coupling=coupling)
-    changes = drawn(system, 2)
-    if diameter is not None:  # of nodal diameter 0 alone, which moves the rest
-        changes = {k: (k == diameter) * change for k, change in changes.items()}
-    known = peak_response(system, "force", [1.0], near, options)
-    assert not known.sharp[0]
-    output = known.output, known.direction
-    found = peak_gradient(system, near, options, output)
-    expected = difference(system, changes, near, options, output)
-    assert found.at_peak.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
-
-
-def test_contacts_that_open_and_damping_of_the_open_structure() -> None:
-    system, near = slipping(0, "lift", damping_joints="open")
-    changes = drawn(system, 4)
-    known = peak_response(system, "force", [1.0], near, Options(3))
-    output = known.output, known.direction
-    found = peak_gradient(system, near, Options(3), output)
-    expected = difference(system, changes, near, Options(3), output)
-    assert found.at_peak.by_stiffness(changes) == pytest.approx(expected, rel=1e-5)
 
 
 def test_a_stuck_peak_is_that_of_a_linear_structure() -> None:

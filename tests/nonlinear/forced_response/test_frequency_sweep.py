@@ -23,7 +23,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
-from vanelock.nonlinear.continuation.families import Frequencies, Loads
+from vanelock.nonlinear.continuation.families import Loads
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
@@ -105,24 +105,6 @@ def test_sweeps_up_and_down_take_their_own_branch_through_folds() -> None:
     linear = linear_response(system, hertz, "none").amplitude[:, 0, 0]
     assert np.all(linear[apart] < 1)
     np.testing.assert_allclose(low[apart], linear[apart], rtol=1e-9)
-
-
-def test_arc_passes_both_folds_of_a_bent_curve() -> None:
-    # In frequency there is one solution below and above the folds, three between them; going round
-    # both folds takes the state from the branch that hits the stop to the one that does not.
-    system = gap_oscillator()
-    family = Frequencies(structure(system, 1), contact_law(system.contacts, 1))
-    zero = np.zeros((1, 3, 3))
-    begun = solve(family, zero, 0.9)
-    assert begun.converged
-    arc = follow(family, begun, 1.6)
-    assert arc.solution is not None
-    assert arc.solution.converged
-    assert len(arc.folds) == 2
-    assert arc.folds[0] > arc.folds[1] > 0.9  # turned back at the higher frequency first
-    np.testing.assert_allclose(arc.solution.omega, 1.6)
-    amplitude = np.hypot(*arc.solution.u[0, 0, 1:])
-    np.testing.assert_allclose(amplitude, 0.15 / abs(1 - 1.6**2 + 0.032j), rtol=1e-9)
 
 
 def test_load_raised_step_by_step_meets_the_direct_solution(

@@ -1,7 +1,6 @@
 """What options there may be, and what they are by default."""
 
 from collections.abc import Callable
-from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -71,19 +70,6 @@ def test_by_default_there_are_three_harmonics_and_the_way_is_up(random_system: M
     same = frequency_response(system, [0.3, 0.4], harmonics=3, direction="up", find_jumps=False)
     assert (found.harmonics, found.direction) == (3, "up")
     np.testing.assert_array_equal(found.contact, same.contact)
-
-
-def test_at_rest_harmonics_and_couplings_make_no_difference(random_system: Make) -> None:
-    system = random_system(0)
-    system = replace(system, contacts=replace(system.contacts, kt=system.contacts.kt[:, [0, 0]]))
-    plain = static_response(system, Options(friction="isotropic"))
-    assert (plain.friction, plain.samples, plain.coupling) == ("isotropic", 0, "coupled")
-    many = Options(5, "constant-load", "isotropic", "sector", "down", static_beyond=2.0)
-    other = static_response(system, many)
-    for field in fields(plain):
-        if field.name not in ("seconds", "x"):
-            np.testing.assert_array_equal(getattr(other, field.name), getattr(plain, field.name))
-    np.testing.assert_array_equal(other.x[0], plain.x[0])
 
 
 def test_options_by_name_are_refused_where_unknown_or_beside_others(sliding_system: Make) -> None:

@@ -30,7 +30,6 @@ from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Floats = NDArray[np.float64]
-Array = NDArray[np.complex128]
 TURN = 2 * np.pi
 Make = Callable[..., System]
 Lowest = Callable[[System], float]
@@ -101,70 +100,6 @@ def test_harmonic_zero_is_the_static_problem(
             found, expected = getattr(response, name)[p, 0], getattr(static, name)[0, 0]
             np.testing.assert_allclose(found, expected, atol=1e-12)
     assert (response.coupling, response.friction) == (coupling, friction)
-
-
-def rows(system: System, k: int) -> Array:
-    matrices = system.at(k)
-    phase = np.exp(-2j * np.pi * k / system.sectors)
-    B = matrices.own if matrices.next is None else matrices.own + matrices.next * phase
-    return np.asarray(B.reshape(-1, len(matrices.K)), complex)
-
-
-def marched_under_constant_load(contacts: Contacts, q: Array, count: int) -> Floats:
-    """Forces (count, ..., c, 3): friction clipped at μ kn v^(0), linear normal springs, or open."""
-    wave = np.exp(2j * np.pi * np.outer(np.arange(count), np.arange(len(q))) / count)
-    u = np.einsum("th,h...->t...", wave, q).real
-    limit = (contacts.mu * contacts.kn * np.maximum(q[0, ..., 0].real, 0.0))[..., None]
-    forces: Floats = contacts.stiffness * u
-    t = np.clip(forces[0, ..., 1:], -limit, limit)
-    for i in range(1, 2 * count):
-        s = i % count
-        t = np.clip(t + contacts.kt * (u[s] - u[s - 1])[..., 1:], -limit, limit)
-        forces[s, ..., 1:] = t
-    forces[:, q[0, ..., 0].real <= 0] = 0.0
-    return forces
-
-
-@pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
-@pytest.mark.parametrize("preload", [0.3, 3.0])
-def test_solution_balances_in_full_coordinates_with_marched_forces(
-    random_system: Make,
-    first_frequency: Lowest,
-    march: Callable[..., Floats],
-    coefficients: Callable[..., Array],
-    coupling: str,
-    preload: float,
-) -> None:
-    system = random_system(0, preload=preload, damping_ratio=None)
-    system = replace(
-        system,
-        diameters={k: replace(d, C=0.05 * d.M + 0.01 * d.K) for k, d in system.diameters.items()},
-    )
-    response = frequency_response(
-        system,
-        first_frequency(system) * np.array([0.8, 1.4]),
-        Options(3, coupling=coupling),
-        find_jumps=False,
-    )
-    assert response.converged.all()
-    assert {SLIP, SLIP_OPEN} & set(response.state.ravel())
-    free = coupling == "uncoupled"
-    load = np.abs(system.force[1].vector).max()
-    moved = np.moveaxis(response.contact, 0, 1)
-    history = (march if free else marched_under_constant_load)(system.contacts, moved, 20000)
-    pulls = np.moveaxis(coefficients(history, 3), 1, 0)
-    for frequency, q, pull, p in zip(
-        response.frequency, response.contact, pulls, (0, 1), strict=True
-    ):
-        omega = 2 * np.pi * frequency
-        for h in range(1, 4):
-            k = system.nodal_diameter(h)
-            matrices, B, x = system.at(k), rows(system, k), response.x[h][p]
-            np.testing.assert_allclose((B @ x).reshape(-1, 3), q[h], atol=1e-9)
-            D = matrices.K - (h * omega) ** 2 * matrices.M + 1j * h * omega * matrices.C
-            gap = D @ x + B.conj().T @ pull[h].reshape(-1)
-            gap = gap - (system.force[h].vector if h in system.force else 0.0)
-            assert np.abs(gap).max() < 2e-3 * load  # the marching's own error
 
 
 def sliding(force: complex, shake: complex, v0: float) -> System:

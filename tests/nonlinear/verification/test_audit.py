@@ -186,22 +186,6 @@ def test_marched_circle_has_its_closed_form() -> None:
     np.testing.assert_allclose(np.abs(found.force[1, 0, 1:]), mu * n0, rtol=1e-6)
 
 
-def test_error_of_marching_in_the_plane_falls_with_the_square_of_the_samples() -> None:
-    made, q = drawn(count=16, harmonics=3, mean=0.5, seed=2)
-    made = replace(made, kt=np.repeat(made.kt[:, :1], 2, axis=1))
-    best = _march_contacts(made, q, 2**16, "isotropic")
-    errors = []
-    for samples in (2**9, 2**11, 2**13):
-        found = _march_contacts(made, q, samples, "isotropic")
-        errors.append(
-            [np.abs(found.force - best.force).max(), np.abs(found.work - best.work).max()]
-        )
-    coarse, middle, fine = np.array(errors)
-    assert np.all(fine < 1e-5)
-    assert np.all(middle < coarse / 6)
-    assert np.all(fine < middle / 6)
-
-
 @pytest.fixture(name="solved", scope="module")
 def solved_fixture(
     random_system: Callable[..., System], first_frequency: Callable[[System], float]

@@ -6,11 +6,7 @@ import sys
 import pytest
 
 import vanelock
-from vanelock import check_file, compare_runs, load_study, parse_study, run_study, template_text
-from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files import load_matrices
-from vanelock.mesh import read_mesh
-from vanelock.rom import System
+from vanelock import parse_study, template_text
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
 
@@ -65,17 +61,6 @@ def test_what_cannot_be_a_path_is_refused(tmp_path, refused, path, reason):
     assert [path.name for path in tmp_path.iterdir()] == ["a.toml"]
 
 
-def test_python_refuses_too_long_a_path_as_one_that_is_not_there():
-    long = "x" * 300 + ".mtx"
-    for door in (
-        *(check_file, load_study, load_matrices, read_mesh, System.load),
-        lambda path: compare_runs(path, "b"),
-        lambda path: run_study(parse_study(""), path),
-    ):
-        with pytest.raises(InputError, match="File name too long|no such f"):
-            door(long)
-
-
 @pytest.mark.parametrize(
     ("text", "line"),
     [
@@ -92,19 +77,12 @@ def test_bad_studies(tmp_path, refused, text, line):
     assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.parametrize(
-    ("bounds", "line"),
-    [
-        ("[0.5, 0.9]", 'optimise: "MU" starts at 0.3, outside of its bounds 0.5 to 0.9'),
-        ('["1 kg", 1]', "optimise.bounds: \"MU\" = ['1 kg', 1]: expected a number"),
-        ("[0.9, 0.1]", 'optimise.bounds: "MU" = [0.9, 0.1]: expected [low, high] with low'),
-    ],
-)
-def test_what_cannot_be_searched(tmp_path, refused, bounds, line):
+def test_what_cannot_be_searched(tmp_path, refused):
     """The file is named, and no folder is left behind."""
     key = "joints.interlock.mu"
-    (tmp_path / "a.toml").write_text(f"[optimise]\nbounds = {{ {key} = {bounds} }}")
-    assert refused("optimise", "a.toml").startswith(f"vanelock: a.toml: {line.replace('MU', key)}")
+    (tmp_path / "a.toml").write_text(f"[optimise]\nbounds = {{ {key} = [0.5, 0.9] }}")
+    line = f'optimise: "{key}" starts at 0.3, outside of its bounds 0.5 to 0.9'
+    assert refused("optimise", "a.toml").startswith(f"vanelock: a.toml: {line}")
     (tmp_path / "a.toml").write_text("")
     for command in ("optimise", "fit"):
         said = f"vanelock: a.toml: {command}: the study has no [{command}] table"
@@ -118,26 +96,16 @@ NO_FOLDER = "is not a folder; move it away or name another"
 @pytest.mark.parametrize(
     ("place", "content", "line"),
     [
-        ("out", "a file", "out: cannot be used as a folder to write to"),
-        (
-            "out/results.h5",
-            b"\x89HDF\r\n\x1a\n then nothing",
-            "out/results.h5: not a readable HDF5",
-        ),
-        ("out/results.h5", "my own notes", "out/results.h5: not a readable HDF5 file"),
-        (
-            "out/results.h5/a",
-            "",
-            "out/results.h5: is a folder, not a results file; move it away or",
-        ),
-        *((f"out/{name}", "mine", f"out/{name}: {NO_FOLDER}") for name in ("figures", "shapes")),
-        ("out/cache", "mine", f"out/cache: {NO_FOLDER}"),
+        ("out", b"a file", "out: cannot be used as a folder to write to"),
+        ("out/results.h5", b"\x89HDF\r\n\x1a\n nothing", "out/results.h5: not a readable HDF5"),
+        ("out/results.h5/a", b"", "out/results.h5: is a folder, not a results file; move it away"),
+        *((f"out/{name}", b"mine", f"out/{name}: {NO_FOLDER}") for name in ("figures", "shapes")),
+        ("out/cache", b"mine", f"out/cache: {NO_FOLDER}"),
     ],
 )
 def test_folders_that_hold_something_else_are_left_as_they_are(
     tmp_path, refused, place, content, line
 ):
-    content = content if isinstance(content, bytes) else content.encode()
     (tmp_path / "a.toml").write_text("")
     there = tmp_path / place
     there.parent.mkdir(parents=True, exist_ok=True)
@@ -156,19 +124,3 @@ def test_a_refused_run_leaves_no_folder(tmp_path, refused):
     (tmp_path / "out").mkdir()  # one that was there stays
     refused("run", "a.toml", "-o", "out")
     assert (tmp_path / "out").exists()
-
-
-@pytest.mark.system
-def test_a_full_disk(tmp_path):
-    """A limit on the size of files stands in for one."""
-    (tmp_path / "a.toml").write_text('[mesh]\nsize = "coarse"\n')
-    done = subprocess.run(
-        ["bash", "-c", 'ulimit -f 100; exec "$@"', "bash", *VANELOCK, "run", "a.toml", "--quiet"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=1800,
-    )
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "vanelock: runs/a/cache: cannot be written: File too large\n"
-    assert not list(tmp_path.glob("runs/a/**/*.tmp"))

@@ -1,10 +1,6 @@
 """Every command teaches by `--help`, and the Tab key knows commands, study files and settings."""
 
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -70,40 +66,6 @@ def test_a_completion_script_names_the_program(shell: str) -> None:
     assert done.exit_code == (0 if known else 2)
     expected = f"_VANELOCK_COMPLETE=complete_{shell}" if known else "'bash', 'zsh', 'fish'"
     assert expected in done.output
-
-
-@pytest.mark.system
-def test_bash_completes_what_is_typed(tmp_path: Path) -> None:
-    """By bash itself, with the script that the program prints."""
-    for name in ("mine.toml", "other.toml", "notes.txt"):
-        (tmp_path / name).write_text("")
-    program = tmp_path / "vanelock"
-    program.write_text(f'#!/bin/sh\nexec {sys.executable} -m vanelock "$@"\n')
-    program.chmod(0o755)
-    code = """
-        eval "$(vanelock completion bash)"
-        COMP_WORDS=(vanelock "$@"); COMP_CWORD=$#
-        _vanelock_completion vanelock
-        printf '%s\\n' "${COMPREPLY[@]}"
-    """
-    paths = os.pathsep.join([str(tmp_path), os.environ["PATH"]])
-
-    def typed(*words: str) -> list[str]:
-        done = subprocess.run(
-            ["bash", "-c", code, "bash", *words],
-            cwd=tmp_path,
-            env={**os.environ, "PATH": paths},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        return done.stdout.split()
-
-    assert typed("conv") == ["converge"]
-    assert typed("run", "") == ["mine.toml", "other.toml"]
-    assert typed("manual", "theory/c") == ["theory/contact"]
-    assert typed("init", "--example", "la") == ["lap_joint"]
-    assert typed("converge", "mine.toml", "--setting", "response.h") == ["response.harmonics"]
 
 
 def test_study_files_and_every_setting_of_a_study_are_completed(tmp_path):

@@ -95,16 +95,6 @@ def test_the_tables_are_those_of_the_parts(made, parts):
     assert counts["left"]["vane"] == ""
 
 
-def test_what_is_printed(made):
-    folder = made[0] / "runs" / "a" / "mesh"
-    assert {path.name for path in folder.iterdir()} == FILES
-    lines = made[1].stdout.splitlines()
-    for row in ("hook_front 10 10", "interlock_right 6 -", "force - 16"):
-        assert row in {" ".join(line.split()) for line in lines}
-    assert "Contact pairs: 16 hook + 6 interlock = 22." in made[1].stdout
-    assert made[1].stderr.splitlines()[-1] == "results are in runs/a/mesh"
-
-
 def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys):
     monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
     folder = made[0]
@@ -120,22 +110,6 @@ def test_a_second_call_meshes_nothing_and_json_says_so(made, monkeypatch, capsys
     assert {row["set"]: row["casing"] for row in tables["sets"]}["hook_rear"] == 10
     written = {file.rpartition("/")[2] for file in events[-1]["summary"]["files"]}
     assert written == set(FILES)
-
-
-def test_its_files_serve_as_own_meshes(made, tmp_path, monkeypatch):
-    monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
-    before = made[0] / "runs" / "a" / "mesh"
-    study = f'[vane]\nmesh = "{before}/vane.msh"\n[casing]\nmesh = "{before}/casing.vtu"\n'
-    mesh_study(parse_study(study), tmp_path)
-    assert (tmp_path / "mesh" / "sets.csv").read_text() == (before / "sets.csv").read_text()
-    for old, new in zip(
-        rows(before / "quality.csv"), rows(tmp_path / "mesh" / "quality.csv"), strict=True
-    ):
-        for name in ("nodes", "elements", "cell_type"):
-            assert old[name] == new[name]
-        assert new["against_cad"] == ""
-        for name in ("volume_cm3", "smallest_jacobian", "sicn_min", "largest_edge_mm"):
-            assert float(old[name]) == pytest.approx(float(new[name]), rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import textwrap
 import threading
 import time
 import weakref
@@ -134,26 +133,6 @@ def test_an_interrupted_run_keeps_what_was_finished_and_goes_on(tmp_path, called
 
 
 @pytest.mark.system
-def test_a_killed_run_goes_on(tmp_path):
-    write_scene(tmp_path)
-    assert stopped(tmp_path, "response mu=0.3", signal.SIGKILL)[0] == -signal.SIGKILL
-    with open_results(tmp_path / "runs" / "a" / "results.h5") as file:
-        # What the cache holds need not be in it yet.
-        assert set(file.get("response", ())) <= {"free", "stuck", "mu=0.15"}
-    done = started(VANELOCK, *RUN, cwd=tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    events = [json.loads(line) for line in done.stdout.splitlines()]
-    computed = {e["stage"] for e in events if e["event"] == "done" and not e["cached"]}
-    assert {stage for stage in computed if not stage.startswith("figures/")} == {
-        "response mu=0.3"
-    } | ({"preload"} & computed)
-    with h5py.File(tmp_path / "runs" / "a" / "results.h5") as file:
-        assert file.attrs["complete"]
-        assert set(file["response"]) == {"free", "stuck", "mu=0.15", "mu=0.3"}
-    assert not unfinished(tmp_path)
-
-
-@pytest.mark.system
 def test_a_stopped_process_leaves_no_unfinished_file(tmp_path):
     """At moments of which gmsh, at the signals itself, has just ended the first."""
     (tmp_path / "a.toml").write_text(STUDY)
@@ -165,23 +144,6 @@ def test_a_stopped_process_leaves_no_unfinished_file(tmp_path):
     for number, (event, stage) in moments.items():
         assert stopped(tmp_path, stage, number, event) == (128 + number, GOES_ON)
         assert not unfinished(tmp_path)
-
-
-@pytest.mark.system
-def test_children_of_tests_hear_signals_wherever_tests_are_started():
-    """As under nohup, or in the background of a shell without job control."""
-    shown = "import signal; print(signal.getsignal(2).__name__, signal.getsignal(1).name)"
-    program = f"""
-    import signal, subprocess, sys
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    {{}}
-    subprocess.run([sys.executable, "-c", {shown!r}], check=True)
-    """
-    root = Path(__file__).parents[3]
-    for line, heard in (("", None), ("import conftest", "default_int_handler SIG_DFL\n")):
-        done = started([sys.executable, "-c"], textwrap.dedent(program).format(line), cwd=root)
-        assert (done.stdout == heard) == bool(line), done.stderr
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

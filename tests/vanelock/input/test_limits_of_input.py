@@ -1,9 +1,6 @@
 """Input of any size ends in one line, soon and in little memory; nothing is written elsewhere."""
 
 import os
-import resource
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,63 +9,6 @@ from vanelock import load_study, parse_study
 from vanelock.common.errors import InputError
 from vanelock.common.toml import LARGEST, toml_tables
 from vanelock.results.files.run_folder import claimed
-
-MEGABYTES = 900
-
-
-def refusal(path: Path) -> str:
-    """The one line that `vanelock check` says under a limit of memory and processor time."""
-
-    def limit() -> None:
-        resource.setrlimit(resource.RLIMIT_DATA, (MEGABYTES << 20,) * 2)
-        resource.setrlimit(resource.RLIMIT_CPU, (30, 30))  # ten times what a study takes
-
-    done = subprocess.run(
-        [sys.executable, "-m", "vanelock", "check", path.name],
-        cwd=path.parent,
-        preexec_fn=limit,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 2, done.stderr[-500:]
-    lines = done.stderr.splitlines()
-    assert len(lines) <= 22
-    return lines[0]
-
-
-@pytest.mark.system
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("x" * 100_000_000, "more than 2,000,000 bytes"),
-        ("".join(f"k{i} = 1\n" for i in range(1_000_000)), "more than 2,000,000 bytes"),
-        ("".join(f"k{i}=1\n" for i in range(100_000)), "k0 = 1: unknown key"),
-        (".".join("a" * 900_000) + " = 1", "line 1: nested too deeply"),
-        ("a = " + "[" * 900_000, "nested too deeply"),
-        (
-            "[material.vane]\nE_at = [" + "[20, 1e11]," * 150_000 + "]",
-            "material.vane.E_at",
-        ),
-        (
-            "[sweep]\n" + "".join(
-                f'"joints.{j}.{k}" = [' + ",".join(f"{0.1 + i / 1e5:.5f}" for i in range(50))
-                + "]\n"
-                for j in ("interlock", "hook")
-                for k in ("mu", "kn")
-            ),
-            "sweep: 6250000 cases: at most 100000 are allowed",
-        ),
-    ],
-    ids=[
-        "100 MB", "a million keys", "many keys", "a long key", "brackets", "a long table",
-        "millions of cases",
-    ],
-)  # fmt: skip
-def test_large_studies(tmp_path, text, expected):
-    path = tmp_path / "study.toml"
-    path.write_text(text)
-    assert expected in refusal(path)
 
 
 @pytest.mark.parametrize(

@@ -110,26 +110,6 @@ def test_lengths(text):
         assert line.startswith(f"vane.chord = {wrong}: expected a number in")
 
 
-def test_other_units():
-    study = parse_study(
-        """
-        material.vane = { E = "200 GPa", rho = "8.1 g/cm^3" }
-        joints.hook.kn = "20 N/um"
-        excitation.unbalance = "1500 g*mm"
-        response.range = ["0.24 kHz", 300]
-        vane.stagger = "0.5 rad"
-        """
-    )
-    assert study.material.vane.E == pytest.approx(200e9)
-    assert study.material.casing.E == 170e9
-    assert study.material.vane.rho == pytest.approx(8100)
-    assert study.joints.hook.kn == pytest.approx(2e7)
-    assert study.excitation.unbalance == pytest.approx(1.5e-3)
-    assert study.excitation.force_per_node == 0
-    assert study.response.range == pytest.approx((240, 300))
-    assert study.vane.stagger == pytest.approx(28.64788975654116)
-
-
 MISTAKES = """
 joints.interlock.mu = -0.1: friction coefficient must be >= 0
 joints.interlock.muu = 0.1: unknown key; nearest known key: joints.interlock.mu

@@ -200,21 +200,6 @@ def test_without_a_worker_that_sees_the_folder_nothing_begins(tmp_path):
     assert re.fullmatch(f"{said} which all have to share", str(caught.value))
 
 
-@pytest.mark.system
-def test_meshes_that_differ_are_made_by_the_processes_too(alone, begun):
-    text = STUDY[: STUDY.index("[sweep]")] + (
-        '[sweep]\n"casing.outer_radius" = ["604 mm", "605 mm"]\n'
-        '"joints.interlock.mu" = [0.1, 0.3]\n'
-    )
-    found, heard = run(begun, text, workers=2)
-    assert len(found) == 4
-    same = {each.case: each.peak for each in alone[1]}
-    assert found[0].peak == same["mu=0.1"]
-    assert found[1].peak == same["mu=0.3"]
-    assert len({each.peak.amplitude for each in found}) == 4
-    assert not [event for event in heard if isinstance(event, Notice) and "again" in event.text]
-
-
 @pytest.mark.parametrize(("address", "insecure"), [("127.0.0.1", False), ("192.0.2.1", True)])
 def test_where_no_scheduler_answers_an_error_says_so(monkeypatch, tmp_path, address, insecure):
     """An unencrypted one elsewhere is asked if the option is given."""

@@ -1,11 +1,10 @@
 """Nothing finished is lost: points, full disks, files that something else spoils or removes."""
 
-import ctypes
 import os
 import resource
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,16 +16,14 @@ import pytest
 from numpy.typing import NDArray
 
 import vanelock
-from vanelock import write_template
 from vanelock.common.errors import InputError
-from vanelock.common.files.csv_table import write_columns
 from vanelock.common.product import Product
 from vanelock.nonlinear import PointStore
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.points import HEAD, points_file
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, Step, step
-from vanelock.results.files.run_folder import claimed, record
+from vanelock.results.files.run_folder import claimed
 from vanelock.results.files.writer import Results
 
 
@@ -183,27 +180,6 @@ def test_a_stage_goes_on_where_it_was_killed(tmp_path: Path) -> None:
     assert said == []
 
 
-def test_a_product_is_handed_on_as_the_cache_gives_it_back(tmp_path: Path) -> None:
-    fortran = np.asfortranarray(np.random.default_rng(1).normal(size=(40, 30)))
-    seen = []
-
-    def compute(given: Numbers) -> Numbers:
-        seen.append(given.values)
-        return given
-
-    first = step("first", "rom", {}, Numbers, (), lambda: Numbers(fortran[::2]))
-    second = step("second", "rom", {}, Numbers, (first,), compute)
-    cache = Cache(tmp_path, print)
-    Stages(cache, silent).get(second)
-    for path in tmp_path.rglob("second*"):
-        path.unlink()
-    Stages(cache, silent).get(second)
-    new, again = seen
-    assert new.flags.c_contiguous
-    assert new.strides == again.strides
-    assert new.tobytes() == again.tobytes()
-
-
 def test_a_full_disk_leaves_the_cache_as_it_was(tmp_path: Path) -> None:
     cache, large = Cache(tmp_path / "cache", print), Numbers(np.random.default_rng(1).random(10**5))
     cache.store("small", "key", Numbers(np.arange(10.0)), 1.0)
@@ -307,30 +283,6 @@ def test_parts_of_files_that_a_kill_left_are_swept_up(tmp_path: Path) -> None:
     assert during == there() == {".lock", "figures/mine.tmp", "elsewhere/.a.1.tmp"}
 
 
-WRITERS: dict[str, Callable[[Path], object]] = {
-    "record": lambda path: record(path, "x" * 5000),
-    "table": lambda path: write_columns(path, {"a": np.arange(2000.0)}),
-    "product": lambda path: Numbers(np.arange(2000.0)).save(path),
-    "template": lambda path: write_template(path, all_keys=True),
-}
-
-
-@pytest.mark.parametrize("name", WRITERS)
-def test_writers_leave_no_part_of_a_file(tmp_path: Path, name: str) -> None:
-    path = tmp_path / "made.txt"
-    with disk_of(2000), pytest.raises(InputError) as caught:
-        WRITERS[name](path)
-    assert reason(caught, path) == "File too large"
-    assert list(tmp_path.iterdir()) == []
-
-
-def without_privileges() -> None:
-    """Before a program begins: root, too, shall be bound by permissions."""
-    system = ctypes.CDLL(None)
-    for capability in (1, 2):  # CAP_DAC_OVERRIDE, CAP_DAC_READ_SEARCH
-        system.prctl(24, capability, 0, 0, 0)  # PR_CAPBSET_DROP; refused where there are none
-
-
 def command(*arguments: str | Path, **options: Any) -> subprocess.CompletedProcess[str]:
     """The program, in a process of its own."""
     return subprocess.run(
@@ -341,21 +293,6 @@ def command(*arguments: str | Path, **options: Any) -> subprocess.CompletedProce
         env=os.environ | {"PYTHONPATH": str(Path(vanelock.__file__).resolve().parents[1])},
         **options,
     )
-
-
-@pytest.mark.system
-def test_a_folder_that_may_not_be_written_is_refused_in_a_line(tmp_path: Path) -> None:
-    study = tmp_path / "study.toml"
-    study.write_text("")
-    folder = tmp_path / "run"
-    folder.mkdir()
-    (folder / ".lock").touch()
-    folder.chmod(0o555)
-    made = command("run", study, "-o", folder, preexec_fn=without_privileges)
-    folder.chmod(0o755)
-    assert made.returncode == 2, made.stderr
-    assert made.stderr == f"vanelock: {folder}/results.h5: cannot be written: Permission denied\n"
-    assert [path.name for path in folder.iterdir()] == [".lock"]
 
 
 @pytest.mark.system

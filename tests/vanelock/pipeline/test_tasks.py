@@ -132,20 +132,6 @@ def stored(queue, step):
     return entry.product.value
 
 
-@pytest.mark.system
-def test_all_are_made_and_counted_and_come_back_bit_by_bit(toy, queue_of):
-    toys = [toy.Toy(i) for i in range(8)]
-    queue, said = queue_of(*toys)
-    assert [value(queue, each) for each in toys] == [40 + i for i in range(8)]
-    counts = [event for event in said if isinstance(event, Tasks)]
-    assert sorted({each.done for each in counts} - {0}) == [1, 2, 3, 4, 5, 6, 7, 8]
-    assert {each.total for each in counts} == {8}
-    assert np.isnan(counts[-1].left)  # pictures follow
-    assert not queue.bring("of no task")
-    odd = toys[1].own
-    np.testing.assert_array_equal(stored(queue, odd), odd.compute(toy.base().compute()).value)
-
-
 def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
     queue, _ = queue_of(*(toy.Toy(i) for i in range(4)))
     assert np.isnan(queue._left(queue._began + 5))
@@ -155,19 +141,6 @@ def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
     assert np.isnan(left[3])
     queue._done = 4
     assert np.isnan(queue._left(queue._began + 50))
-
-
-@pytest.mark.system
-def test_what_fails_once_is_made_the_second_time(toy, queue_of, tmp_path):
-    folder = str(tmp_path)
-    toys = [toy.Toy(1, "raises once", folder), toy.Toy(2, "dies once", folder), toy.Toy(3)]
-    queue, said = queue_of(*toys)
-    assert [value(queue, each) for each in toys] == [41, 42, 43]
-    notices = sorted(event.text for event in said if isinstance(event, Notice))
-    assert notices == [
-        "1: RuntimeError: as it should; trying again",
-        "2: its process was killed by signal 9 (SIGKILL); trying again",
-    ]
 
 
 def test_what_fails_always_is_reported_and_the_others_are_made(toy, queue_of):

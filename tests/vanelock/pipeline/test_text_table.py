@@ -58,18 +58,6 @@ def test_lines_fit_and_words_are_whole(width: int) -> None:
         assert text.count(number) == 8
 
 
-def test_minor_columns_go_first_and_only_where_that_is_enough() -> None:
-    def heads(width: int) -> str:
-        return "\n".join(text_lines(CASES, width))
-
-    assert all(word in heads(100) for word in ("converged", " H "))
-    assert "converged" not in heads(76)
-    assert heads(76).count("─\n") == 1
-    # Where they fold there is room for all again.
-    assert "converged" in heads(50)
-    assert heads(50).count("─\n") == 2
-
-
 def test_folded_rows_begin_with_their_names_and_long_reasons_are_on_several_lines():
     columns = Column("a"), *(Column(f"number {i}") for i in range(6))
     table = Table("T", columns, [("row", *[12345.0] * 6)])

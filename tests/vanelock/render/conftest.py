@@ -95,3 +95,11 @@ def bars(monkeypatch):
 
     monkeypatch.setattr(style, "colour_bar", noted)
     return found
+
+
+@pytest.fixture
+def figures(monkeypatch):
+    """Figures that would be written."""
+    kept = []
+    monkeypatch.setattr(style, "write", lambda figure, path: kept.append(figure))
+    return kept

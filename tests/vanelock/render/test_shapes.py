@@ -1,16 +1,31 @@
-"""Deformed shapes: where points go, what colour they get, and that pictures show them."""
+"""Deformed shapes, animations, sections and stresses: where points go and what colour they get."""
+
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from PIL.GifImagePlugin import GifImageFile
 
 from tests.vanelock.render.conftest import radial_wave
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
-from vanelock.render import mesh_picture, mode_picture, response_picture, style
-from vanelock.render.scenes import annulus
+from vanelock.render import (
+    Wave,
+    mesh_picture,
+    mode_animation,
+    mode_picture,
+    response_animation,
+    response_picture,
+    stress_picture,
+    style,
+)
+from vanelock.render.scenes import annulus, gif
 from vanelock.render.scenes.surface import surface
-from vanelock.render.shapes import shapes
+from vanelock.render.scenes.window import Window
+from vanelock.render.shapes import animation, shapes
+from vanelock.render.shapes.meshes import meridional_section
+from vanelock.render.shapes.shapes import skins_of
 
 
 def black(points, shape):
@@ -154,3 +169,194 @@ def test_shapes_that_do_not_fit_are_refused(parts, tmp_path, bad, message):
     waves = [radial_wave(part, 1, 1.0) for part in parts]
     with pytest.raises(InputError, match=message):
         mode_picture(tmp_path / "mode.png", parts, bad(waves), 1, "Mode")
+
+
+FIRST, SECOND = 1e-4, 3e-5
+
+
+@pytest.fixture
+def two_waves(sector):
+    """A part with harmonic 1 of nodal diameter 1 and harmonic 2 of nodal diameter 14 of 16."""
+    part = sector(sectors=16)
+    waves = [
+        Wave(1, 1, [radial_wave(part, 1, FIRST)]),
+        Wave(2, 14, [radial_wave(part, -2, SECOND)]),
+    ]
+    return part, waves
+
+
+def expected_radius(start, turns, alpha, scale):
+    """R + s Σ a_h cos(hα - ND_h θ) at nodes of sector 0 turned to their sectors."""
+    angle = np.arctan2(start[:, 1], start[:, 0]) + turns
+    moved = FIRST * np.cos(alpha - angle) + SECOND * np.cos(2 * alpha + 2 * angle)
+    return np.hypot(start[:, 0], start[:, 1]) + scale * moved, np.abs(moved)
+
+
+def test_the_frames_divide_the_period_and_the_file_holds_them(two_waves, tmp_path, monkeypatch):
+    part, waves = two_waves
+    shown: list[np.ndarray] = []
+    move = Window.move
+
+    def heard(self, scene):
+        shown.append(scene.bodies[0].points)
+        move(self, scene)
+
+    monkeypatch.setattr(Window, "move", heard)
+    path = response_animation(tmp_path / "wave.gif", [part], waves, "Wave", frames=6)
+    moving = animation.moving_parts([part], waves)
+    split = moving[0].skin.split
+    start = np.tile(moving[0].skin.points[split], (16, 1))
+    turns = np.repeat(2 * np.pi * np.arange(16) / 16, len(split))
+    assert len(shown) == 6
+    # 5 % of the radius 0.6 m is 30 mm: 300 times 0.1 mm, rounded down to 200.
+    for k, points in enumerate(shown):
+        radius, _ = expected_radius(start, turns, 2 * np.pi * k / 6, 200.0)
+        np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), radius, rtol=1e-12)
+    with GifImageFile(path) as file:
+        assert file.n_frames == 6
+        assert file.info["loop"] == 0
+        assert file.info["duration"] == animation.MILLISECONDS
+        frames = []
+        for k in range(6):
+            file.seek(k)
+            frames.append(np.asarray(file.convert("RGB"), int))
+    assert all(np.mean(np.abs(a - b)) > 1 for a, b in pairwise(frames))
+    assert np.mean(frames[0].min(axis=2) == 255) > 0.4
+
+
+def test_a_mode_is_drawn_as_large_as_in_its_picture(sector, tmp_path, monkeypatch):
+    part = sector(sectors=8)
+    texts: list[str] = []
+    figure = style.figure
+
+    def noted(height, title, subtitle, width):
+        texts.append(subtitle)
+        return figure(height, title, subtitle, width)
+
+    monkeypatch.setattr(style, "figure", noted)
+    reached: list[np.ndarray] = []
+    monkeypatch.setattr(Window, "move", lambda _, scene: reached.append(scene.bodies[0].points))
+    for scale in (1.0, 1e-6):
+        wave = [radial_wave(part, 2, scale)]
+        mode_animation(tmp_path / "mode.gif", [part], wave, 2, "Mode", "Free", frames=4)
+    assert texts == ["Free. Largest displacement drawn as 30 mm."] * 2
+    for one, other in zip(reached[:4], reached[4:], strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-12)
+    assert np.hypot(reached[0][:, 0], reached[0][:, 1]).max() == pytest.approx(0.63, abs=1e-3)
+
+
+def test_a_thinned_skin_has_fewer_triangles_over_the_same_body(sector):
+    part = sector(sectors=8, divisions=(2, 24, 12))
+    whole = skins_of([part], [radial_wave(part, 0, 1.0)], corners_only=True)[0]
+    thin = animation.thinned(whole, 400)
+    shown = whole.triangles[~whole.surface.cyclic]
+    assert len(thin.triangles) <= 401 < len(shown) / 3
+    assert np.isin(thin.surface.nodes, whole.surface.nodes).all()
+    assert len(thin.surface.nodes) < len(whole.surface.nodes) / 2
+    np.testing.assert_array_equal(thin.shape, radial_wave(part, 0, 1.0)[thin.surface.nodes])
+
+    def measured(skin, triangles):
+        """Area, and the nodes of the open edges, which the next sector's meet."""
+        a, b, c = (skin.points[skin.split[triangles[:, i]]] for i in range(3))
+        nodes = skin.surface.nodes[skin.split[triangles]]
+        edges = np.sort(np.concatenate([nodes[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
+        unique, count = np.unique(edges, axis=0, return_counts=True)
+        return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2, unique[count == 1]
+
+    area, edge = measured(thin, thin.triangles)
+    expected, border = measured(whole, shown)
+    assert area == pytest.approx(expected, rel=5e-3)
+    np.testing.assert_array_equal(edge, border)
+
+
+def test_a_static_part_is_no_wave(two_waves, tmp_path):
+    part, waves = two_waves
+    with pytest.raises(InputError, match="harmonic: given 0: must be at least 1"):
+        response_animation(tmp_path / "a.gif", [part], [Wave(0, 0, waves[0].shapes)], "Wave")
+
+
+def test_pixels_of_a_gif_are_those_given(tmp_path):
+    ramp = np.linspace(0, 254, 64).astype(np.uint8)
+    first = np.full((40, 64, 3), 255, np.uint8)
+    first[10:30] = np.stack([ramp, ramp[::-1], np.full(64, 128, np.uint8)], axis=-1)
+    frames = [first, first[::-1, ::-1].copy(), np.roll(first, 9, axis=0)]
+    path = gif.write_gif(tmp_path / "new" / "a.gif", frames, 50)
+    with GifImageFile(path) as file:
+        for k, frame in enumerate(frames):
+            file.seek(k)
+            read = np.asarray(file.convert("RGB"), int)
+            assert np.abs(read - frame).max() <= 12
+            np.testing.assert_array_equal(read[frame.min(axis=2) == 255], 255)
+    assert imread(path).shape[:2] == (40, 64)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot be written"):
+        gif.write_gif(tmp_path / "file" / "a.gif", frames, 50)
+
+
+def area(polygon):
+    x, y = polygon.T
+    return abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+
+
+def pipe(p):
+    """Unit cube to an eighth of a pipe of 1 to 2 m, 3 m long."""
+    r, a = 1 + p[:, 0], np.pi / 4 * p[:, 1]
+    return np.column_stack([r * np.cos(a), r * np.sin(a), 3 * p[:, 2]])
+
+
+@pytest.mark.parametrize("cell_type", ["tetra", "tetra10", "hexahedron", "hexahedron20"])
+def test_a_rectangle_is_covered_once(lattice, cell_type):
+    part = lattice((2, 3, 2), pipe, cell_type, curved=True)
+    pieces, edges = meridional_section(part, 0.3)
+    # Of straight elements the section lies inside the arc by their sagitta at most.
+    linear = cell_type in ("tetra", "hexahedron", "hexahedron20")
+    sagitta = 1 - np.cos(np.pi / 24)
+    tolerance = 2 * sagitta if linear else 2 * (1 - np.cos(np.pi / 48))
+    assert sum(map(area, pieces)) == pytest.approx(3, rel=tolerance)
+    every = np.concatenate(pieces)
+    np.testing.assert_allclose(every.min(axis=0), [0, 1], atol=tolerance)
+    np.testing.assert_allclose(every.max(axis=0), [3, 2], atol=2 * tolerance)
+    # The outline's edges belong to one element, all others to two.
+    length = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    on_axis = np.isclose(edges[:, :, 0], 0).all(axis=1) | np.isclose(edges[:, :, 0], 3).all(axis=1)
+    assert length[on_axis].sum() == pytest.approx(2, rel=2 * tolerance)
+
+
+def test_a_plane_beside_the_part_cuts_nothing(lattice):
+    pieces, edges = meridional_section(lattice((1, 1, 1), pipe), -0.5)
+    assert (len(pieces), len(edges)) == (0, 0)
+
+
+def dark(path, left):
+    """Share of a panel's pixels near the map's upper end."""
+    pixels = imread(path)[:, left : left + 700, :3]
+    return float(np.mean(np.linalg.norm(pixels - style.AMPLITUDE_MAP(1.0)[:3], axis=2) < 0.2))
+
+
+def test_colours_follow_the_stress_and_single_nodes_do_not_set_the_scale(sector, tmp_path):
+    part = sector("vane", 0.4, 0.55, 0.08, 12, (3, 4, 2))
+    high = np.where(part.points[:, 0] > np.median(part.points[:, 0]), 80e6, 0.0)
+    outlier = high.copy()
+    outlier[part.node_sets["output"]] = 1e12
+    low = np.full(len(high), 1.0)
+    low[0] = 1e3
+    path = stress_picture(tmp_path / "a.png", part, outlier, 1e6 * low, "Stress", "case")
+    assert imread(path).shape[:2] == (1035, 1800)
+    assert 0.05 < dark(path, 40) < 0.5
+    same = stress_picture(tmp_path / "b.png", part, high, 1e6 * low, "Stress", "case")
+    assert np.mean(np.abs(imread(path) - imread(same)) > 0.05) < 5e-3
+
+
+def test_colour_bars_are_in_mpa_and_stresses_that_do_not_fit_are_refused(sector, tmp_path, bars):
+    part = sector("vane", 0.4, 0.55, 0.08, 12, (3, 4, 2))
+    total, vibration = np.full(len(part.points), 40e6), np.full(len(part.points), 7e6)
+    stress_picture(tmp_path / "a.png", part, total, vibration, "Stress")
+    assert bars == [
+        (0, pytest.approx(40), "von Mises stress (MPa)"),
+        (0, pytest.approx(7), "von Mises stress (MPa)"),
+    ]
+    part = sector()
+    good = np.ones(len(part.points))
+    for bad in (good[1:], good * np.nan):
+        with pytest.raises(InputError, match="casing: stresses of shape"):
+            stress_picture(tmp_path / "a.png", part, good, bad, "Stress")

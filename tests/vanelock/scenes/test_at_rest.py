@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from tests.vanelock.scenes.conftest import Write, chain, joined, load, refused_by, write_model
-from vanelock import load_scene, run_scene
 from vanelock.commands.check.file import check_file
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble
@@ -59,13 +58,6 @@ def test_a_block_rests_as_long_as_friction_holds_it_and_it_does_not_tip_over(blo
         check_file(path)
     path.write_text(path.read_text().replace("[51, 0", "[49, 0"))
     check_file(path)
-
-
-def test_a_run_is_refused_before_anything_is_reduced(block, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="pushes the part away from them"):
-        run_scene(load_scene(block((0, 0, 1))), tmp_path / "run")
-    stages = {path.name.partition("-")[0] for path in (tmp_path / "run" / "cache").rglob("*")}
-    assert not any("component" in stage for stage in stages)
 
 
 def test_what_nothing_presses_is_reported_but_not_what_ties_hold(tmp_path, scene_file):

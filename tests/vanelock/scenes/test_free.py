@@ -7,14 +7,13 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tests.vanelock.scenes.conftest import Write, chain, joined, load, write_model
+from tests.vanelock.scenes.conftest import Write, joined, load, write_model
 from vanelock import load_scene, run_scene
 from vanelock.fem import Material, assemble
 from vanelock.mesh import Part
 from vanelock.nonlinear import linear_response, static_response, stuck_modes
 from vanelock.stages.response.limits import limits
 
-SPRINGS = (3e5, 2e5, 1e5)
 STEEL = Material(E=210e9, nu=0.3, rho=7800)
 
 
@@ -63,24 +62,6 @@ def test_free_beam_is_solved_from_its_end(beam, scene_file: Write, nodes: int) -
     assert np.abs(still - exact).max() < 1e-6 * np.abs(exact).max()
 
 
-def test_forces_of_a_file_on_what_its_output_does_not_hold(beam, scene_file, tmp_path):
-    """The rows that are kept to hold it do not know the forces: their answers are vectors still."""
-    model, text = beam
-    forces = np.random.default_rng(2).normal(size=(len(model.part.points), 3))
-    lines = [f"{i},{x!r},{y!r},{z!r}" for i, (x, y, z) in enumerate(forces.tolist(), 1)]
-    (tmp_path / "wave.csv").write_text("\n".join(["node,fx,fy,fz", *lines]) + "\n")
-    text += '[[loads]]\ncomponent = "beam"\nfile = "wave.csv"\n[damping]\nratio = 1e-9\n'
-    text += f"[outputs]\nnodes = {{beam = [{len(forces)}]}}\n"
-    system = joined(scene_file(text))
-    push = np.zeros(model.K.shape[0])
-    push[model.dofs] = forces
-    for f in (20.0, 400.0, 900.0):
-        D = (model.K - (2 * np.pi * f) ** 2 * model.M).tocsc()
-        exact = sp.linalg.spsolve(D, push)[model.dofs[-1]]
-        output = linear_response(system, [f]).output[0, 1]
-        assert np.abs(output - exact).max() < 1e-3 * np.abs(exact).max()
-
-
 def test_modes_are_counted_from_the_first_that_vibrates(beam, scene_file: Write) -> None:
     model, text = beam
     text += pushed(1, 1, "[0, 0, 1]")
@@ -90,23 +71,6 @@ def test_modes_are_counted_from_the_first_that_vibrates(beam, scene_file: Write)
     assert found.stuck_mode == 6
     assert found.stuck_frequency == pytest.approx(exact, rel=1e-4)
     assert found.free_frequency == found.stuck_frequency
-
-
-def test_two_free_parts_run_on_the_contact_that_presses_them(tmp_path, scene_file):
-    """A pair of forces presses them; nothing else holds the two chains."""
-    parts = [chain(first, 3, SPRINGS).write(tmp_path, n) for n, first in (("a", 1), ("b", 11))]
-    text = "".join(parts) + (
-        '[contacts.lap]\nbetween = ["a", "b"]\npairs = [[3, 11]]\nnormal = [0, 0, 1]\nkn = 1e5\n'
-        "kt = 1e5\nmu = 0.5\n[outputs]\nloops = false\nreport = false\n[response]\npoints = 5\n"
-    )
-    for part, node, push in (("a", 3, 1), ("b", 11, -1)):
-        text += load(part, node, f"[0, 0, {push}]", 7, "harmonic = 0\n")
-    text += load("a", 1, "[1, 0, 0]", 0.1)
-    (summary,) = run_scene(load_scene(scene_file(text)), tmp_path / "run")
-    assert summary.converged == summary.points == 5
-    assert not summary.loose
-    static = static_response(joined(tmp_path / "scene.toml"))
-    assert static.force[0, 0, 0].real == pytest.approx([7, 0, 0], abs=1e-9)
 
 
 @pytest.mark.parametrize("second", ["[0, 0, -1]", "[0, 0, 1]"])

@@ -6,6 +6,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import scipy.io
 import scipy.linalg
 
 from tests.vanelock.scenes.newmark import Floats, amplitude, march, springs
@@ -22,11 +23,10 @@ HERE = EXAMPLES / "lap_joint"
 MU = "contacts.lap.mu"
 
 
-def entries(name: str) -> Floats:
+def entries(name: str, folder: Path = HERE) -> Floats:
     """(k, 5) node, freedom, node, freedom, entry of an Abaqus file."""
-    return np.loadtxt(
-        gzip.decompress((HERE / name).read_bytes()).decode().split("\n"), delimiter=","
-    )
+    text = gzip.decompress((folder / name).read_bytes()).decode()
+    return np.loadtxt(text.split("\n"), delimiter=",")
 
 
 class Raw:
@@ -97,15 +97,17 @@ def test_friction_peak_is_that_of_time_integration(raw: Raw, tmp_path: Path) -> 
     assert amplitude(history, row) == pytest.approx(found.peak.amplitude, rel=0.01)
 
 
-def test_files_are_what_the_script_writes(tmp_path: Path) -> None:
+def test_files_are_what_the_scripts_write(tmp_path: Path) -> None:
     generator("lap_joint", tmp_path).main()
     assert lists_of(tmp_path) == lists_of(HERE)
-    for part in PARTS:
-        for kind in ("STIF", "MASS"):
-            name = f"{part}_{kind}1.mtx.gz"
-            ours = np.loadtxt(
-                gzip.decompress((tmp_path / name).read_bytes()).decode().split("\n"), delimiter=","
-            )
-            assert ours == pytest.approx(
-                entries(name), rel=1e-6, abs=1e-9 * np.abs(ours[:, 4]).min()
-            )
+    for name in (f"{part}_{kind}1.mtx.gz" for part in PARTS for kind in ("STIF", "MASS")):
+        ours, committed = entries(name, tmp_path), entries(name)
+        assert ours == pytest.approx(committed, rel=1e-6, abs=1e-9 * np.abs(ours[:, 4]).min())
+    there, here = EXAMPLES / "ground_damper", tmp_path / "damper"
+    here.mkdir()
+    generator("ground_damper", here).main()
+    assert lists_of(here) == lists_of(there)
+    assert (here / "rows.mapping").read_text() == (there / "rows.mapping").read_text()
+    for name in ("stiffness.mtx.gz", "mass.mtx.gz"):
+        ours, committed = (scipy.io.mmread(folder / name).toarray() for folder in (here, there))
+        assert np.abs(ours - committed).max() <= 1e-10 * np.abs(committed).max()

@@ -136,21 +136,6 @@ def test_a_tied_rotation_that_the_part_does_not_resist(tmp_path: Path, scene_fil
     assert np.isfinite(frequency).all()
 
 
-def test_modal_rows_need_no_numbers_and_pairs_in_the_file_go_with_a_sweep(tmp_path, scene_file):
-    one = chain(1, 3, SPRINGS, ground=1.0)
-    text = one.write(tmp_path, "one") + 'kind = "superelement"\n'
-    rows = ["1,x", "1,y", "1,z", *["0,modal"] * 3, "2,x", "2,y", "2,z"]
-    (tmp_path / "one_dofs.csv").write_text("\n".join(["node,direction", *rows]) + "\n")
-    frequency, _ = linear_modes(joined(scene_file(text + LOAD)), 0, 9)
-    expected = np.sqrt(np.linalg.eigvalsh(one.K) / 0.1) / (2 * np.pi)
-    np.testing.assert_allclose(frequency, expected, rtol=1e-9)
-    text = two(tmp_path) + LOAD + LAP.format(pairs="[[3, 11]]") + 'interference = "1 um"\n'
-    sweep = '[sweep]\n"contacts.lap.mu" = [0.1]\n"loads[0].amplitude" = [1, 2]\n'
-    found = run_scene(load_scene(scene_file(text + sweep + QUIET)), tmp_path / "run")
-    assert found[0].case == "mu=0.1,loads[0].amplitude=1N"
-    assert len(found) == 2
-
-
 @pytest.mark.parametrize("keys", ["modes = 5\n", "accuracy = 1e-3\n", "cutoff = 3000\n"])
 def test_a_mass_matrix_is_one(tmp_path, scene_file, keys):
     one = chain(1, 30, SPRINGS, ground=1.0)

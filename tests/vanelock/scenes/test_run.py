@@ -1,6 +1,5 @@
 """A scene's run: files, cache, sweeps, systems from files, mistakes."""
 
-import pickle
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -10,13 +9,11 @@ import pytest
 
 from tests.vanelock.results.one_file import contents
 from tests.vanelock.scenes.conftest import Write, chain, joined
-from tests.vanelock.scenes.test_sector import rim
+from tests.vanelock.scenes.test_joined import rim
 from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.commands.check.file import check_file
-from vanelock.commands.run.cases import OngoingRun
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Failed
-from vanelock.quantities.run_result import RunResult
 
 SPRINGS = (3e5, 2e5, 1e5)
 PAD = (
@@ -26,7 +23,7 @@ PAD = (
 )
 
 
-Swept: TypeAlias = tuple[Path, dict[str, str], RunResult]
+Swept: TypeAlias = tuple[Path, dict[str, str]]
 FEW = "[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
 QUIET = f"[outputs]\nloops = false\nreport = false\n{FEW}"
 
@@ -145,39 +142,13 @@ def test_vectors_are_directions_however_long(tmp_path: Path, scene_file: Write) 
 
 @pytest.fixture(scope="module")
 def swept(tmp_path_factory: pytest.TempPathFactory) -> Swept:
-    """A scene of three cases, what one process finds of them, and what it kept for pictures."""
+    """A scene of three cases, and what one process finds of them."""
     folder = tmp_path_factory.mktemp("swept")
     sweep = '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
     path = folder / "scene.toml"
     path.write_text(arm(folder) + "modes = 2\n" + PAD + sweep + QUIET)
-    kept = []
-
-    class Kept(OngoingRun):
-        def all_cases(self) -> Any:
-            kept.append(self)
-            return super().all_cases()
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("vanelock.commands.run.study.OngoingRun", Kept)
-        run_scene(load_scene(path), folder / "run")
-    return path, contents(folder / "run" / "results.h5"), kept[0].run
-
-
-def test_a_run_keeps_no_product_of_a_case(swept: Swept) -> None:
-    """Each is some 20 to 5,000 kB, and a sweep may have 100,000 cases."""
-    cases = swept[2].cases.values()
-    assert len(swept[2].peaks) == 3
-    kept = [(each.summary, each.curves, each.ends, each.verdicts) for each in cases]
-    assert len(pickle.dumps(kept)) < 1500 * 3
-
-
-@pytest.mark.system
-def test_two_processes_leave_the_same_bits(swept: Swept, tmp_path: Path) -> None:
-    path, alone, _ = swept
-    run_scene(load_scene(path), tmp_path / "run", workers=2)
-    found = contents(tmp_path / "run" / "results.h5")
-    assert found == alone
-    assert any("response/mu=0.2" in name for name in found)
+    run_scene(load_scene(path), folder / "run")
+    return path, contents(folder / "run" / "results.h5")
 
 
 def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(
@@ -192,7 +163,7 @@ def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(
             raise MemoryError
         return real(system, *rest, **options)
 
-    path, alone, _ = swept
+    path, alone = swept
     scene, folder = load_scene(path), tmp_path / "run"
     with monkeypatch.context() as patched:
         patched.setattr(nonlinear, "frequency_response", response)

@@ -4,7 +4,6 @@ A wave of engine order 3 around twelve sectors repeats after four, so that a clo
 of them, each in its own turned coordinates, vibrates as the whole one does.
 """
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -24,14 +23,8 @@ from tests.vanelock.scenes.scenes import (
     lists_of,
     numbers,
 )
-from vanelock import load_scene
 from vanelock.nonlinear import Options, frequency_response
-from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.progress import silent
-from vanelock.pipeline.step import Stages
 from vanelock.rom import System
-from vanelock.stages.linear import linear_of
-from vanelock.stages.matrices.scene_structure import SceneStructure
 
 HERE = EXAMPLES / "shrouded_ring"
 SECTORS, ENGINE_ORDER = 12, 3
@@ -141,18 +134,3 @@ def test_files_are_what_the_script_writes(tmp_path: Path) -> None:
     for name in ("K.npz", "M.npz"):
         ours, committed = (sp.load_npz(folder / name) for folder in (tmp_path, HERE))
         assert np.abs(ours - committed).max() <= 1e-10 * np.abs(committed).max()
-
-
-def test_harmonics_between_those_that_are_loaded_have_their_nodal_diameters(tmp_path):
-    """Loads of harmonics 1 and 3: the linear responses hold harmonic 2 as well."""
-    shutil.copytree(HERE, tmp_path / "ring")
-    text = (HERE / "scene.toml").read_text().replace("engine_order = 3", "engine_order = 1")
-    load = text[text.index("[[loads]]") :].partition("\n\n")[0]
-    (tmp_path / "ring" / "scene.toml").write_text(f"{text}\n{load}\nharmonic = 3\n")
-    scene = load_scene(tmp_path / "ring" / "scene.toml")
-    linear = linear_of(SceneStructure(scene))
-    stages = Stages(Cache(tmp_path / "cache", print), silent)
-    found = stages.get(linear.responses["stuck"])
-    assert found.harmonic_diameters.tolist() == [0, 1, 2, 3]
-    assert np.abs(found.output[:, 3]).max() > 0
-    assert not found.output[:, 2].any()

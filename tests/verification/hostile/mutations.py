@@ -40,22 +40,10 @@ def cut(random: Random, data: bytes) -> bytes:
     return data[: int(random.integers(len(data)))]
 
 
-def lost(random: Random, data: bytes) -> bytes:
-    """A part in the middle is missing."""
-    a, b = sorted(random.integers(len(data), size=2).tolist())
-    return data[:a] + data[min(b, a + 4000) :]
-
-
 def doubled(random: Random, data: bytes) -> bytes:
     """A part stands there many times."""
     a, b = sorted(random.integers(len(data), size=2).tolist())
     return data[:b] + data[a:b][:3000] * int(2 ** random.integers(0, 8)) + data[b:]
-
-
-def noise(random: Random, data: bytes) -> bytes:
-    """Random bytes in between."""
-    at = int(random.integers(len(data) + 1))
-    return data[:at] + random.bytes(int(random.integers(1, 200))) + data[at:]
 
 
 def numbers(random: Random, data: bytes) -> bytes:
@@ -66,24 +54,6 @@ def numbers(random: Random, data: bytes) -> bytes:
 def words(random: Random, data: bytes) -> bytes:
     """Words become others."""
     return _replaced(random, data, _WORD, WORDS)
-
-
-def swapped(random: Random, data: bytes) -> bytes:
-    """Two words or numbers change places."""
-    found = list((_WORD if random.random() < 0.5 else _NUMBER).finditer(data))
-    if len(found) < 2:
-        return flips(random, data)
-    a, b = sorted(random.choice(len(found), 2, replace=False).tolist())
-    one, other = found[a], found[b]
-    return b"".join(
-        [
-            data[: one.start()],
-            other[0],
-            data[one.end() : other.start()],
-            one[0],
-            data[other.end() :],
-        ]
-    )
 
 
 def inserted(random: Random, data: bytes) -> bytes:
@@ -140,8 +110,7 @@ def _replaced(
 
 
 GENERAL: list[Mutation] = [
-    flips, bits, cut, lost, doubled, noise, numbers, numbers, words, swapped, inserted, lines,
-    nested,
+    flips, bits, cut, doubled, numbers, numbers, words, inserted, lines, nested,
 ]  # fmt: skip
 
 

@@ -23,8 +23,7 @@ from tests.mesh.conftest import ring_sectors
 from tests.vanelock.results.one_file import in_one_file
 from tests.verification.hostile import mutations
 from tests.verification.hostile.hdf5 import mutated_hdf5
-from tests.verification.hostile.here import Here
-from tests.verification.hostile.server import COMPUTING, SECONDS, Outcome, Server
+from tests.verification.hostile.server import COMPUTING, SECONDS, Here, Outcome, Server
 from vanelock import template_text
 from vanelock.mesh import read_mesh
 from vanelock.mesh.matching.pairing import pair

@@ -38,8 +38,6 @@ class Moment:
     """Seconds after the stage began; after the start, where there is no stage."""
     file: str = ""
     """Pattern of the file, if any."""
-    alone: bool = False
-    """Whether stages that the stage begins on its way, and comes back from, are waited for."""
 
 
 @dataclass
@@ -60,11 +58,10 @@ class Outcome:
     """Whether processes of it were still there a while after the kill."""
 
 
-def started(study: Path, folder: Path, *more: str) -> subprocess.Popen[bytes]:
+def started(study: Path, folder: Path) -> subprocess.Popen[bytes]:
     """The command, in a session of its own."""
-    command = [sys.executable, "-m", "vanelock", "run", str(study), "-o", str(folder), "--json"]
     return subprocess.Popen(
-        [*command, *more],
+        [sys.executable, "-m", "vanelock", "run", str(study), "-o", str(folder), "--json"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         cwd=ROOT,
@@ -73,9 +70,9 @@ def started(study: Path, folder: Path, *more: str) -> subprocess.Popen[bytes]:
     )
 
 
-def run(study: Path, folder: Path, moment: Moment | None = None, *more: str) -> Outcome:
+def run(study: Path, folder: Path, moment: Moment | None = None) -> Outcome:
     """Run a study, to its end or to the moment of its kill."""
-    process = started(study, folder, *more)
+    process = started(study, folder)
     try:
         return _watched(process, folder, moment)
     finally:
@@ -113,8 +110,6 @@ def _watched(process: subprocess.Popen[bytes], folder: Path, moment: Moment | No
                 if moment is not None and moment.stage and event["event"] == "begun":
                     if event["stage"].startswith(moment.stage):
                         due = time.monotonic() + moment.after
-                    elif moment.alone:
-                        due = np.inf
             if killed or moment is None:
                 continue
             if quick:

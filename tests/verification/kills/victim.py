@@ -18,10 +18,8 @@ DECIMAL = re.compile(r"-?\d+\.\d+(?:e[-+]\d+)?|-?\d+e[-+]\d+")
 class Victim:
     """A run that is killed and begun again, in one folder."""
 
-    def __init__(self, study: Path, folder: Path, *more: str) -> None:
-        self.study, self.folder, self.more = study, folder, more
-        self.several: set[str] = set()
-        """Stages that cases have in common by name alone."""
+    def __init__(self, study: Path, folder: Path) -> None:
+        self.study, self.folder = study, folder
         self.hits: Counter[str] = Counter()
         self.kills = 0
         self._entries: set[str] = set()
@@ -29,7 +27,7 @@ class Victim:
 
     def kill(self, moment: Moment) -> killing.Outcome:
         """Kill once, and look at what is left."""
-        found = killing.run(self.study, self.folder, moment, *self.more)
+        found = killing.run(self.study, self.folder, moment)
         self.look(found)
         self.kills += found.status == -9
         self.hits[moment.name] += found.hit
@@ -43,7 +41,7 @@ class Victim:
         assert killing.readable(self.folder)
         there = killing.entries(self.folder) if self.folder.exists() else set()
         assert self._entries <= there
-        kept = {stage_of(name) for name in self._entries} - self.several
+        kept = {stage_of(name) for name in self._entries}
         again = [stage for stage, cached in found.done if flat(stage) in kept and not cached]
         assert not again
         points = killing.records(self.folder)
@@ -80,7 +78,7 @@ def flat(stage: str) -> str:
 
 def finish(victim: Victim, whole: Path) -> None:
     """Run to the end, which must be that of the run that was not killed."""
-    found = killing.run(victim.study, victim.folder, None, *victim.more)
+    found = killing.run(victim.study, victim.folder)
     victim.look(found)
     assert found.status == 0, found.errors
     compare(victim.folder, whole)

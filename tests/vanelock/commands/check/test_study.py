@@ -35,6 +35,8 @@ def test_elements_are_those_that_a_run_has(tmp_path, text, elements):
 
 
 def test_every_wrong_file_of_measurements_gets_its_line(tmp_path):
+    with pytest.raises(InputError, match="File name too long|no such file"):
+        rows(tmp_path / ("x" * 300))
     (tmp_path / "bad.csv").write_text("frequency (Hz), amplitude (kg)\n1, 2\n")
     tables = "".join(f'[[measured]]\nfile = "{name}.csv"\n' for name in ("absent", "bad"))
     (tmp_path / "my.toml").write_text(tables)

@@ -75,18 +75,6 @@ def test_friction_is_found_and_written(small_model, tmp_path):
     assert header.startswith("frequency (Hz): rig,measured (µm): rig")
 
 
-def test_stuck_contacts_determine_nothing_of_friction(small_model):
-    """Under a thousandth of the load nothing slips, so that no friction fits worse."""
-
-    def predict(values):
-        return small_model.amplitudes({FORCE: 0.03, MU: values[0]}, CURVE)
-
-    true = predict([0.3])
-    found = fit(predict, true, 1e-2 * true + 1e-12, [FitParameter(MU, 0.4, 0.04, 4.0)])
-    assert len(found.undetermined) == 1
-    assert found.value[0] == pytest.approx(0.4)
-
-
 def test_a_curve_may_have_a_load_of_its_own(small_model):
     """It is the study's times as much; where all sticks, twice the load moves twice as far."""
     few = replace(CURVE, frequency=HERTZ[2:5], amplitude=HERTZ[2:5])
@@ -105,9 +93,9 @@ def test_loads_at_rest_and_heat_are_those_of_the_run(golden, kept_by):
         response = Response.load(file["response/nominal"])
     expected = load_system(run.folder / "results.h5", "nominal").force[0]
     model = rejoined(parse_study(run.text), kept_by("everything"))
-    hertz = response.frequency
+    hertz = response.frequency[::5]
     found = model.monitor.amplitude(model.solved({}, hertz).response)
-    np.testing.assert_allclose(found, model.monitor.amplitude(response), rtol=1e-9)
+    np.testing.assert_allclose(found, model.monitor.amplitude(response)[::5], rtol=1e-9)
     once, twice = (model.solved({}, hertz[:2], load=load).system.force for load in (1.0, 2.0))
     for force in (once, twice):
         np.testing.assert_array_equal(force[0].vector, expected.vector)

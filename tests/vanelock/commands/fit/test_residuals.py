@@ -116,21 +116,3 @@ def test_a_jump_beside_a_point_carries_no_standard_error():
     (text,) = [text for text in doubts(found) if text.startswith("LINEAR THEORY DOES NOT HOLD")]
     assert "one standard error of place (0.00" in text
     assert not found.carried
-
-
-def test_every_response_is_listed():
-    heard = []
-    data = 1 + 0.1 * X
-    fit(
-        lambda theta: theta[0] + 0.1 * theta[1] * X,
-        data,
-        np.full(30, 0.1),
-        [FitParameter("joints.interlock.mu", 2.0, 0.1, 10.0), PAIR[1]],
-        tried=lambda *each: heard.append(each),
-    )
-    counts, totals, misfits, least = zip(*heard, strict=True)
-    assert all(total >= count for count, total in zip(counts, totals, strict=True))
-    assert totals[-1] == counts[-1]
-    assert counts == tuple(range(1, len(heard) + 1))
-    assert misfits[0] == pytest.approx(10)
-    np.testing.assert_allclose(least, np.minimum.accumulate(misfits))

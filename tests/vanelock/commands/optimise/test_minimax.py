@@ -41,18 +41,6 @@ def test_a_corner_of_three_functions():
     assert len(found.trials) < 30
 
 
-def test_a_kink_of_one_parameter_takes_few_steps():
-    """Two peaks that trade places, as with friction: 1/x and x cross at 1."""
-
-    def two(x):
-        (a,) = np.exp(x)
-        return Functions(np.array([1 / a, a]), np.array([[-1 / a], [a]]))
-
-    found = solved(two, np.array([1.5]), (np.array([-3.0]), np.array([3.0])), 1e-6)
-    assert found.x[0] == pytest.approx(0, abs=1e-6)
-    assert len(found.trials) < 12
-
-
 def test_bounds_hold_and_lost_places_are_left():
     def slope(x):
         if x[0] < 0.2:

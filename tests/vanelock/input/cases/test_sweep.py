@@ -38,19 +38,6 @@ def test_cases_have_values_and_names():
     assert [c.study.excitation.force_per_node for c in found] == [0, 0]
 
 
-def test_words_can_be_swept_too():
-    found = cases(
-        parse_study(
-            '[sweep]\n"response.coupling" = ["coupled", "constant-load"]\n'
-            '"response.friction" = ["orthogonal", "isotropic"]'
-        )
-    )
-    settings = [(c.study.response.coupling, c.study.response.friction) for c in found]
-    assert settings == [*product(("coupled", "constant-load"), ("orthogonal", "isotropic"))]
-    assert found[3].name == "coupling=constant-load,friction=isotropic"
-    assert found[3].values["response.coupling"] == "constant-load"
-
-
 def test_engine_orders_are_cases_the_slowest_of_all():
     study = parse_study(
         '[excitation]\nengine_orders = [1, 2, -3]\n[sweep]\n"joints.interlock.mu" = [0.1, 0.3]'

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 import pyuff
 
-from vanelock import load_study
 from vanelock.common.errors import InputError
-from vanelock.input.measured.curve import Measured, load_measured, read_measured
+from vanelock.input.measured.curve import Measured, read_measured
 from vanelock.input.measured.universal import Ordinate, _factor
 from vanelock.input.schema.comparison import MeasuredCurve
 
@@ -230,14 +229,3 @@ def test_a_range_must_leave_points_and_no_displacement_is_found_at_0_hz(tmp_path
     found = _factor(Ordinate("velocity", 1e-3, False), hertz, None, "rig.uff")
     assert np.isnan(found[0])
     assert found[1:] == pytest.approx(1e-3 / (2 * np.pi * hertz[1:]))
-
-
-def test_a_study_finds_it_beside_itself(tmp_path: Path) -> None:
-    write(tmp_path / "rig.uff", record(RECEPTANCE))
-    study = tmp_path / "study.toml"
-    study.write_text('[[measured]]\nfile = "rig.uff"\nrange = ["250 Hz", "0.27 kHz"]\n')
-    (found,) = load_measured(load_study(study))
-    assert (found.frequency[0], found.frequency[-1]) == (250, 270)
-    study.write_text('[[measured]]\nfile = "rig.uff"\nrange = [270, 250]\n')
-    with pytest.raises(InputError, match=r"measured\[0\]\.range.*low < high"):
-        load_study(study)

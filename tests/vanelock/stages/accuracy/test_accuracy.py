@@ -7,13 +7,11 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.small_study import SMALL
-from tests.vanelock.stages.conftest import planned_of
-from vanelock import load_system, nonlinear, open_results, parse_study, run_study
+from vanelock import load_system, open_results, parse_study
 from vanelock.commands.converge.converge import converge_study
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
-from vanelock.pipeline.progress import Done, Event
+from vanelock.pipeline.progress import Done
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.choose_mesh import Round
@@ -23,7 +21,6 @@ from vanelock.stages.accuracy.left_out import _listed, utilisation
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
-STUDY = f"{SMALL}excitation.force = 8\n"
 ACCURACY = 0.06  # less looks for resonances at nodal diameters further ahead, here at all
 
 
@@ -42,20 +39,6 @@ def tried_by(folder, case):
     """Harmonics kept by a case, or tried to judge them."""
     with open_results(folder / "results.h5") as file:
         return Response.load(file[f"response/{case}"]).estimates.tried
-
-
-def test_the_peak_is_as_accurate_as_asked(asked, kept_by):
-    """Beside a reduction to 1e-4 with two more harmonics; both peaks where the slope is 0."""
-    folder, (found,), *_ = asked
-    assert found.converged == found.points
-    H = found.harmonics + 2
-    finer = kept_by("default").get(planned_of(f"{STUDY}response.harmonics = {H}").system)
-    assert len(finer.at(1).K) > len(load_system(folder / "results.h5", "nominal").at(1).K)
-    near = (0.99 * found.peak.frequency, 1.01 * found.peak.frequency)
-    better = nonlinear.peak_response(finer, "force", [1.0], near, nonlinear.Options(H))
-    assert better.converged.all()
-    assert found.peak.amplitude == pytest.approx(better.amplitude[0], rel=ACCURACY)
-    assert found.peak.frequency == pytest.approx(better.frequency[0], rel=ACCURACY)
 
 
 def test_the_errors_are_listed_by_source(asked):
@@ -128,16 +111,6 @@ def test_strains_and_loops_need_no_fixed_number_of_harmonics(asked):
     assert len(gauges.rows) == 1
     assert all(row[2] > 0 for row in gauges.rows)
     assert len(list((folder / "figures").glob("loop_*.png"))) == 1
-
-
-def test_a_second_run_computes_nothing(asked, tmp_path):
-    folder, cases, _, text = asked
-    shutil.copytree(folder, tmp_path / "run")
-    heard: list[Event] = []
-    again = run_study(parse_study(text), tmp_path / "run", heard.append, text)
-    kept = [e for e in heard if isinstance(e, Done) and not e.cached]
-    assert [e.stage for e in kept if e.stage.startswith(("mesh ", "rom ", "response"))] == []
-    assert [case.peak for case in again] == [case.peak for case in cases]
 
 
 def test_converging_holds_the_settings_at_what_was_chosen(asked, tmp_path):

@@ -95,13 +95,6 @@ def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatc
         assert 0.5 < found.budget.shares[source] / shares.shares[source] < 1
 
 
-def test_a_rough_accuracy_takes_the_coarse_mesh(monkeypatch):
-    asked = estimating(monkeypatch, lambda size: 0.02)
-    found = choice_of("accuracy = 0.2")
-    assert len(asked) == 1
-    assert found.study.mesh.size == "coarse"
-
-
 def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
     monkeypatch.setattr(mesh_sizes, "DOFS", 250_000)
@@ -130,13 +123,6 @@ def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
         mesh_sizes.most_dofs(1e9)
 
 
-def test_errors_that_do_not_fall_end_the_search(monkeypatch):
-    asked = estimating(monkeypatch, lambda size: 0.07)
-    found = choice_of(FREE)
-    assert len(asked) <= choose_mesh.ROUNDS
-    assert found.short
-
-
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
     refusal = InputError("vane: the mesh is too coarse to resolve the contact patches")
     asked = estimating(monkeypatch, lambda size: refusal if size > 0.022 else 0.01)
@@ -160,14 +146,6 @@ def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
     assert choice_of(f"{FREE}\n[mesh]\nstretch = 1").study.stretch == 1
     assert choice_of(f"{FREE}\n[casing]\nbosses = 1").study.stretch == 1
     assert choice_of(f'{FREE}\n[mesh]\nsize = "coarse"').study.stretch == 3
-
-
-def test_contacts_act_on_areas_by_default(monkeypatch):
-    estimating(monkeypatch, lambda size: 0.01)
-    assert choice_of(FREE).study.patches == {"hook": "area", "interlock": "area"}
-    study = parse_study(f'{FREE}\n[joints.hook]\npatch = "node"')
-    chosen = choose_mesh.choose_mesh(study, NOWHERE).study
-    assert chosen.patches == {"hook": "node", "interlock": "area"}
 
 
 def test_a_given_mesh_is_kept_and_estimated(monkeypatch):

@@ -45,15 +45,6 @@ def test_an_accuracy_out_of_reach_is_said_before_anything_is_computed():
     assert estimated("accuracy = 0.01\n[mesh]\ncorrection = 'none'", 3e9).warning
 
 
-def test_cases_add_time_and_disk_and_meshes_more_of_it():
-    one = estimated(COARSE)
-    more = estimated(COARSE + '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3, 0.4]')
-    meshes = estimated(COARSE + '[sweep]\n"mesh.size" = [0.025, 0.0251, 0.0252, 0.0253]')
-    assert more.dofs == one.dofs
-    assert one.seconds < more.seconds < meshes.seconds
-    assert one.disk < more.disk < meshes.disk
-
-
 def test_words_round_to_what_is_known():
     words = cost_estimate.CostEstimate(62870.0, 1.69e9, 88.0, 3.3e8).words()
     assert words == {

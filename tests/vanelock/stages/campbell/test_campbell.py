@@ -1,6 +1,5 @@
 """The Campbell diagram of a run on a small ring, and a system made anew to compare with."""
 
-import csv
 from dataclasses import replace
 
 import h5py
@@ -10,7 +9,6 @@ import scipy.linalg as sl
 
 from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import parse_study, run_study
-from vanelock.common.tables import Table
 from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Notice
 from vanelock.stages.campbell.campbell import Campbell
@@ -111,24 +109,6 @@ def test_circles_are_the_nonlinear_response_where_it_is(ran):
     low, high = response.frequency.min(), response.frequency.max()
     within = (diagram.frequency > low) & (diagram.frequency < high) & (diagram.order == 1)
     assert own[within].all()
-
-
-def test_tables_and_files(ran):
-    folder, heard, found = ran
-    (table,) = [e for e in heard if isinstance(e, Table) and e.key == "crossings"]
-    lines = found["diagram"].lines
-    assert len(table.rows) == len(lines.speed)
-    assert sum(bool(row[-1]) for row in table.rows) == 2
-    assert (folder / "figures" / "campbell.png").stat().st_size > 20_000
-    rows = (folder / "figures" / "campbell_lines.csv").read_text("utf-8").splitlines()
-    header, *values = csv.reader(row for row in rows if not row.startswith("#"))
-    assert header[:3] == [
-        "rotor speed (rpm)",
-        "vane temperature (degC)",
-        "casing temperature (degC)",
-    ]
-    column = header.index("ND 2 mode 3 stuck (Hz)")
-    assert [float(row[column]) for row in values] == lines.stuck[1, :, 2].tolist()
 
 
 def test_a_linear_circle_by_a_dense_solve(scene):

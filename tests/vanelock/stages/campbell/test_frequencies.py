@@ -89,10 +89,3 @@ def test_crossings_of_a_scene_with_one_modulus_by_closed_form(scene, over_speed)
             assert met.speed == pytest.approx(root, rel=1e-6)
             assert met.frequency == pytest.approx(order * root / 60, rel=1e-6)
     assert elastic >= 3
-
-
-def test_a_grid_holds_the_bends():
-    speeds = grid(100.0, 1000.0, [50.0, 333.0, 1000.0])
-    assert (speeds[0], speeds[-1]) == (100.0, 1000.0)
-    assert 333.0 in speeds
-    assert np.all(np.diff(speeds) > 0)

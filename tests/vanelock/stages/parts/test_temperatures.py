@@ -5,7 +5,6 @@ import pytest
 from vanelock import cases, parse_study
 from vanelock.common.errors import InputError
 from vanelock.stages.campbell.temperature_speed import bends
-from vanelock.stages.parts.components import model_step, part_step
 from vanelock.stages.parts.temperatures import described, modulus, reference
 
 METAL = """
@@ -35,24 +34,6 @@ def test_one_temperature_needs_no_speed():
     study = parse_study(METAL + "[temperature]\nvane = 470")
     assert modulus(study, "vane") == pytest.approx(170e9)
     assert not study.temperature.varies
-
-
-def test_a_table_of_moduli_alone_changes_nothing():
-    """No key of any stage either, so that what is cached stays of use."""
-    plain, listed = parse_study('[material.vane]\nE = "190 GPa"'), parse_study(METAL)
-    for step in (model_step, part_step):
-        for part in ("vane", "casing"):
-            assert step(plain, part).key == step(listed, part).key
-    assert described(listed) == ""
-
-
-def test_a_temperature_leaves_the_reduction_itself_as_it_is():
-    """The scaled part needs the one that a study without temperature has."""
-    cold, hot = parse_study(METAL), parse_study(METAL + "[temperature]\nvane = 470")
-    scaled = part_step(hot, "vane")
-    assert scaled.key != part_step(cold, "vane").key
-    assert [step.key for step in scaled.needs] == [part_step(cold, "vane").key]
-    assert part_step(hot, "casing").key == part_step(cold, "casing").key
 
 
 def test_speeds_at_which_a_line_bends():

@@ -61,18 +61,8 @@ def test_a_mode_that_is_not_there(ring):
 
 
 def some_limits(free=250.0, stuck=280.0):
-    return Limits(
-        1,
-        16,
-        True,
-        np.array([100, free]),
-        np.array([120, stuck]),
-        1,
-        1,
-        0.9,
-        np.zeros(2),
-        np.zeros(2),
-    )
+    none = np.zeros(2)
+    return Limits(1, 16, True, np.array([100, free]), np.array([120, stuck]), 1, 1, 0.9, none, none)
 
 
 def test_default_range_spans_free_to_stuck():
@@ -105,12 +95,6 @@ def test_a_part_that_is_loose_when_free_leaves_the_stuck_mode():
     assert (low, high) == pytest.approx((224 - 14, 280 + 14))
     grid = dense((low, high), some_limits(free=0.0), False, 0.003)
     assert low - 1e-9 <= grid.min() < grid.max() <= high + 1e-9
-
-
-def test_position_between_the_limits():
-    found = some_limits()
-    assert [found.position(f) for f in (250, 265, 280)] == [0, 0.5, 1]
-    assert np.isnan(some_limits(stuck=250.0).position(260))
 
 
 def test_fine_frequencies_find_the_linear_peak(ring):

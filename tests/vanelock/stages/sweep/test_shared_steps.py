@@ -6,7 +6,7 @@ from typing import Any
 
 from vanelock import parse_study
 from vanelock.commands.run.cases import OngoingRun
-from vanelock.commands.run.graph import bundle, jobs, steps_of
+from vanelock.commands.run.graph import CaseWork, bundle, jobs, steps_of
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.pipeline import step
@@ -36,6 +36,8 @@ def test_cases_planned_together_have_the_keys_that_they_have_alone():
         forget()
         (alone,) = plan([found[i]])
         assert names_of(alone) == names_of(planned[i])
+        taken = {step.key for step in reachable(CaseWork(found[i]).steps())}
+        assert names_of(alone).keys() <= taken
 
 
 def names_of(planned):
@@ -108,17 +110,3 @@ def test_a_response_is_known_by_what_it_depends_on_and_not_by_its_case():
     ]
     assert len(stuck[0]) == 2  # of rest and load, and of all harmonics
     assert stuck[0] == stuck[1] == stuck[2] == stuck[3]
-
-
-def test_cases_that_differ_in_friction_or_harmonics_share_what_they_can():
-    swept = '[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n"response.harmonics" = [1, 3]'
-    found = plan(cases(parse_study(swept)))
-    shared = {
-        "casing": {each.part("casing", 0).key for each in found},
-        "linear": {each.linear.key for each in found},
-        "preload": {each.preload.key for each in found},
-        "response": {each.response.key for each in found},
-    }
-    counts = {name: len(keys) for name, keys in shared.items()}
-    assert counts == {"casing": 1, "linear": 1, "preload": 2, "response": 4}
-    assert [each.preload_name for each in found] == ["mu=0.15"] * 2 + ["mu=0.3"] * 2

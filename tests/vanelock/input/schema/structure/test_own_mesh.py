@@ -23,7 +23,7 @@ from vanelock.pipeline.progress import Event, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.figures.mesh_errors import mesh_errors
 from vanelock.results.files.redrawn import OutputFiles
-from vanelock.stages.parts.components import PARTS, part_step
+from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import plan
 
@@ -99,20 +99,6 @@ def test_what_goes_with_a_mesh():
     assert Study.model_validate(study.model_dump()) == study
 
 
-def test_sweeps(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "vane.inp").write_text("*NODE\n")
-    swept = VANE + '[sweep]\n"{}" = [{}]\n'
-    radii = swept.format("casing.outer_radius", "0.604, 0.605")
-    assert len(cases(parse_study(radii))) == 2
-    for key, values, expected in (
-        ("vane.chord", "0.04, 0.05", r"a mesh is given, so dimensions cannot be"),
-        ("vane.mesh", '"a", "b"', "only keys that hold a number or a choice"),
-    ):
-        with pytest.raises(InputError, match=expected):
-            cases(parse_study(swept.format(key, values)))
-
-
 SHAPE = "\n".join(line for line in SMALL.splitlines() if line.startswith(("vane", "mesh"))) + "\n"
 """Keys of the smallest parts."""
 
@@ -180,22 +166,6 @@ def test_cache_follows_the_contents(folder):
     assert keys(written(folder, SIZE)) == before
     (folder / "casing.toml").write_text(table.partition("fixed = ")[0])
     assert keys(written(folder, SIZE))[0] != before[0]
-
-
-def test_mesh_is_read_once(folder):
-    """From the second run on both parts come matched out of the cache, the files unread."""
-    study = written(folder, SIZE)
-    steps = [mesh_step(study, part) for part in PARTS]
-    found = []
-    for _ in range(2):
-        stages = Stages(Cache(folder / "cache", lambda event: None), lambda event: None)
-        found.append([stages.get(step) for step in steps])
-        names = [done.stage for done in stages.done.values() if not done.cached]
-        assert ("read vane" in names) == (len(found) == 1)
-    assert (found[0][0].points == found[1][0].points).all()
-    assert found[1][1].frames.keys() == {"hook_front", "hook_rear"}
-    without = written(folder, SIZE + "joints.interlock.enabled = false")
-    assert part_step(without, "vane").key != part_step(study, "vane").key
 
 
 RESPONSE = """

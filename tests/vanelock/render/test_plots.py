@@ -1,26 +1,26 @@
-"""Response curves: peaks, what does not converge, and how curves are told apart."""
-
-import subprocess
-import sys
+"""Curves, errors against cost and Haigh diagrams: peaks, lost points, how curves are told apart."""
 
 import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.colors import same_color, to_rgb
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from vanelock import render
 from vanelock.common.errors import InputError
 from vanelock.render import (
     Curve,
-    CurvePanel,
     Envelope,
     MarkedPeak,
-    PanelCurve,
-    panels_picture,
+    Named,
+    haigh_picture,
     response_curves,
     style,
 )
-from vanelock.render.plots.curve import looks, peak
+from vanelock.render.plots import convergence
+from vanelock.render.plots.curve import peak
+from vanelock.render.plots.haigh import _line, _marks
 
 F = np.linspace(240.0, 260.0, 41)
 
@@ -28,14 +28,6 @@ F = np.linspace(240.0, 260.0, 41)
 def resonance(at, height, ratio=0.005):
     """Amplitude of an oscillator, scaled to `height` at its natural frequency."""
     return height * 2 * ratio * at**2 / np.hypot(at**2 - F**2, 2 * ratio * at * F)
-
-
-@pytest.fixture
-def figures(monkeypatch):
-    """Figures that would be written."""
-    kept = []
-    monkeypatch.setattr(style, "write", lambda figure, path: kept.append(figure))
-    return kept
 
 
 def labels(figure):
@@ -143,17 +135,6 @@ def test_a_wild_lost_point_does_not_squeeze_the_curves_and_a_lost_curve_is_named
     assert len(crosses(figures[1].axes[0])[0][1]) == 41
 
 
-def test_the_picture_shows_curves_and_crosses(tmp_path):
-    converged = F < 259
-    made = [Curve(F, resonance(250.0, 40e-6), "μ = 0.3", 3, converged)]
-    path = response_curves(tmp_path / "figures" / "response.png", made, logarithmic=True)
-    assert path == tmp_path / "figures" / "response.png"
-    pixels = imread(path)[:, :, :3]
-    blue = np.linalg.norm(pixels - to_rgb(style.BLUE), axis=2) < 0.05
-    assert np.count_nonzero(blue) > 2000
-    assert 0.8 < np.mean(pixels.min(axis=2) > 0.99) < 0.98
-
-
 @pytest.mark.parametrize(
     ("curves", "message"),
     [
@@ -171,17 +152,6 @@ def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
     before = dict(mpl.rcParams)
     response_curves(tmp_path / "x.png", [Curve(F, F * 1e-7)])
     assert dict(mpl.rcParams) == before
-
-
-@pytest.mark.system
-def test_curves_need_neither_pyplot_nor_vtk(tmp_path):
-    program = (
-        "import sys; from vanelock.render import Curve, response_curves;"
-        f"response_curves({str(tmp_path / 'x.png')!r}, [Curve([1.0, 2.0], [1e-6, 2e-6])]);"
-        "print([m for m in ('matplotlib.pyplot', 'vtkmodules', 'pyvista') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert (done.returncode, done.stdout.strip()) == (0, "[]"), done.stderr
 
 
 def test_listed_points_are_dots_and_frequencies_far_apart_get_a_logarithmic_axis(figures):
@@ -208,24 +178,6 @@ def test_linear_limits_of_several_groups_are_told_apart(figures):
     colours = [line.get_color() for line in drawn(figures[0])]
     assert len(set(colours[:3])) == 3
     assert colours[1] == colours[3]
-
-
-def test_labels_break_between_quantities_and_what_is_of_no_group_or_case_stays_plain(
-    figures, tmp_path
-):
-    group = "interlock.mu = 0.3, excitation.force = 12, chord = 0.047"
-    response_curves("x.png", [Curve(F, F * 1e-7, group)])
-    lines = labels(figures[0])[0].split("\n")
-    assert lines[:-1] == ["interlock.mu = 0.3,", "excitation.force = 12,", "chord = 0.047"]
-    drawn = [Curve(F, resonance(245.0, 130e-6), kind="free"), Curve(F, resonance(250.0, 1e-5))]
-    (_, limit), (_, response) = looks(drawn)
-    assert (limit.colour, limit.dash) == (style.GREY, "dash")
-    assert (response.colour, response.dash) == (style.BLUE, "solid")
-    verdict = np.full(len(F), -1)
-    verdict[20] = 0
-    curve = Curve(F, resonance(250.0, 40e-6), "a", verdict=verdict)
-    assert curve.pieces == [(-1, slice(0, len(F)))]
-    assert curve.outcome == "stable"
 
 
 def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp_path, figures):
@@ -265,24 +217,65 @@ def test_an_envelope_is_shaded_in_its_curves_colour(tmp_path, figures):
     assert line is not None
 
 
-def test_circles_of_panels_are_full_or_open_and_one_legend_serves_alike_panels(tmp_path, figures):
-    x = np.geomspace(1.0, 100.0, 9)
-    names = ["mode 1", "mode 2"]
-    above = CurvePanel("frequency ratio", [PanelCurve(name, x, 1 / x) for name in names])
-    circles = [(2.0, 0.0, True), (50.0, 0.0, False)]
-    below = CurvePanel(
-        "damping (%)",
-        [PanelCurve(names[0], x, np.log(x) - 1, circles), PanelCurve(names[1], x, x / 50)],
-        from_zero=True,
+NAN = float("nan")
+VALUES = (
+    render.MeasuredValue("1", 0.1, 1e-2, 1e-3, False),
+    render.MeasuredValue("3", 0.4, 1e-3, 1e-9, True),
+    render.MeasuredValue("adaptive", 0.2, 1e-4, 1e-5, False, joined=False),
+    render.MeasuredValue("9", 1.2, NAN, NAN, False),
+)
+
+
+@pytest.fixture
+def axes():
+    found = style.axes(Figure((6, 4)), 1, 1, 4, 2)
+    convergence._draw(found, render.Panel("response.harmonics", VALUES))
+    return found
+
+
+def test_values_are_named_joined_in_sequences_and_the_reference_is_a_line_at_its_cost(axes):
+    joined = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "-"]
+    np.testing.assert_allclose(joined[0], [[0.1, 1e-2], [0.4, 1e-3]])
+    # An error too small to be drawn lies at the foot.
+    np.testing.assert_allclose(joined[1], [[0.1, 1e-3], [0.4, 1e-7]])
+    assert [text.get_text() for text in axes.texts] == ["1", "3", "adaptive", "9"]
+    assert [text.get_fontweight() for text in axes.texts] == ["normal", "bold", "normal", "normal"]
+    large = [line for line in axes.lines if line.get_markersize() == 8]
+    assert [line.get_xdata().tolist() for line in large] == [[0.4], [0.4]]
+    (dotted,) = [line for line in axes.lines if line.get_linestyle() == ":"]
+    assert set(dotted.get_xdata()) == {1.2}
+
+
+def test_a_picture_needs_a_panel(tmp_path):
+    with pytest.raises(InputError, match="none given"):
+        render.convergence_picture(tmp_path / "none.png", [], "x")
+
+
+@pytest.mark.parametrize("n", [1.0, 2.5])
+def test_line_ends_at_the_strengths_over_the_reserve(n):
+    axes = Figure().add_subplot()
+    axes.set_xlim(-50, 1000)
+    _line(axes, 250e6, 900e6, n)
+    (line,) = axes.lines
+    x, y = (np.asarray(each) for each in line.get_data())
+    assert (x[1], y[1]) == pytest.approx((0, 250 / n))
+    assert (x[2], y[2]) == pytest.approx((900 / n, 0))
+    assert y[0] == y[1]  # flat in compression
+
+
+def test_marks_tell_features_and_gauges_apart():
+    named = [Named(f"{i}", 0.0, 1.0, gauge=i > 4) for i in range(8)]
+    assert len(set(_marks(named))) == 8
+
+
+def test_picture_is_written_or_refused(tmp_path):
+    stress = np.array([1e6, 5e6, 2e6])
+    path = haigh_picture(
+        tmp_path / "haigh.png", stress, 2 * stress, stress > 4e6, 250e6, 900e6, [], "Title"
     )
-    panels_picture(tmp_path / "a.png", [above, below], "amplitude", "Modes", logarithmic=True)
-    first, second = [axes for axes in figures[0].axes if axes.lines]
-    assert first.get_legend() is not None
-    assert second.get_legend() is None
-    marked = [line for line in second.lines if line.get_markersize() == 8]
-    assert [tuple(line.get_xydata()[0]) for line in marked] == [(2.0, 0.0), (50.0, 0.0)]
-    colour = next(line.get_color() for line in second.lines if line.get_label() == "mode 1")
-    faces = [line.get_markerfacecolor() for line in marked]
-    assert same_color(faces[0], colour)
-    assert same_color(faces[1], "white")
-    assert second.get_ylim()[0] < 0
+    assert imread(path).shape[1] == 1800
+    with pytest.raises(InputError, match="one value of each for every place"):
+        haigh_picture(
+            tmp_path / "no.png", stress[:2], stress, stress > 0, 250e6, 900e6, [], "Title"
+        )
+    assert not (tmp_path / "no.png").exists()

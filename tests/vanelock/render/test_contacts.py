@@ -1,0 +1,340 @@
+"""Maps, loops and preload of contacts, against closed forms; Campbell diagrams."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from vanelock import render
+from vanelock.common.errors import InputError
+from vanelock.render import contact_map_picture, loop_picture, preload_picture, style
+from vanelock.render.plots import campbell
+from vanelock.render.plots.contacts import loops, preload
+from vanelock.render.scenes import scene
+from vanelock.render.scenes.window import aimed, snapshot
+from vanelock.render.shapes import contact_map
+
+
+@pytest.fixture
+def contacts(coarse):
+    """The coarse vane, and its contacts as a system orders them: hooks, then the interlock."""
+    vane = coarse[0]
+    sets = ("hook_front", "hook_rear", "interlock_right")
+    nodes = np.concatenate([vane.node_sets[name] for name in sets])
+    frames = np.concatenate([vane.frames[name] for name in sets])
+    count = len(nodes) - len(vane.node_sets["interlock_right"])
+    joints = ["hook"] * count + ["interlock"] * (len(nodes) - count)
+    return vane, vane.points[nodes], frames, joints
+
+
+def test_places_in_a_picture_are_where_the_camera_sees_them():
+    square = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    spot = np.array([[0.4, -0.3, 0.6]])
+    camera = scene.Camera((0.3, 0.2, -1), (0, 1, 0.1), square, margin=1.2)
+    body = scene.SceneBody(square, np.array([[0, 1, 2], [0, 2, 3]]), "white")
+    shown = scene.DrawnScene(camera, [body], marks=[scene.Marks(spot, style.VERMILION, 12)])
+    picture = snapshot(shown, (400, 300)).astype(int)
+    rows, columns = np.nonzero((picture[:, :, 0] > 120) & (picture[:, :, 2] < 60))
+    (place,) = aimed(camera, square, (400, 300)).pixels(spot, (400, 300))
+    np.testing.assert_allclose([columns.mean() + 0.5, rows.mean() + 0.5], place, atol=0.8)
+
+
+def test_bands_are_unrolled_in_their_order(contacts):
+    vane, x, frames, joints = contacts
+    hook = np.array(joints) == "hook"
+    places = contact_map._band_places(x[hook], frames[hook])
+    # Roof and lip of the front hook, then of the rear one, 15 nodes each.
+    np.testing.assert_array_equal(places[:, 1], np.repeat([0, 1, 2, 3], 15))
+    reach = np.radians(0.9 * 180 / vane.sectors)
+    for band, radius in enumerate((592, 584, 592, 584)):
+        arc = places[15 * band : 15 * band + 15, 0]
+        np.testing.assert_allclose(arc[[0, 7, 14]], [-reach * radius, 0, reach * radius], atol=1e-6)
+
+
+def test_markers_show_state_and_energy(contacts, tmp_path, monkeypatch):
+    figures: list[Figure] = []
+    write = style.write
+
+    def noted(figure, path):
+        figures.append(figure)
+        return write(figure, path)
+
+    monkeypatch.setattr(style, "write", noted)
+    vane, x, frames, joints = contacts
+    count = len(joints)
+    states = np.zeros((2, count), int)
+    states[1, -10:] = [1, 1, 2, 3, 3, 3, 3, 3, 3, 3]
+    energy = np.zeros((2, count))
+    energy[1, -10:] = 1e-6 * np.array([50, 25, 0, 1, 2, 3, 4, 5, 6, 7])
+    path = contact_map_picture(
+        tmp_path / "map.png", vane, x, frames, joints, [250.0, 252.5], states, energy, "Contacts",
+        "μ = 0.3", ("below", "at the peak"),
+    )  # fmt: skip
+    (figure,) = figures
+    texts = [text.get_text() for text in figure.texts]
+    assert "μ = 0.3. Largest marker: 50 µJ a cycle" in texts
+    assert "at the peak, 252.50 Hz" in texts
+    axes = [one for one in figure.axes if one.collections]
+    assert len(axes) == 4
+    face = [one for one in axes[2].collections if isinstance(one, PathCollection)]
+    sizes = [np.asarray(one.get_sizes()).tolist() for one in face]
+    assert [len(one) for one in sizes] == [2, 1, 7]
+    low, high = contact_map._SMALL, contact_map._LARGE
+    assert sizes[0] == pytest.approx([high, (low + high) / 2])
+    assert sizes[1] == [low]
+    colour = np.asarray(face[0].get_facecolor())[0, :3]
+    assert colour == pytest.approx(to_rgb(style.VERMILION))
+    labels = [text.get_text() for text in axes[2].texts]
+    assert labels == [str(number) for number in range(1, 11)]
+    assert imread(path).shape[1] == 1800
+
+
+def test_without_an_interlock_nothing_is_rendered(contacts, tmp_path, monkeypatch):
+    monkeypatch.setattr(contact_map, "snapshot", None)
+    vane, x, frames, joints = contacts
+    own = slice(len(joints) - 10)
+    state = np.ones((1, len(joints) - 10), int)
+    args = (vane, x[own], frames[own], joints[own], [250.0], state, 0.0 * state)
+    assert contact_map_picture(tmp_path / "map.png", *args).is_file()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"frequencies": np.arange(6.0)}, "given 6 frequencies: 1 to 5 fit into a figure"),
+        ({"states": np.zeros((1, 3), int)}, r"states of shape \(1, 3\): \(1, 70\) is needed"),
+        ({"states": np.full((1, 70), 4)}, "states: allowed are 0 to 3"),
+        ({"positions": np.zeros((3, 3))}, r"positions of shape \(3, 3\)"),
+    ],
+)
+def test_arrays_that_do_not_fit_are_refused(contacts, tmp_path, change, message):
+    vane, x, frames, joints = contacts
+    given: dict[str, Any] = {
+        "positions": x,
+        "frames": frames,
+        "joints": joints,
+        "frequencies": [250.0],
+        "states": np.zeros((1, 70), int),
+        "dissipation": np.zeros((1, 70)),
+    }
+    with pytest.raises(InputError, match=f"contacts: .*{message}|contacts: {message}"):
+        contact_map_picture(tmp_path / "map.png", vane, **(given | change))
+    assert not list(tmp_path.iterdir())
+
+
+KT, MU, LOAD, AMPLITUDE = 1e6, 0.3, 10.0, 8e-6
+LIMIT = MU * LOAD
+
+
+def jenkins(steps=4000):
+    """Steady loop of a Jenkins element under u = U cos θ and constant load, in closed form.
+
+    From u = U it sticks until u = U - 2 t_lim/kt, then slips at -t_lim to u = -U, and back.
+    """
+    angle = 2 * np.pi * np.arange(steps) / steps
+    u = AMPLITUDE * np.cos(angle)
+    down = np.maximum(LIMIT - KT * (AMPLITUDE - u), -LIMIT)
+    up = np.minimum(-LIMIT + KT * (AMPLITUDE + u), LIMIT)
+    return u, np.where(angle <= np.pi, down, up)
+
+
+def contact(u, t, normal=LOAD):
+    zero = np.zeros_like(u)
+    displacement = np.column_stack([zero, u, zero])
+    return displacement, np.column_stack([np.full_like(u, normal), t, zero])
+
+
+def test_an_open_contact_is_open_and_drawn(tmp_path):
+    normal = np.array([5.0, 0.0, 0.0, 5.0])
+    state = loops.states(normal, np.array([1.0, 0.0, 0.0, 1.5]), MU)
+    assert list(state) == [loops.STICKS, loops.OPEN, loops.OPEN, loops.SLIPS]
+    flat = np.zeros((64, 3))
+    path = loop_picture(tmp_path / "open.png", flat, flat, MU, "Open contact")
+    u, t = jenkins()
+    other = loop_picture(tmp_path / "loop.png", *contact(u, t), MU, "Contact")
+    assert other.stat().st_size > path.stat().st_size > 10_000
+
+
+def test_the_figure_states_energy_and_shares_of_the_direction_that_takes_more(figures):
+    u, t = jenkins()
+    names = "radial", "along the slant"
+    loop_picture("x.png", *contact(u, t), MU, "Interlock contact 3", "μ = 0.3", tangents=names)
+    title, text = (item.get_text() for item in figures[0].texts)
+    assert title == "Interlock contact 3"
+    # 4 · 3 N · (8 - 3) µm = 60 µJ; it sticks while θ goes through arccos(1/4) twice.
+    assert text == (
+        "μ = 0.3. Friction dissipates 60.0 µJ per cycle (radial 60.0 µJ); "
+        "sticks 42 %, slips 58 % of the period"
+    )
+    loop, normal, friction = figures[0].axes
+    assert loop.get_xlabel() == "relative displacement, radial (µm)"
+    assert loop.get_ylabel() == "friction force, radial (N)"
+    assert normal.get_ylabel() == "normal force n (N)"
+    assert friction.get_xlabel() == "time / period (–)"
+    figures.clear()
+    u, t = jenkins()
+    displacement, force = contact(u, t)
+    turned = displacement[:, [0, 2, 1]], force[:, [0, 2, 1]]
+    loop_picture("x.png", *turned, MU, "Contact")
+    loop_picture("x.png", *turned, MU, "Contact", direction=1)
+    shown = [figure.axes[0].get_xlabel() for figure in figures]
+    assert shown == [f"relative displacement, tangent {i} (µm)" for i in (2, 1)]
+
+
+def test_isotropic_friction_slips_where_the_force_in_the_plane_is_at_its_bound(figures):
+    angle = 2 * np.pi * np.arange(400) / 400
+    share = np.where(angle < np.pi, 1.0, 0.5)  # at the bound for half the period
+    t1, t2 = share * LIMIT * np.cos(angle), share * LIMIT * np.sin(angle)
+    displacement = AMPLITUDE * np.column_stack([0 * angle, np.sin(angle), np.cos(angle)])
+    force = np.column_stack([np.full(400, LOAD), t1, t2])
+    loop_picture("x.png", displacement, force, MU, "Contact", direction=1, isotropic=True)
+    assert "sticks 50 %, slips 50 % of the period" in figures[0].texts[1].get_text()
+    upper = figures[0].axes[2].lines[0].get_ydata()[:-1]
+    np.testing.assert_allclose(upper, np.sqrt(LIMIT**2 - t2**2), atol=1e-12)
+    # Bounded by twice the present load, the same force slips nowhere.
+    loop_picture("x.png", displacement, force, MU, "Contact", bounding=np.full(400, 2 * LOAD))
+    assert "sticks 100 % of the period" in figures[1].texts[1].get_text()
+
+
+def test_the_loop_closes_and_every_piece_has_its_state(figures):
+    u, t = jenkins(400)
+    loop_picture("x.png", *contact(u, t), MU, "Contact")
+    (pieces,) = figures[0].axes[0].collections
+    drawn = np.array(pieces.get_segments())
+    np.testing.assert_allclose(drawn[0, 0], drawn[-1, 1])
+    np.testing.assert_allclose(drawn[:, 0, 0], 1e6 * u)
+    np.testing.assert_allclose(drawn[:, 0, 1], t)
+    colours = {tuple(np.round(c, 6)) for c in pieces.get_colors()}
+    assert len(colours) == 2
+
+
+FORCE = np.array([[100.0, 15.0, -3.0], [50.0, 0.0, -15.0], [0.0, 0.0, 0.0]])
+
+
+def test_preload_by_joint_of_open_contacts_and_of_those_without_friction(figures):
+    """Open ones show no force whatever round-off says, those without friction have all slid."""
+    preload_picture("x.png", FORCE, 0.3, ["hook", "hook", "interlock"], subtitle="at rest")
+    titles = [axes.get_title(loc="left") for axes in figures[0].axes]
+    assert titles == ["hook: 2 contacts\n50.0 to 100 N", "", "interlock: 1 contact\n0 N", ""]
+    bars = [bar.get_height() for bar in figures[0].axes[0].patches]
+    assert bars == [100.0, 50.0]
+    ratios = [bar.get_height() for bar in figures[0].axes[1].patches]
+    assert ratios == [0.5, 1.0]
+    figures.clear()
+    force = np.array([[2.0, 0.1, 0.0], [4e-16, 1e-16, 0.0], [-4e-16, 0.0, 1e-15]])
+    joints = ["hook", "interlock", "interlock"]
+    preload_picture("x.png", force, 0.3, joints, opened=[False, True, True])
+    normal = [[bar.get_height() for bar in axes.patches] for axes in figures[0].axes]
+    assert normal[0] == [2.0]
+    assert normal[2] == [0.0, 0.0]
+    hatched = [bar.get_height() for bar in figures[0].axes[3].patches if bar.get_hatch()]
+    assert hatched == [1.0, 1.0]
+    assert figures[0].axes[2].get_title(loc="left") == "interlock: 2 contacts\n0 N"
+    figures.clear()
+    force = np.array([[2.0, 0.0, 0.0], [1e-3, 1e-17, 0.0], [3.0, 1e-16, 1e-17]])
+    assert list(preload.utilisation(force, np.zeros(3))) == [1, 1, 1]
+    assert list(preload.utilisation(force, np.full(3, 1e-300))) == pytest.approx([0, 1, 1])
+    preload_picture("x.png", force, 0.0, ["hook"] * 3)
+    upper = figures[0].axes[0]
+    assert {to_hex(bar.get_facecolor()) for bar in upper.patches} == {style.VERMILION}
+
+
+def test_loops_and_preload_that_do_not_fit_are_refused(tmp_path):
+    path, wrong = tmp_path / "x.png", np.zeros((3, 8))
+    with pytest.raises(InputError, match=r"displacement of shape \(3, 8\)"):
+        loop_picture(path, wrong, wrong, MU, "Contact")
+    with pytest.raises(InputError, match=r"force of shape \(3, 3\): \(2, 3\) is needed"):
+        preload_picture(path, FORCE, 0.3, ["hook", "hook"])
+
+
+SPEEDS = np.linspace(0.0, 12000.0, 5)
+
+
+def crossings(n=3):
+    speed = np.linspace(3000.0, 9000.0, n)
+    return render.Crossings(
+        np.ones(n, int), speed, speed / 60, np.arange(n) % 2 == 0, np.arange(n) == 1
+    )
+
+
+def families():
+    free = np.column_stack([np.full(5, 100.0), 200 - SPEEDS / 1000])
+    return [render.LineFamily(1, free, 1.1 * free), render.LineFamily(2, 1.5 * free, None)]
+
+
+def circles(amplitude=(1e-6, 4e-6, 1e-9)):
+    n = len(amplitude)
+    return render.Circles(
+        np.linspace(5000, 6000, n),
+        np.linspace(5000, 6000, n) / 60,
+        np.array(amplitude),
+        np.arange(n) == 1,
+    )
+
+
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """Function that draws a diagram and returns its axes, its legend's texts and the file."""
+
+    def draw(*arguments, **options):
+        kept = []
+        write = style.write
+
+        def keep(made, path):
+            kept.append(made)
+            return write(made, path)
+
+        monkeypatch.setattr(style, "write", keep)
+        path = render.campbell_picture(tmp_path / "c.png", *arguments, **options)
+        (figure,) = kept
+        texts = [text.get_text() for text in figure.legends[0].get_texts()]
+        return figure.axes[0], texts, path
+
+    return draw
+
+
+def test_areas_are_as_amplitudes(drawn):
+    axes, texts, path = drawn(SPEEDS, families(), [1, 2], crossings(), circles())
+    full, linear = axes.collections
+    assert full.get_sizes()[0] == pytest.approx(4 * linear.get_sizes()[0])
+    assert len(linear.get_sizes()) == 1  # the last one could not be seen
+    assert "nonlinear response:\nup to 4.00 µm (area)" in texts
+    assert "linear response:\nup to 1.00 µm (area)" in texts
+    assert path.stat().st_size > 10_000
+
+
+def test_lines_orders_and_the_crossing_of_interest(drawn):
+    axes, texts, _ = drawn(SPEEDS, families(), [1, 3], crossings())
+    assert texts[:2] == ["nodal diameter 1", "nodal diameter 2"]
+    assert texts[2:4] == ["interlock stuck", "interlock free"]
+    assert axes.get_ylim() == pytest.approx((0, 1.12 * 1.5 * 200))
+    said = [text.get_text() for text in axes.texts]
+    assert said[:2] == ["EO 1", "EO 3"]
+    assert said[2] == "6,000 rpm\n100.0 Hz"
+    slopes = [
+        line.get_ydata()[1] / line.get_xdata()[1]
+        for line in axes.lines
+        if len(line.get_xdata()) == 2
+    ]
+    assert slopes == pytest.approx([1 / 60, 3 / 60])
+
+
+def test_measured_points_share_the_scale_or_have_their_own(drawn):
+    dots = [
+        render.Dots("rig", np.array([5000.0]), np.array([83.0]), np.array([2e-6])),
+        render.Dots("strain", np.array([5000.0]), np.array([83.0]), np.array([3e-4]), True),
+    ]
+    axes, texts, _ = drawn(SPEEDS, families(), [1], crossings(), circles(), dots)
+    largest = campbell._LARGEST
+    sizes = [each.get_sizes()[0] for each in axes.collections[-2:]]
+    assert sizes == pytest.approx([largest / 2, largest])
+    assert texts[-3:-1] == ["rig", "strain"]
+
+
+def test_nothing_to_draw(tmp_path):
+    with pytest.raises(InputError, match="needs speeds, natural frequencies and engine orders"):
+        render.campbell_picture(tmp_path / "c.png", SPEEDS, [], [1], crossings())
