@@ -73,7 +73,7 @@ from vanelock.fem.matrix_files import load_matrices
 from vanelock.input.measured.universal import read_universal
 from vanelock.mesh import read_mesh
 from vanelock.pipeline.executor import chosen_workers
-from vanelock.results.reading.frames import dataset, frame
+from vanelock.commands.stored.run import dataset, frame
 print(*fem.backends())
 solve = fem.factorise(sp.csc_array([[2.0, -1.0], [-1.0, 2.0]]))
 print(*np.round(solve.solve(np.array([1.0, 0.0])), 12))

@@ -1,4 +1,4 @@
-"""Command line: `vanelock run | mesh | converge | compare | fit | check | init | manual | ...`.
+"""Command line: `vanelock run | mesh | converge | compare | page | fit | check | init | ...`.
 
 Errors are one plain line on standard error. Exit status: 0; 1 if some cases of a sweep failed; 2
 for input that cannot be used; 128 and a signal's number when stopped by one, so 130 by Ctrl-C; 141
@@ -168,11 +168,25 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Compare two runs: inputs that differ, results side by side, curves over one another."""
-    from vanelock.commands.compare.compare import compare_runs
+    from vanelock.commands.compare import compare_runs
     from vanelock.pipeline.progress import choose_listener
 
     with choose_listener(quiet, as_json) as listener:
         compare_runs(one, other, output, listener)
+
+
+@app.command()
+def page(
+    folder: Annotated[Path, typer.Argument(help="Folder of a run.", parser=given_path)],
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Draw a run's tables, pictures and page again, from its results alone."""
+    from vanelock.commands.stored.page import show_again
+    from vanelock.pipeline.progress import choose_listener
+
+    with choose_listener(quiet, as_json) as listener:
+        show_again(folder, listener)
 
 
 @app.command()

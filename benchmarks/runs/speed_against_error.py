@@ -13,7 +13,7 @@ from pathlib import Path
 
 from benchmarks.pages import FOLDER, page
 from vanelock import choose_listener, converge_study
-from vanelock.commands.converge.table import markdown
+from vanelock.commands.converge.settings import markdown
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.study import Study
 

@@ -20,8 +20,7 @@ from examples.paper.paper import MAP_INTERFERENCE as INTERFERENCE
 from examples.paper.paper import MAP_MU as MU
 from examples.paper.paper import Model, Plane
 from vanelock import parse_study
-from vanelock.commands.fit.fit import model_of, planned_alone
-from vanelock.commands.fit.parameters import varied_parameters
+from vanelock.commands.fit.fit import model_of, planned_alone, varied_parameters
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import Optimum, optimum
 from vanelock.nonlinear import Options

@@ -196,7 +196,7 @@ def run_cases(study: vanelock.Study, folder: Path, workers: int) -> Scene:
         place = {which: int(limits[f"{which}_mode"][()]) for which in ("free", "stuck")}
         modes = {which: float(limits[which][place[which]]) for which in place}
     reference, most = cases[0], named[cases[0]._replace(method=Options(max(HARMONICS)))]
-    system, near = run.system(most.name), ends(named[reference].frequency)
+    system, near = run.system(most.name), ends(named[reference].line[0])
     node, _, direction = run.monitor.rpartition(", ")
     output = system.output_names.index(node), DIRECTIONS.index(direction)
     model = Model(system, near, output)
@@ -209,7 +209,7 @@ def run_cases(study: vanelock.Study, folder: Path, workers: int) -> Scene:
         reference=reference,
         figures=figures,
         cases=found,
-        waves={case: each.wave for case, each in named.items()},
+        waves={case: getattr(each.summary.wave, "verdict", "") for case, each in named.items()},
         linear={which: solved(read[which], output) for which in modes},
         mode=place["free"] + 1,
         modes=modes,
@@ -423,7 +423,7 @@ def slanted(scene: Scene, folder: Path, workers: int) -> dict[float, Model]:
     run = run_study(study, folder, workers, sweep={"vane.interlock_slant": slants}, **tables)
     found = {}
     for case in run.contents.cases.values():
-        model = Model(run.system(case.name), ends(case.frequency), scene.model.output)
+        model = Model(run.system(case.name), ends(case.line[0]), scene.model.output)
         found[float(case.values["vane.interlock_slant"])] = model
     return found
 

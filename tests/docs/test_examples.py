@@ -46,7 +46,7 @@ def test_the_tables_are_those_of_a_run(
     """Without pictures."""
     outputs = re.compile(r"^\[outputs\]\n(?:\w.*\n)*", re.MULTILINE)
     (tmp_path / "my.toml").write_text(outputs.sub("", study) + QUIET)
-    monkeypatch.setattr("vanelock.commands.run.study.draw", lambda *_: None)
+    monkeypatch.setattr("vanelock.commands.run.study.show", lambda *_: None)
     monkeypatch.setenv("COLUMNS", "100")
     command = ["run", str(tmp_path / "my.toml"), "--output", str(tmp_path / "my"), "--workers", "1"]
     done = CliRunner().invoke(app, command)

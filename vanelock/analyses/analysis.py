@@ -13,6 +13,8 @@ from vanelock.common.product import Product
 from vanelock.common.tables import MOST_CASES, Table
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from pydantic import BaseModel
 
     from vanelock.analyses.solved_case import SolvedCase
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from vanelock.pipeline.step import Step
     from vanelock.quantities.case_result import CaseResult, State
     from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Answer, Picture
+    from vanelock.report import Answer, Block, Picture
     from vanelock.stages.plan import Planned
     from vanelock.stages.response.summary import Summary
 
@@ -69,8 +71,9 @@ class Analysis(Generic[K, P]):
         Its product's name; and, without `table`, that of its table in the input files.
     title : str
         What it is of, in words.
-    product : callable
-        To the type that one part of it gives, which may be the solver's.
+    product : callable or None
+        To the type that one part of it gives, which may be the solver's; None where it shows what
+        others have made.
     keys : type or None
         Its table in a study; None where nothing asks for it.
     compute : callable
@@ -93,6 +96,10 @@ class Analysis(Generic[K, P]):
         (given, keys) to whether it takes all nodal diameters.
     after : tuple of str
         Analyses whose products it takes, if they are asked for.
+    needs : callable
+        (steps of a case, keys) to steps that it takes besides, which cases may share.
+    any_law : bool
+        Whether it takes responses that are not coupled, or sampled, too.
     elements : bool
         Whether it takes contacts of elements.
     check : callable
@@ -117,6 +124,16 @@ class Analysis(Generic[K, P]):
         Cases by name to tables.
     pictures : callable
         (run, case) to pictures.
+    files : callable
+        (run, case) to CSV files that are of no picture.
+    run_tables, run_pictures : callable
+        The same of a run as a whole.
+    page : callable or None
+        A run to what its section of the page has, in place of text, tables and pictures.
+    open : bool
+        Whether that section is unfolded.
+    looked_into : bool
+        Whether it is of all cases that are looked into, without being asked for.
     answers : callable
         A case to cards of the page.
     text : str
@@ -129,7 +146,7 @@ class Analysis(Generic[K, P]):
 
     key: str
     title: str
-    product: Callable[[], type[P]]
+    product: Callable[[], type[P]] | None = None
     keys: type[K] | None = None
     compute: Callable[["SolvedCase", K, AnalysisPart], P] | None = None
     step: "Callable[[Planned], Step[P] | None] | None" = None
@@ -141,6 +158,8 @@ class Analysis(Generic[K, P]):
     by_response: bool = False
     whole_ring: "Callable[[Given, K], bool]" = lambda given, keys: False
     after: tuple[str, ...] = ()
+    needs: "Callable[[Planned, K], Iterable[Step[Any]]]" = _nothing
+    any_law: bool = False
     elements: bool = False
     check: "Callable[[Given, K], Iterable[str]]" = _nothing
     cost: "Callable[[Study, K, float], float]" = lambda study, keys, curve: 0.0
@@ -153,10 +172,16 @@ class Analysis(Generic[K, P]):
     reserve: str = ""
     tables: "Callable[[Mapping[str, CaseResult]], Iterable[Table]]" = _nothing
     pictures: "Callable[[RunResult, CaseResult], Iterable[Picture]]" = _nothing
+    files: "Callable[[RunResult, CaseResult], Iterable[Path]]" = _nothing
+    run_tables: "Callable[[RunResult], Iterable[Table]]" = _nothing
+    run_pictures: "Callable[[RunResult], Iterable[Picture]]" = _nothing
+    page: "Callable[[RunResult], Sequence[Block]] | None" = None
+    open: bool = True
+    looked_into: bool = False
     answers: "Callable[[CaseResult], Iterable[Answer]]" = _nothing
     text: str = ""
     template: str = ""
-    absent: "Callable[[Given], str]" = lambda given: ""
+    absent: "Callable[[CaseResult], str]" = lambda case: ""
 
     def keys_of(self, given: "Given") -> K | None:
         """Its table in a study or scene; None where it is not asked for."""
@@ -187,7 +212,7 @@ def analysable(given: "Given") -> bool:
 
 def products_of(cases: "Mapping[str, CaseResult]", key: str) -> tuple[dict[str, Any], int]:
     """Products of an analysis by case, of as many as a table has, and how many cases have it."""
-    known = [(name, case) for name, case in cases.items() if key in case.planned.analyses]
+    known = [(name, case) for name, case in cases.items() if case.products.of_analysis(key)]
     return {name: case.found(key) for name, case in known[:MOST_CASES]}, len(known)
 
 

@@ -111,7 +111,7 @@ def cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
     return CURVES * curve
 
 
-def compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> BoundedPeak:
+def _compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> BoundedPeak:
     """Bounds of the peak of that sweep which finds the higher one."""
     if case.peak is None:
         return BoundedPeak(reason="no point converged")
@@ -142,13 +142,13 @@ def compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> Bounded
     return BoundedPeak(found, low, high, np.array([each.residual[0] for each in audits]))
 
 
-def summarise(found: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
+def _summarise(found: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
     """A case's summary with both ends."""
     (bounds,) = products
     return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH))
 
 
-def lines(products: Sequence[BoundedPeak]) -> CurveExtras:
+def _lines(products: Sequence[BoundedPeak]) -> CurveExtras:
     """Between which curves the response may lie."""
     (bounds,) = products
     if bounds.low is None or bounds.high is None:
@@ -157,31 +157,13 @@ def lines(products: Sequence[BoundedPeak]) -> CurveExtras:
 
 
 def states(case: "CaseResult") -> "Iterator[State]":
-    """The case with the sliders of its largest peak, of which its response is the only point."""
-    from vanelock.pipeline.step import step
+    """The case with the sliders of its largest peak."""
     from vanelock.quantities.case_result import State
-    from vanelock.rom import System
 
-    (made,), (bounds,) = case.planned.analyses["bounds"], case.found("bounds")
-    high = bounds.peak(HIGH)
-    if high is None:
-        return
-
-    def slid(system: System, bounded: BoundedPeak) -> System:
-        assert bounded.found is not None
-        return bounded.found.system_at(system, HIGH)
-
-    def top(bounded: BoundedPeak) -> nonlinear.Response:
-        assert bounded.found is not None
-        return bounded.found.response.at([HIGH])
-
-    base, end = case.planned.system, {"end": HIGH}
-    system = step("system", "rom", end, System, (base, made), slid, False, True)
-    response = step("response", "nonlinear", end, nonlinear.Response, (made,), top, False, True)
-    assert bounds.high is not None
-    yield State(
-        case.planned.at_end(system, response), replace(high, point=0), case.curve(bounds.high)
-    )
+    (bounds,) = case.found("bounds")
+    if (high := bounds.peak(HIGH)) is not None:
+        response = bounds.found.response.at([HIGH])
+        yield State(response, replace(high, point=0), case.curve(bounds.high))
 
 
 def warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[str]:
@@ -270,12 +252,12 @@ BOUNDS = Analysis(
     keys=BoundsKeys,
     scene_keys=BoundsKeys,
     product=lambda: BoundedPeak,
-    compute=compute,
+    compute=_compute,
     check=check,
     cost=cost,
     places=lambda product: "bounds",
-    summarise=summarise,
-    lines=lines,
+    summarise=_summarise,
+    lines=_lines,
     states=states,
     state="upper bound of the peak over static friction",
     reserve="goodman_reserve_at_largest_peak",
@@ -283,5 +265,5 @@ BOUNDS = Analysis(
     tables=tables,
     text=TEXT,
     template=TEMPLATE,
-    absent=lambda given: ABSENT,
+    absent=lambda case: ABSENT,
 )

@@ -284,7 +284,7 @@ def _flutter_table(driven: Sequence[tuple[str, FollowedMode]]) -> Table:
     flags: list[Flag] = []
     for name, each in driven:
         assert each.driven is not None
-        place, kick = settles(each) or (None, None), _grows_beyond(each)
+        place, kick = _settles(each) or (None, None), _grows_beyond(each)
         rest = "grows" if each.driven.linear_damping < 0 else "decays"
         air = each.driven.aerodynamic_damping, each.driven.linear_damping
         rows.append((name, each.nodal_diameter, each.number, *air, rest, *place, kick))
@@ -294,7 +294,7 @@ def _flutter_table(driven: Sequence[tuple[str, FollowedMode]]) -> Table:
     return made.without_empty("cycle_um", "cycle_hz", "kick_um")
 
 
-def settles(mode: FollowedMode) -> tuple[float, float] | None:
+def _settles(mode: FollowedMode) -> tuple[float, float] | None:
     """Amplitude, m, and frequency, Hz, of the cycle at which a wave from rest settles."""
     driven = mode.driven
     if driven is None or not driven.amplitude_stable.any():
@@ -323,7 +323,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
     if of.linear_damping >= 0:
         yield Answer("Least damping", value, note, "good")
         return
-    cycle = settles(worst)
+    cycle = _settles(worst)
     ends = "nothing holds it"
     if cycle is not None:
         ends = f"its amplitude settles at {1e6 * cycle[0]:.3g} µm"
@@ -384,13 +384,11 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
 
 def _air(case: "CaseResult", mode: FollowedMode) -> NDArray[np.float64]:
     """(p,) damping ratio of the air, negative where it drives; zero where none is given."""
-    from vanelock.input.cases.values import ring_of
-
     assert mode.mode is not None
     keys = DAMPED_MODES.keys_of(case.given)
     if keys is None or keys.air is None:
         return np.zeros(len(mode.mode.frequency))
-    N = ring_of(case.given)[0]
+    N = case.ring[0]
     ratios = (nonlinear.aerodynamic_damping(keys.air, N, float(f)) for f in mode.mode.frequency)
     return np.array([each[mode.nodal_diameter % N] for each in ratios])
 

@@ -65,7 +65,7 @@ class EnergyFrequency(Product):
         return f"mode {self.number}, ND {self.nodal_diameter}"
 
 
-def compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
+def _compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
     """One mode of one nodal diameter."""
     from vanelock.quantities.contacts.energy import balance
 
@@ -172,7 +172,7 @@ ENERGY_FREQUENCY = Analysis(
     keys=EnergyFrequencyKeys,
     scene_keys=EnergyFrequencyKeys,
     product=lambda: EnergyFrequency,
-    compute=compute,
+    compute=_compute,
     parts=damped_modes.parts,
     whole_ring=lambda given, keys: keys.nodal_diameters is not None,
     check=lambda given, keys: damped_modes.check(given, keys, "energy_frequency"),

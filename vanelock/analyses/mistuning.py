@@ -189,7 +189,7 @@ def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[AnalysisPart]:
     return [AnalysisPart(f"ring {i + 1}", {"ring": i}) for i in range(keys.count)]
 
 
-def compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
+def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
     """One ring of a case."""
     from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step
 
@@ -233,7 +233,7 @@ def drawn(
     return nonlinear.Unlike.scatter(system, asked, seed, modes)
 
 
-def combine(rings: Sequence[MistunedRing]) -> MistunedRings:
+def _combine(rings: Sequence[MistunedRing]) -> MistunedRings:
     """Rings in numbers."""
     known = [ring.known for ring in rings]
     amplitude = np.array([each.max(axis=0) for each in known])
@@ -366,7 +366,7 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     yield run.picture(
         f"figures/mistuning_{slug(name)}",
         "Mistuned rings",
-        [*case.key_of("mistuning"), case.planned.response.key, title, subtitle],
+        [*case.key_of("mistuning"), case.key_at("response"), title, subtitle],
         lambda path: render.segments_picture(path, *lines, title, subtitle),
         lambda: _columns(found),
         [f"{title}: largest amplitude of every segment; {case.monitor.name}"],
@@ -374,11 +374,9 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-def absent(given: "Given") -> str:
+def absent(case: "CaseResult") -> str:
     """What is not known of a ring."""
-    from vanelock.input.cases.values import ring_of
-
-    return ABSENT if ring_of(given)[0] > 1 else ""
+    return ABSENT if case.ring[0] > 1 else ""
 
 
 def _columns(found: MistunedRings) -> dict[str, ArrayLike]:
@@ -411,9 +409,9 @@ MISTUNING = Analysis(
     keys=MistuningKeys,
     scene_keys=JointMistuningKeys,
     product=lambda: MistunedRing,
-    compute=compute,
+    compute=_compute,
     parts=parts,
-    combine=combine,
+    combine=_combine,
     whole_ring=lambda given, keys: True,
     elements=True,
     check=check,

@@ -160,7 +160,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What presses the joints at rest, and what holds a segment, of each state at rest."""
     distinct = {key: case for case in cases.values() for key in case.key_of("preload_by_cause")}
     for case in islice(distinct.values(), MOST):
-        (found,), name = case.found("preload_by_cause"), words(case.planned.preload_name)
+        (found,), name = case.found("preload_by_cause"), words(case.preload_name)
         yield _causes(name, found)
         if len(found.reaction):
             yield _reactions_table(name, found)

@@ -71,7 +71,7 @@ class FollowedPeak(Product):
         )
 
 
-def compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> FollowedPeak:
+def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> FollowedPeak:
     """What the ring does at the peak of a response, if its wave is unstable."""
     from vanelock.stages.response.solved import as_solved
 
@@ -97,7 +97,7 @@ def compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> Foll
     return FollowedPeak(found, case.monitored.node, case.monitored.component)
 
 
-def summarise(found: "Summary", products: Sequence[FollowedPeak]) -> "Summary":
+def _summarise(found: "Summary", products: Sequence[FollowedPeak]) -> "Summary":
     """A case's summary with what the ring does instead of the wave at its peak."""
     if found.wave is None:
         return found
@@ -143,12 +143,12 @@ SETTLED = Analysis(
     table="stability",
     keys=StabilityKeys,
     product=lambda: FollowedPeak,
-    compute=compute,
+    compute=_compute,
     asked=lambda keys: keys.follow,
     by_response=True,
     whole_ring=lambda given, keys: True,
     after=("stability",),
     places=lambda product: "" if product.found is None else "settled",
-    summarise=summarise,
+    summarise=_summarise,
     tables=tables,
 )

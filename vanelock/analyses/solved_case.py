@@ -155,9 +155,9 @@ def with_analyses(
         if analysis.step is not None and (shared := analysis.step(planned)) is not None:
             analysed = {**planned.analyses, analysis.key: (shared,)}
             planned = replace(planned, analyses=analysed)
-    if not analysable(given):
-        return planned
     for analysis, keys in asked_for(analyses, given):
+        if not (analysis.any_law or analysable(given)):
+            continue
         parts = analysis.parts(given, keys)
         if analysis.by_response:
             parts = [AnalysisPart(response=i) for i in range(len(planned.responses))]
@@ -184,6 +184,7 @@ def _step(
     """One part of an analysis of a case."""
     given, linear, solve = planned.case.given, monitoring.linear, analysis.compute
     assert solve is not None
+    assert analysis.product is not None
     own = given.response.model_dump(include={"harmonics", "friction", "direction"})
     inputs = {
         **keys.model_dump(),
@@ -201,6 +202,7 @@ def _step(
     needs += [linear.system, linear.responses["free"], planned.modes, *planned.meshes.values()]
     if analysis.whole_ring(given, keys):
         needs.append(planned.structure.whole)
+    needs += analysis.needs(planned, keys)
     needs += (each for name in analysis.after for each in planned.analyses.get(name, ()))
     of = " ".join(filter(None, (planned.case.name, part.label)))
     return step(

@@ -59,7 +59,7 @@ def cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
     return float(count * (SECONDS + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5))
 
 
-def compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> "nonlinear.Stability":
+def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> "nonlinear.Stability":
     """Stability of a response: at its peak, or all along."""
     from vanelock.stages.response.solved import as_solved
 
@@ -111,14 +111,14 @@ def undecided(stability: "nonlinear.Stability", point: int) -> str:
     return "not all departures from it could be followed"
 
 
-def summarise(found: "Summary", products: "Sequence[nonlinear.Stability]") -> "Summary":
+def _summarise(found: "Summary", products: "Sequence[nonlinear.Stability]") -> "Summary":
     """A case's summary with what becomes of the wave at its peak."""
     if found.peak is None:
         return found
     return replace(found, wave=verdict_at(products[0], found.peak.frequency))
 
 
-def lines(products: "Sequence[nonlinear.Stability]") -> CurveExtras:
+def _lines(products: "Sequence[nonlinear.Stability]") -> CurveExtras:
     """Where each curve is stable."""
     each = (zip(s.frequency.tolist(), s.verdict.tolist(), strict=True) for s in products)
     return CurveExtras(verdicts=tuple(map(dict, each)))
@@ -237,18 +237,18 @@ STABILITY = Analysis(
     keys=StabilityKeys,
     scene_keys=StabilityKeys,
     product=lambda: nonlinear.Stability,
-    compute=compute,
+    compute=_compute,
     by_response=True,
     whole_ring=lambda given, keys: True,
     check=check,
     cost=cost,
     places=lambda product: "stability",
-    summarise=summarise,
-    lines=lines,
+    summarise=_summarise,
+    lines=_lines,
     warnings=warnings,
     tables=tables,
     answers=answers,
     text=TEXT,
     template=TEMPLATE,
-    absent=lambda given: ABSENT,
+    absent=lambda case: ABSENT,
 )

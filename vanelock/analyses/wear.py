@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from vanelock.quantities.case_result import CaseResult, State
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
-    from vanelock.rom import System
 
 SHOWN = 8
 """States of a history in a table, about."""
@@ -110,7 +109,7 @@ def _coefficients(given: "Given") -> dict[str, float]:
     return getattr(given, "wear_coefficients", {})
 
 
-def compute(case: "SolvedCase", keys: WearKeys, part: AnalysisPart) -> WornCase:
+def _compute(case: "SolvedCase", keys: WearKeys, part: AnalysisPart) -> WornCase:
     """Wear of a case over the cycles of its dwells."""
     if case.peak is None:
         return WornCase(reason="no point converged")
@@ -153,32 +152,17 @@ def _shown_states(history: "WearHistory") -> list[int]:
 
 def states(case: "CaseResult") -> "Iterator[State]":
     """The case as worn at the states shown, with the vibration there as its only point."""
-    from vanelock.pipeline.step import step
     from vanelock.quantities.case_result import State
-    from vanelock.rom import System
     from vanelock.stages.response.summary import Peak
 
-    (made,), (worn,) = case.planned.analyses["wear"], case.found("wear")
+    (worn,) = case.found("wear")
     if (history := worn.history) is None:
         return
-    for state in _shown_states(history):
-
-        def system_at(system: "System", worn: WornCase, state: int = state) -> "System":
-            assert worn.history is not None
-            return worn.history.system_at(system, state)
-
-        def vibration(worn: WornCase, state: int = state) -> nonlinear.Response:
-            assert worn.history is not None
-            return worn.history.response.at([state])
-
-        at, needs = {"worn": state}, (case.planned.system, made)
-        system = step("system", "rom", at, System, needs, system_at, False, True)
-        kind = nonlinear.Response
-        response = step("response", "nonlinear", at, kind, (made,), vibration, False, True)
-        frequency, amplitude = history.frequency[[state]], history.amplitude[[state]]
+    for at in _shown_states(history):
+        frequency, amplitude = history.frequency[[at]], history.amplitude[[at]]
         peak = Peak(0, float(frequency[0]), float(amplitude[0]), at_edge=False)
         curve = frequency, amplitude, np.array([True])
-        yield State(case.planned.at_end(system, response), peak, curve)
+        yield State(history.response.at([at]), peak, curve)
 
 
 def warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
@@ -266,7 +250,7 @@ def _event(history: "WearHistory", i: int) -> str:
 
 def _reserves(case: "CaseResult") -> list[float]:
     """Safety factors of the states shown, where they are known."""
-    states = () if case.answers is None else case.answers.states.get("wear", ())
+    states = case.states(WEAR) if case.detailed else ()
     return [each.stress.governing.reserve for each in states if each.margins]
 
 
@@ -375,7 +359,7 @@ WEAR = Analysis(
     title="wear over cycles",
     keys=WearKeys,
     product=lambda: WornCase,
-    compute=compute,
+    compute=_compute,
     parts=parts,
     check=check,
     cost=cost,

@@ -58,6 +58,13 @@ what it costs. Takes several times as long as the study.""",
         ],
         "accuracy, trust",
     ),
+    "page": (
+        "Make tables, pictures and page of a run again.",
+        """They are made from results.h5 and results/ alone: neither the cache nor the files that
+the study names are needed.""",
+        ["vanelock page runs/my"],
+        "outputs",
+    ),
     "compare": (
         "Put two runs side by side.",
         """Cases are paired by name, else by the values they share, else by their order, which a

@@ -78,7 +78,7 @@ def settings(given: Given) -> list[Setting]:
     """All keys of a study or scene, in the order of its file."""
     dumped = given.model_dump(mode="json")
     if isinstance(given, Study):
-        return settings_of(dumped, type(given))
+        return _settings_of(dumped, type(given))
     return [
         Setting(key, value, _default(key, type(given)), type(given))
         for key, value in flattened(_numbered(dumped)).items()
@@ -126,7 +126,7 @@ def _numbered(table: Any) -> Any:
     return table
 
 
-def settings_of(dumped: Mapping[str, Any], schema: type[Study]) -> list[Setting]:
+def _settings_of(dumped: Mapping[str, Any], schema: type[Study]) -> list[Setting]:
     """All keys of a study as its results hold it."""
     plain = schema()
     defaults = flattened(plain.model_dump(mode="json"))

@@ -21,6 +21,7 @@ KINDS = {
     "component": "reduced models",
     "linear": "linear limits",
     "Campbell": "Campbell diagram",
+    "campbell": "Campbell diagram",
     "preload": "preloads",
     "static": "static friction",
     "bounds": "static friction",

@@ -1,144 +1,360 @@
-"""A case as tables, pictures and the page see it."""
+"""A case as tables, pictures and the page see it: what is stored of it, and what follows."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.process.memory import latest
 from vanelock.input.cases.values import Given
-from vanelock.nonlinear import Response
-from vanelock.pipeline.step import Stages
-from vanelock.quantities.run_result import Drawn
+from vanelock.input.schema.study import Study
+from vanelock.mesh import Part
+from vanelock.nonlinear import Audit, Response
+from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
+from vanelock.quantities.contacts.wear import Wear, wear
+from vanelock.quantities.curves import Curves, Drawn, Floats, as_drawn
+from vanelock.quantities.products import Products
+from vanelock.quantities.sensitivities import Sensitivities
+from vanelock.quantities.stress.fields import ModeShapes, NodalFields
+from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
+from vanelock.quantities.stress.margins import Margins, margins
+from vanelock.rom import System
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.campbell.campbell import Campbell
-from vanelock.stages.parts.gauges import Strain
-from vanelock.stages.plan import Planned
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.parts.gauges import Gauges, Strain
+from vanelock.stages.parts.places import Places, places
+from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.solved import drawn
+from vanelock.stages.response.responses import LIMITS
+from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, Summary
 
 if TYPE_CHECKING:
     from vanelock.analyses.analysis import Analysis
-    from vanelock.quantities.answers import CaseAnswers
+
+MESHES = 2
+"""Of so many meshes the places of nodes are remembered."""
+Numbers: TypeAlias = Mapping[str, tuple[float | str | list[float], str]]
 
 
 class State(NamedTuple):
-    """Another state of a case: its steps, the peak there, and the curve that it is of."""
+    """Another state of a case: the vibration there, of one point, its peak and its curve."""
 
-    planned: Planned
+    response: Response
     peak: Peak
     curve: Drawn
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CaseResult:
     """What is known of a case; products are read when they are asked for.
 
     Attributes
     ----------
-    planned : Planned
-        Its steps, as solved, the response with the higher peak first.
-    stages : Stages
-        Where their products are.
+    name : str
+    values : dict of str to number or str
+        The swept keys.
+    given : Study or Scene
+        What its file says, as computed.
     monitor : Monitor
         The displacement in the curves.
+    products : Products
+        What is stored of it.
     summary : Summary
         The case in numbers.
-    curves : dict of str to (frequency, amplitude, converged)
-        Its responses by direction, "" where there is but one; the higher one first.
-    ends : tuple of curve
-        Between which it may lie.
-    verdicts : dict of str to (p,) int
-        Of the points of each curve, STABLE, UNSTABLE, UNDECIDED, or -1 where nothing is known.
-    strain : Strain or None
-        What gauges read.
+    analyses : sequence of Analysis
+        All that there are.
+    components : tuple of str
+        Names of its components.
+    ring : (int, int)
+        Number of sectors N, and engine order.
+    linear_name, preload_name : str
+        The swept values that distinguish its linear limits, and its preload, from other cases'.
     errors : (Errors, list of LeftOut) or None
         Estimated errors, with an accuracy.
-    campbell : Campbell or None
-        Its Campbell diagram, unless another case has the same.
-    answers : CaseAnswers or None
-        Stresses, wear and energies at the peak, of a case that is looked into.
+    numbers : dict of str to (number, text or list, unit)
+        At its peak, where they are known.
+    detailed : bool
+        Whether it is looked into: its stresses, wear and what moves its peak.
+    state : State or None
+        At which of its states it is looked at, in place of its peak; its place.
     """
 
-    planned: Planned
-    stages: Stages
+    name: str
+    values: Mapping[str, float | str]
+    given: Given
     monitor: Monitor
+    products: Products
     summary: Summary
-    curves: Mapping[str, Drawn] = field(default_factory=dict)
-    ends: tuple[Drawn, ...] = ()
-    verdicts: Mapping[str, NDArray[np.int64]] = field(default_factory=dict)
-    strain: Strain | None = None
+    analyses: "Sequence[Analysis[Any, Any]]" = ()
+    components: tuple[str, ...] = ()
+    ring: tuple[int, int] = (1, 0)
+    linear_name: str = ""
+    preload_name: str = ""
     errors: tuple[Errors, Sequence[LeftOut]] | None = None
-    campbell: Campbell | None = None
-    answers: "CaseAnswers | None" = None
+    numbers: Numbers = field(default_factory=dict)
+    detailed: bool = False
+    state: tuple[str, State] | None = None
 
     @property
-    def name(self) -> str:
-        """The case's name."""
-        return self.planned.case.name
-
-    @property
-    def given(self) -> Given:
-        """What its file says."""
-        return self.planned.case.given
+    def study(self) -> Study:
+        """What is given, where only a study has what is asked."""
+        assert isinstance(self.given, Study)
+        return self.given
 
     @property
     def peak(self) -> Peak | None:
         """Its largest point; None where none converged."""
-        return self.summary.peak
+        return self.summary.peak if self.state is None else self.state[1].peak
 
     @property
-    def static(self) -> Response:
-        """Its state at rest."""
-        return self.stages.get(self.planned.preload)
+    def at_peak(self) -> Peak:
+        """Its largest point, where there is one."""
+        assert self.peak is not None
+        return self.peak
+
+    def key_at(self, place: str) -> str:
+        """Hash of all that a product depends on, by its place."""
+        return self.products.key(place)
+
+    @property
+    def response(self) -> Response:
+        """Its response, that with the higher peak."""
+        found: Response = self.products.get("response")
+        return found
 
     @property
     def responses(self) -> list[Response]:
         """Its responses, that with the higher peak first."""
-        return [self.stages.get(each) for each in self.planned.responses]
+        return [self.products.get(each) for each in ("response", "lower") if each in self.products]
+
+    @property
+    def static(self) -> Response:
+        """Its state at rest."""
+        found: Response = self.products.get("preload")
+        return found
+
+    @property
+    def system(self) -> System:
+        """Its system."""
+        found: System = self.products.get("system")
+        return found
+
+    @property
+    def limits(self) -> Limits:
+        """Its linear modes."""
+        found: Limits = self.products.get("limits")
+        return found
+
+    @property
+    def has_meshes(self) -> bool:
+        """Whether its parts have meshes; matrices have none."""
+        return "mesh/vane" in self.products
+
+    @property
+    def parts(self) -> list[Part]:
+        """Vane segment and casing sector."""
+        return [self.products.get(f"mesh/{part}") for part in PARTS]
+
+    def component(self, name: str) -> Any:
+        """A reduced part or component at the nodal diameter of the load."""
+        return self.products.get(self._component(name))
+
+    def _component(self, name: str) -> str:
+        return f"{'rom' if self.has_meshes else 'component'}/{name}"
+
+    @property
+    def mesh_keys(self) -> list[str]:
+        """Hashes of its meshes."""
+        return [self.key_at(f"mesh/{part}") for part in PARTS]
+
+    @property
+    def component_keys(self) -> list[str]:
+        """Hashes of its parts or components at the nodal diameter of the load."""
+        return [self.key_at(self._component(name)) for name in self.components]
+
+    @property
+    def gauges(self) -> Gauges | None:
+        """Its strain gauges."""
+        return self.products.get("gauges") if "gauges" in self.products else None
+
+    @property
+    def strain(self) -> Strain | None:
+        """What they read in its response."""
+        if (gauges := self.gauges) is None:
+            return None
+        return self.products.once("strain", lambda: gauges.read(self.response, self.system))
+
+    # Curves.
+
+    @property
+    def _curves(self) -> Curves:
+        found: Curves = self.products.get("curves")
+        return found
+
+    @property
+    def curves(self) -> dict[str, Drawn]:
+        """Its responses by direction, "" where there is but one; the higher one first."""
+        own = self._curves
+        return {name: as_drawn(own.curve[i]) for i, name in enumerate(own.names)}
+
+    @property
+    def ends(self) -> tuple[Drawn, ...]:
+        """Curves between which it may lie."""
+        return tuple(map(as_drawn, self._curves.ends.values()))
+
+    @property
+    def verdicts(self) -> dict[str, NDArray[np.int64]]:
+        """Of the points of each curve, STABLE, UNSTABLE, UNDECIDED, or -1 for not known."""
+        return {self._curves.names[i]: each for i, each in self._curves.verdict.items()}
 
     @property
     def drawn(self) -> Drawn:
-        """The curve of the first of them."""
-        return next(iter(self.curves.values()))
+        """The curve of the first of its responses, or of the state."""
+        return next(iter(self.curves.values())) if self.state is None else self.state[1].curve
 
-    def key_of(self, analysis: str) -> list[str]:
-        """Hashes of what an analysis has found."""
-        return [each.key for each in self.planned.analyses.get(analysis, ())]
-
-    def found(self, analysis: str) -> list[Any]:
-        """Products of an analysis by its key; none where it is not asked for."""
-        return [self.stages.get(each) for each in self.planned.analyses.get(analysis, ())]
+    @property
+    def line(self) -> tuple[Floats, Floats]:
+        """The same with frequencies ascending, and NaN where a point did not converge."""
+        frequency, amplitude, converged = self.drawn
+        order = np.argsort(frequency, kind="stable")
+        return frequency[order], np.where(converged, amplitude, np.nan)[order]
 
     def curve(self, response: Response) -> Drawn:
         """Frequencies, amplitudes and whether they converged, of a response."""
         return response.frequency, self.monitor.amplitude(response), response.converged
 
+    # Analyses.
 
-def with_curves(case: CaseResult, analyses: "Sequence[Analysis[Any, Any]]") -> CaseResult:
-    """A case with its curves, and what its analyses have to say of them and of its summary."""
-    responses = case.responses
-    made = [case.curve(each) for each in responses]
-    if case.given.response.frequencies is None:
-        made[0] = drawn(responses[0], made[0][1])
-    names = [""]
-    if len(responses) > 1:
-        names = [f"sweeping {each.direction or 'up'}" for each in responses]
-    case = replace(case, curves=dict(zip(names, made, strict=True)))
-    for analysis in analyses:
-        if not (products := case.found(analysis.key)):
-            continue
-        case = replace(case, summary=analysis.summarise(case.summary, products))
-        lines = analysis.lines(products)
-        if lines.ends:
-            case = replace(case, ends=tuple(map(case.curve, lines.ends)))
-        if lines.verdicts:
-            verdicts = {
-                name: np.array([known.get(f, -1) for f in curve[0].tolist()])
-                for (name, curve), known in zip(case.curves.items(), lines.verdicts, strict=False)
-            }
-            case = replace(case, verdicts=verdicts)
-    return case
+    def key_of(self, *analyses: str) -> list[str]:
+        """Hashes of what analyses have found."""
+        of = self.products.of_analysis
+        return [self.key_at(place) for each in analyses for place in of(each)]
+
+    @property
+    def solved_keys(self) -> list[str]:
+        """Hashes of its responses, and of what all analyses have found."""
+        solved = [self.key_at(e) for e in ("response", "lower") if e in self.products]
+        return [*solved, *self.key_of(*(each.key for each in self.analyses))]
+
+    @property
+    def linear_key(self) -> str:
+        """Hash of its linear limits."""
+        return " ".join(map(self.key_at, LIMITS))
+
+    def found(self, analysis: str) -> list[Any]:
+        """Products of an analysis by its key; none where it is not asked for."""
+        return [self.products.get(each) for each in self.products.of_analysis(analysis)]
+
+    def states(self, analysis: "Analysis[Any, Any]") -> "list[CaseResult]":
+        """The case at the states that an analysis leads to."""
+
+        def made() -> list[State]:
+            found = list(analysis.states(self)) if self.products.of_analysis(analysis.key) else []
+            for i, state in enumerate(found if self.has_meshes else ()):
+                place = f"{analysis.key}/{i}/fields"
+                self.products.expect(place, state.response, analysis.key)
+            return found
+
+        states = enumerate(self.products.once(f"states of {analysis.key}", made))
+        return [replace(self, state=(f"{analysis.key}/{i}/", each)) for i, each in states]
+
+    @property
+    def last_states(self) -> "list[CaseResult]":
+        """The last of the states that each analysis leads to."""
+        return [states[-1] for each in self.analyses if (states := self.states(each))]
+
+    # At the peak, or at a state.
+
+    def _at(self, place: str) -> str:
+        return place if self.state is None else self.state[0] + place
+
+    @property
+    def key(self) -> str:
+        """Hash of what its stresses depend on, the response included."""
+        return self.products.key(self._at("fields") if self.has_meshes else "response")
+
+    @property
+    def top(self) -> Response:
+        """The largest point alone."""
+        if self.state is not None:
+            return self.state[1].response
+        return self.products.once("top", lambda: as_solved(self.response, self.at_peak.point))
+
+    @property
+    def fields(self) -> NodalFields:
+        """Stress cycles and displacement of all nodes."""
+        found: NodalFields = self.products.get(self._at("fields"))
+        return found
+
+    @property
+    def mode_shapes(self) -> ModeShapes:
+        """The mode of interest."""
+        found: ModeShapes = self.products.get("mode_shapes")
+        return found
+
+    @property
+    def locations(self) -> dict[str, SurfaceLocations]:
+        """Places of each part's nodes, in words."""
+
+        def made() -> dict[str, SurfaceLocations]:
+            return {part.name: locations_of(self.study, part) for part in self.parts}
+
+        known = self.products.shared.setdefault("locations", {})
+        return latest(known, " ".join(self.mesh_keys), made, MESHES)
+
+    @property
+    def margins(self) -> Margins | None:
+        """Of its stresses; None where parts are matrices, which have no field."""
+        if not self.has_meshes:
+            return None
+        gauges = () if (known := self.gauges) is None else known.names
+
+        def made() -> Margins:
+            return margins(self.study, self.fields, self.locations, gauges)
+
+        return self.products.once(self._at("margins"), made)
+
+    @property
+    def stress(self) -> Margins:
+        """The margins of a case that has stresses."""
+        assert self.margins is not None
+        return self.margins
+
+    @property
+    def places(self) -> Places:
+        """Its contacts."""
+        vane = self.products.get("mesh/vane") if self.has_meshes else None
+        return self.products.once("places", lambda: places(self.given, self.system.contacts, vane))
+
+    @property
+    def wear(self) -> Wear:
+        """Wear indicators of the contacts."""
+        at = self.places
+        return self.products.once(
+            self._at("indicators"), lambda: wear(self.top, 0, at.area, at.coefficient)
+        )
+
+    @property
+    def balance(self) -> EnergyBalance:
+        """Where the energy of the vibration goes."""
+        return self.products.once(self._at("energy"), lambda: balance(self.system, self.top))
+
+    @property
+    def bandwidth(self) -> float:
+        """Damping ratio by the half-power bandwidth; NaN where the curve is too short."""
+        frequency, amplitude, converged = self.drawn
+        return bandwidth_ratio(frequency, np.where(converged, amplitude, np.nan))
+
+    @property
+    def audit(self) -> Audit | None:
+        """The peak checked by marching; None for what an audit does not cover."""
+        return self.products.get("audit") if "audit" in self.products else None
+
+    @property
+    def sensitivities(self) -> Sensitivities | None:
+        """What moves the peak."""
+        return self.products.get("sensitivities") if "sensitivities" in self.products else None

@@ -11,16 +11,15 @@ from vanelock import nonlinear
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.common.tables import Column, Table
 from vanelock.nonlinear import AmplitudeGradient, HarmonicModes, PeakGradient, Response
 from vanelock.nonlinear.following.amplitude_gradient import modal_stiffness
-from vanelock.pipeline.cache import key_of
-from vanelock.pipeline.step import Stages, Step
+from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak
 
 Array = NDArray[Any]
@@ -59,16 +58,16 @@ class Sensitivities(Product):
     reason: str = ""
 
 
-def sensitivities(
-    planned: Planned, top: Response, peak: Peak, watched: Monitor, stages: Stages
-) -> Sensitivities:
-    """What moves the peak of a case, `solved`, whose largest point is `top`."""
+def sensitivities_step(planned: Planned, peak: Peak, watched: Monitor) -> Step[Sensitivities]:
+    """What moves the peak of a case, `solved`."""
 
-    def compute() -> Sensitivities:
-        system: System = stages.get(planned.system)
-        modes: HarmonicModes = stages.get(planned.modes)
+    def compute(get: Callable[[Step[Any]], Any]) -> Sensitivities:
+        system: System = get(planned.system)
+        modes: HarmonicModes = get(planned.modes)
+        response = get(planned.response)
+        top = as_solved(response, peak.point)
         output = system.output_names[watched.node], watched.component
-        width = _half_width(stages.get(planned.response), watched, peak.point)
+        width = _half_width(response, watched, peak.point)
         if peak.at_edge:
             return Sensitivities(reason="the largest amplitude lies at the end of the range")
         try:
@@ -79,13 +78,12 @@ def sensitivities(
             return Sensitivities(
                 reason="the peak is sharp: it lies where a contact's state changes"
             )
-        return _relative(found, planned, _moduli(planned, top, stages))
+        return _relative(found, planned, _moduli(planned, top, get))
 
     inputs = {"point": peak.point, "node": watched.node, "component": watched.component}
-    needs = planned.response.key, planned.system.key
-    key = key_of("sensitivities", "nonlinear", inputs, needs)
-    name = f"sensitivities {planned.case.name}"
-    return stages.get(Step("sensitivities", name, key, Sensitivities, (), compute))
+    needs = (planned.response, planned.system)
+    code = "sensitivities", "nonlinear", inputs, Sensitivities, needs, compute
+    return step(*code, pulls=True, of=planned.case.name)
 
 
 def _half_width(response: Response, watched: Monitor, point: int) -> float:
@@ -158,14 +156,14 @@ def _of_joints(gradient: AmplitudeGradient, joints: str) -> Iterator[tuple[str, 
             yield ".".join(filter(None, (joints, joint, name))), float(values[mask].sum())
 
 
-def _moduli(planned: Planned, top: Response, stages: Stages) -> Moduli:
+def _moduli(planned: Planned, top: Response, get: Callable[[Step[Any]], Any]) -> Moduli:
     """Those of a study's parts, what their meshes add taken off where the study has it so."""
     structure = planned.structure
     if not isinstance(structure, StudyStructure):
         return {}
     N = planned.case.study.ring.sectors
     used = {folded(int(k), N) for k in top.harmonic_diameters}
-    return by_moduli(structure, stages.get, stages.get(planned.system), used)
+    return by_moduli(structure, get, get(planned.system), used)
 
 
 def by_moduli(
@@ -187,17 +185,3 @@ def by_moduli(
             less = 0.0 if excess is None else get(excess).diameters[k].stiffness[i]
             found[f"material.{part}.E"][k] = moduli[i] * (K - less)
     return found
-
-
-def sensitivities_table(found: Sensitivities) -> Table:
-    """What moves the peak of a case, by key, what moves it most first."""
-    order = np.argsort(-np.abs(found.amplitude), kind="stable")
-    columns = (
-        Column("1 % more of", key="key"),
-        Column("peak (%)", form="+.3f", key="amplitude"),
-        Column("its frequency (%)", form="+.4f", key="frequency"),
-    )
-    rows = [(found.keys[i], found.amplitude[i], found.frequency[i]) for i in order]
-    frequency, amplitude = found.at
-    title = f"What moves the peak of {1e6 * amplitude:.4g} µm at {frequency:.6g} Hz"
-    return Table(title, columns, rows, key="sensitivities")

@@ -1,9 +1,10 @@
 """What to know of a case before its numbers are used: lines for terminal, page and results.
 
-Studies and scenes take them from the same functions, each from the products that show it.
+Studies and scenes take them from the same functions, each from the products that show it; where a
+sweep jumps, and what the sweep in the other direction reached, is among them.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +14,8 @@ from vanelock.input.cases.names import words
 from vanelock.input.schema.response import ResponseKeys
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
-from vanelock.stages.campbell.speed_lines import Lines
 from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.summary import Peak, Summary
+from vanelock.stages.response.summary import AGREE, Peak, Summary, Sweep
 
 Floats = NDArray[np.float64]
 
@@ -63,10 +63,10 @@ LOOSE = (
 
 def of_case(found: Summary) -> list[str]:
     """All that is to be known of a case, a line each."""
-    return [*doubts(found), *found.warnings]
+    return [*_doubts(found), *found.warnings]
 
 
-def doubts(found: Summary) -> list[str]:
+def _doubts(found: Summary) -> list[str]:
     """Why the peak of a case may not be the largest."""
     lines = []
     if found.peak is None:
@@ -305,19 +305,6 @@ def implausible(frequency: float, points: Floats) -> list[str]:
     ]
 
 
-def campbell(lines: Lines, band: float | None) -> list[str]:
-    """Whether a Campbell diagram shows what the reduced models, up to a band, Hz, do not answer."""
-    highest = max(float(lines.free.max()), float(lines.stuck.max()))
-    driven = float(lines.speeds.max() * np.abs(lines.engine_orders).max() / 60)
-    found = []
-    if band is not None and driven > band:
-        found.append(f"circles end at {band:.6g} Hz, and engine orders go on to {driven:.6g} Hz")
-    if band is not None and highest > band:
-        found.append(f"lines above {band:.6g} Hz, here up to {highest:.6g} Hz, are too high")
-    end = "the band of the reduced models: see rom.band"
-    return [f"Campbell diagram: {' and '.join(found)}: {end}"] if found else []
-
-
 def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Summary]]) -> list[str]:
     """Swept keys whose values change nothing: cases that differ in one alone are the same."""
     lines = []
@@ -342,3 +329,54 @@ def _same(one: Summary, other: Summary) -> bool:
         for c in (one, other)
     )
     return len(a) == len(b) and bool(np.allclose(a, b, rtol=SAME, atol=0))
+
+
+MOST = 4
+"""Jumps of a sweep that are named, the largest ones."""
+
+
+def rows(sweep: Sweep) -> NDArray[np.float64]:
+    """(j, 4) frequencies before and after each jump, Hz, and amplitudes, m."""
+    found = [(*each.frequency, *each.amplitude) for each in sweep.jumps]
+    return np.array(found, float).reshape(-1, 4)
+
+
+def notes(sweeps: Sequence[Sweep]) -> Iterator[str]:
+    """What to know of a case's several solutions, a line each."""
+    for sweep in sweeps:
+        if not sweep.jumps:
+            continue
+        largest = sorted(sweep.jumps, key=lambda jump: -abs(np.diff(jump.amplitude)[0]))[:MOST]
+        text = "; ".join(
+            f"from {1e6 * jump.amplitude[0]:.4g} to {1e6 * jump.amplitude[1]:.4g} um between "
+            f"{min(jump.frequency):.6g} and {max(jump.frequency):.6g} Hz"
+            for jump in sorted(largest, key=lambda jump: jump.frequency)
+        )
+        more = len(sweep.jumps) - len(largest)
+        rest = f"; and {more} smaller {'jump' if more == 1 else 'jumps'}" if more else ""
+        way = f"sweeping {sweep.direction}"
+        if sweep.direction == "both":
+            way = "the curve of the highest solutions found"
+        yield f"{way} JUMPS {text}{rest}"
+    if len(sweeps) > 1:
+        yield from _compared(*sweeps)
+    elif sweeps and sweeps[0].jumps:
+        yield (
+            "higher solutions were looked for from every jump and in both directions"
+            if sweeps[0].direction == "both"
+            else "other solutions were not looked for, and may reach higher: "
+            'response.direction = "both"'
+        )
+
+
+def _compared(higher: Sweep, lower: Sweep) -> Iterator[str]:
+    """Which of two sweeps the peak is of, where they differ."""
+    if higher.peak is None or lower.peak is None:
+        yield f"no point converged sweeping {lower.direction}"
+        return
+    a, b = 1e6 * higher.peak.amplitude, 1e6 * lower.peak.amplitude
+    if abs(a - b) > AGREE * a or higher.jumps or lower.jumps:
+        yield (
+            f"the peak is that of the sweep {higher.direction}; sweeping {lower.direction} "
+            f"reaches {b:.4g} um at {lower.peak.frequency:.6g} Hz"
+        )

@@ -18,6 +18,7 @@ _modules = {
     "View": "blocks",
     "body_of": "bodies",
     "curve_plot": "curves",
+    "withheld": "blocks",
     "write_page": "writer",
 }
 __all__ = list(_modules)

@@ -47,6 +47,12 @@ class Answer:
     flag: Flag = ""
 
 
+def withheld(title: str) -> Answer:
+    """In place of an answer that a range without its peak cannot give."""
+    note = "the largest point is at the end of the frequency range, and a peak may lie beyond"
+    return Answer(title, "withheld", f"{note}: widen response.range", "warn")
+
+
 @dataclass(frozen=True)
 class Answers:
     """Answers side by side as cards."""

@@ -82,8 +82,8 @@ def _trace(plot: Plot, trace: Trace, colour: str) -> dict[str, Any]:
         "type": "scatter",
         "mode": trace.mode,
         "name": trace.name,
-        "x": packed(x),
-        "y": packed(y),
+        "x": _packed(x),
+        "y": _packed(y),
         "connectgaps": False,
         "hovertemplate": _hover(plot, trace),
         "hoverlabel": {"namelength": -1},
@@ -100,7 +100,7 @@ def _trace(plot: Plot, trace: Trace, colour: str) -> dict[str, Any]:
             size = np.asarray(size, float)
             if size.shape != x.shape:
                 raise InputError(f"{plot.title}: {trace.name}: {size.shape} sizes for {x.shape}")
-            size = packed(np.nan_to_num(size))
+            size = _packed(np.nan_to_num(size))
         drawn["marker"] = {"color": colour, "size": size}
     return drawn
 
@@ -111,7 +111,7 @@ def _sheer(colour: str, opacity: float) -> str:
     return f"rgba({','.join(map(str, parts))},{opacity:g})"
 
 
-def packed(values: np.ndarray[Any, Any]) -> dict[str, str]:
+def _packed(values: np.ndarray[Any, Any]) -> dict[str, str]:
     """An array of numbers as plotly.js's `{dtype, bdata}`."""
     return {"dtype": "f4", "bdata": b64encode(values.astype("<f4").tobytes()).decode("ascii")}
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
 
 from vanelock.common.tables import Cell, Column, Flag, Table
 from vanelock.quantities import warnings
-from vanelock.quantities.answers import CaseAnswers
-from vanelock.quantities.contacts.energy import EnergyBalance
+from vanelock.quantities.case_result import Numbers
 from vanelock.stages.response.summary import Peak, Summary
 
 MOST_ROWS = 40
@@ -76,15 +77,15 @@ def case_table(rows: Sequence[Mapping[str, Cell]], monitor: str) -> Table:
     return found.without_empty(*ASKED)
 
 
-def case_row(
-    found: Summary,
-    answers: CaseAnswers | None = None,
-    balance: EnergyBalance | None = None,
-) -> dict[str, Cell]:
-    """The cells of a case; stress and damping where they are known."""
+def case_row(found: Summary, numbers: Numbers = MappingProxyType({})) -> dict[str, Cell]:
+    """The cells of a case; stress and damping where they are known.
+
+    Damping and safety factor are withheld at the end of a range, where nothing resonates.
+    """
     low, high, wave = found.lowest, found.highest, found.wave
     amplitude, frequency = place(found.peak)
-    stress, reserve = _stress(answers)
+    known: dict[str, Any] = {name: value for name, (value, _) in numbers.items()}
+    resonates = found.peak is not None and not found.peak.at_edge
     return {
         "case": found.case,
         "harmonics": found.harmonics,
@@ -98,12 +99,12 @@ def case_row(
         "of_free": found.of_free,
         "of_stuck": found.of_stuck,
         "x": found.position,
-        "damping": _damping(found, balance),
+        "damping": known.get("damping_ratio") if resonates else None,
         "work_uj": sum(found.work.values()) if found.peak is not None else None,
         "slipping_percent": found.slipping,
         "opening_percent": found.opening,
-        "stress": stress,
-        "reserve": reserve,
+        "stress": known.get("alternating_stress"),
+        "reserve": known.get("goodman_reserve") if resonates else None,
         "converged": f"{found.converged}/{found.points}",
         "seconds": found.seconds,
     }
@@ -135,18 +136,3 @@ def response_table(cases: Sequence[Summary], monitor: str, failed: int = 0) -> T
         text = f"{len(shown)} of {len(cases)} cases: those of the lowest and the largest peaks"
         notes = [f"{text}; results.h5 and --json have all", *notes]
     return replace(case_table(list(map(case_row, shown)), monitor), notes=notes)
-
-
-def _damping(case: Summary, balance: EnergyBalance | None) -> float | None:
-    """Damping ratio by energy; not given at the end of a range, where nothing resonates."""
-    if balance is None or case.peak is None or case.peak.at_edge:
-        return None
-    return balance.damping_ratio
-
-
-def _stress(found: CaseAnswers | None) -> tuple[float | None, float | None]:
-    """Alternating stress, Pa, and reserve; withheld where the peak may lie beyond the range."""
-    if found is None or found.margins is None:
-        return None, None
-    m = found.margins.governing
-    return m.amplitude, None if found.peak.at_edge else m.reserve

@@ -1,6 +1,6 @@
-"""Tables of what a run found."""
+"""Tables of what a run found, and the order in which the terminal has them."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -10,11 +10,13 @@ from vanelock.nonlinear import ELEMENT, OPEN, Response
 from vanelock.pipeline.progress import Done, kind_of
 from vanelock.pipeline.tasks import Failure
 from vanelock.quantities import warnings
+from vanelock.quantities.run_result import RunResult
 from vanelock.render import wave_name
-from vanelock.results.case_table import PEAK, place
+from vanelock.results.case_table import PEAK, place, response_table
 from vanelock.rom import System
+from vanelock.stages.accuracy.errors import error_table
+from vanelock.stages.accuracy.left_out import left_out_table
 from vanelock.stages.matrices.piece import Piece
-from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.limits import SHOWN, Limits
 from vanelock.stages.response.summary import Peak
 
@@ -160,7 +162,7 @@ def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> T
     return Table(title, columns, rows, key="linear")
 
 
-def failed_table(failed: Mapping[str, Failure]) -> Table:
+def _failed_table(failed: Mapping[str, Failure]) -> Table:
     """Cases of a sweep that could not be computed, and why."""
     columns = (
         Column("case"),
@@ -171,23 +173,17 @@ def failed_table(failed: Mapping[str, Failure]) -> Table:
     return Table("FAILED cases", columns, rows, ("the same command tries them again",), "failed")
 
 
-def gauge_table(strains: Mapping[str, tuple[Strain, Peak]]) -> Table:
-    """Strain of each gauge at the peak of each case."""
-    columns = (
-        *heads("case", "gauge"),
-        Column("amplitude", "µm/m"),
-        Column("mean", "µm/m"),
-        Column("at", "Hz", ".6g", "frequency_hz"),
-    )
-    rows = [
-        (case, gauge, *at_peak, peak.frequency)
-        for case, (strain, peak) in strains.items()
-        for gauge, *at_peak in zip(
-            strain.gauges.names,
-            strain.amplitude[peak.point],
-            strain.harmonics[peak.point, 0].real,
-            strict=True,
-        )
-    ]
-    notes = ("at the peak of the monitored displacement; amplitude: half the peak-to-peak",)
-    return Table("Strain gauges", columns, rows, notes, "gauges")
+def tables(run: RunResult) -> Iterator[Table]:
+    """What analyses and estimates say, what failed, and the responses."""
+    for analysis in run.analyses:
+        yield from analysis.tables(run.cases)
+    for name, (errors, without) in run.errors.items():
+        yield error_table(name, errors, run.monitor.name)
+        yield left_out_table(name, without)
+    for analysis in run.analyses:
+        yield from analysis.run_tables(run)
+    if getattr(run.given.outputs, "shapes", False) and "mesh_error" in run.first.products:
+        yield run.first.products.get("mesh_error").table
+    if run.failed:
+        yield _failed_table(run.failed)
+    yield response_table(run.summaries, run.monitor.name, len(run.failed))

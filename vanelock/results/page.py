@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import vanelock
@@ -12,47 +11,42 @@ from vanelock.pipeline.cache import code_of
 from vanelock.quantities.run_result import RunResult
 from vanelock.report import OfCase, Page, Picture, Section, Text, write_page
 from vanelock.report.blocks import Block, Single
+from vanelock.results.figures.pictures import draw
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.page_sections.curves import loops
 from vanelock.results.page_sections.errors import convergence
-from vanelock.results.page_sections.fatigue import fatigue
 from vanelock.results.page_sections.inputs import all_inputs, inputs
-from vanelock.results.page_sections.models import models, provenance, written
-from vanelock.results.page_sections.moves import moves, scatter
+from vanelock.results.page_sections.models import begun, models, provenance
 from vanelock.results.page_sections.summary import summary
 from vanelock.results.page_sections.view import shapes
-from vanelock.results.page_sections.wear import damping, wear
 
-OPEN = ("summary", "scatter", "moves", "shapes")
+OPEN = ("summary", "shapes")
 """Sections that are not folded, beside those of analyses: what most readers came for."""
 
 
-def write_report(run: RunResult) -> Path:
-    """Write the page of a run into its folder, unless it is there and shows the same already."""
-    output_files = run.output_files
-    return output_files.draw(REPORT, shown(run), lambda path: write_page(path, page(run)))
+def show(run: RunResult) -> None:
+    """Draw the pictures of a run and write its page, unless they show the same already."""
+    draw(run)
+    if run.given.outputs.report:
+        run.output_files.draw(REPORT, shown(run), lambda path: write_page(path, page(run)))
 
 
 def page(run: RunResult) -> Page:
     """The page."""
-    about = f"Friction-damped vibration; vanelock {vanelock.__version__}, {written()}"
-    return Page(run.given.name, about, tuple(sections(run)))
+    about = f"Friction-damped vibration; vanelock {vanelock.__version__}, {begun(run)}"
+    return Page(run.given.name, about, tuple(_sections(run)))
 
 
-def sections(run: RunResult) -> list[Section]:
+def _sections(run: RunResult) -> list[Section]:
     """All of its sections."""
-    analysed = analyses(run)
+    analysed = _analyses(run)
     made = [
         summary(run),
-        scatter(run),
-        inputs(run.given, [each.case.given for each in run.planned]),
-        moves(run),
-        *analysed,
+        inputs(run.given, [each.given for each in run.cases.values()]),
+        *(section for section in analysed if not section.folded),
         shapes(run),
         loops(run),
-        fatigue(run),
-        damping(run),
-        wear(run),
+        *(section for section in analysed if section.folded),
         pictures(run),
         convergence(run),
         models(run),
@@ -60,21 +54,26 @@ def sections(run: RunResult) -> list[Section]:
         all_inputs(run.given),
     ]
     shown = [section for section in made if section.blocks]
-    return [replace(s, folded=s not in analysed and s.id not in OPEN) for s in shown]
+    return [s if s in analysed else replace(s, folded=s.id not in OPEN) for s in shown]
 
 
-def analyses(run: RunResult) -> list[Section]:
-    """A section for each table of the input file that asks for analyses."""
+def _analyses(run: RunResult) -> list[Section]:
+    """A section for each table that asks for analyses, and for each that needs none."""
     cases = {words(name): case for name, case in run.cases.items()}
     blocks: dict[str, list[Block]] = {}
-    titles: dict[str, str] = {}
+    heads: dict[str, tuple[str, bool]] = {}
     for analysis in run.analyses:
         own = blocks.setdefault(table := analysis.table or analysis.key, [])
-        titles.setdefault(table, analysis.title.capitalize())
+        heads.setdefault(table, (analysis.title.capitalize(), not analysis.open))
+        if analysis.page is not None:
+            own += analysis.page(run)
+            continue
         made: list[Block] = [*analysis.tables(cases)]
         made += _by_case(run, [e for e in run.pictures if e.section == analysis.key])
         own += [Text(analysis.text), *made] if made and analysis.text else made
-    return [Section(titles[id], each, id=id) for id, each in blocks.items()]
+    return [
+        Section(title, blocks[id], id=id, folded=folded) for id, (title, folded) in heads.items()
+    ]
 
 
 def _by_case(run: RunResult, pictures: Sequence[Picture]) -> list[OfCase]:
@@ -98,16 +97,11 @@ def shown(run: RunResult) -> Any:
         "study": run.given.model_dump(mode="json"),
         "text": run.text,
         "cases": [
-            [
-                e.case.name,
-                *(step.key for step in (*e.responses, *e.analysed)),
-                e.linear.key,
-                e.system.key,
-            ]
-            for e in run.planned
+            [name, *each.solved_keys, each.linear_key, each.key_at("system")]
+            for name, each in run.cases.items()
         ],
         "failed": {name: each.reason for name, each in run.failed.items()},
-        "answers": [found.key for found in run.answers.values()],
+        "answers": [each.key for each in run.looked_into.values()],
         "pictures": [
             [str(e.path.name), e.title, e.caption, file_digest(e.path)] for e in run.pictures
         ],

@@ -2,11 +2,10 @@
 
 import platform
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
-from dataclasses import asdict
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 
@@ -14,26 +13,24 @@ import vanelock
 from vanelock.common.process.signals import raise_dropped
 from vanelock.common.process.version import installed
 from vanelock.common.product import Product
-from vanelock.input.cases.values import Given, diameter_of
-from vanelock.nonlinear import Response
+from vanelock.input.cases.values import Given
 from vanelock.pipeline.progress import Done
-from vanelock.pipeline.step import Stages, Step
+from vanelock.pipeline.step import Stages
 from vanelock.pipeline.tasks import Failure
 from vanelock.quantities import warnings
-from vanelock.quantities.answers import CaseAnswers
 from vanelock.quantities.case_result import CaseResult
+from vanelock.quantities.curves import Floats
+from vanelock.quantities.products import structure_steps
+from vanelock.quantities.run_result import RunResult
 from vanelock.results.files import writer
+from vanelock.results.files.json_text import as_json
 from vanelock.results.files.results_file import NAME
 from vanelock.results.files.writer import Results
-from vanelock.rom import Component, System
-from vanelock.stages.campbell.campbell import Campbell
+from vanelock.rom import Component
 from vanelock.stages.linear import Linear
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.responses import LIMITS
-from vanelock.stages.response.summary import Summary
-
-if TYPE_CHECKING:
-    from vanelock.analyses.analysis import Analysis
+from vanelock.stages.response.responses import LIMITS, Limit
+from vanelock.stages.response.summary import figures
 
 LIBRARIES = (
     "gmsh",
@@ -49,6 +46,24 @@ LIBRARIES = (
     "vtk",
 )
 
+SHARED = ("mesh/", "rom/", "component/", "limits", "gauges", "mode_shapes", "mesh_error")
+"""How places begin whose products cases may share."""
+STORED = (
+    *("values", "summary", "numbers", "detailed", "errors"),
+    *("components", "ring", "linear_name", "preload_name"),
+)
+"""Fields of a `CaseResult` that are stored beside its products."""
+
+
+def versions() -> dict[str, str]:
+    """Versions of all that computes."""
+    return {
+        "vanelock": vanelock.__version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        **{library: installed(library) for library in LIBRARIES},
+    }
+
 
 class Record:
     """The results file of a run, written part by part as they come."""
@@ -56,7 +71,11 @@ class Record:
     def __init__(self, folder: Path, stages: Stages) -> None:
         self._file = Results(folder / NAME)
         self._stages = stages
+        self.date = datetime.now(UTC).isoformat(timespec="seconds")
         self._places: dict[str, str] = {}
+        """Of products that cases may share, by key."""
+        self._places_of: dict[str, dict[str, tuple[str, str]]] = {}
+        self._written: dict[str, int] = {}
 
     def provenance(self, given: Given, text: str) -> None:
         """Begin the file: what is computed (as JSON, and as it was given), when and by what."""
@@ -64,111 +83,116 @@ class Record:
         self._file.wait_for_the_end(settings)
         with self._file.edit() as file:
             group = file.require_group("provenance")
-            group.attrs["date"] = datetime.now(UTC).isoformat(timespec="seconds")
+            group.attrs["date"] = self.date
             group.attrs["study"] = text
             group.attrs["settings"] = settings
-            versions = group.require_group("versions")
-            versions.attrs["vanelock"] = vanelock.__version__
-            versions.attrs["python"] = platform.python_version()
-            versions.attrs["platform"] = platform.platform()
-            for library in LIBRARIES:
-                versions.attrs[library] = installed(library)
-
-    def together(self) -> AbstractContextManager[None]:
-        """Let all that a block writes appear at once."""
-        return self._file.together()
+            group.attrs["given"] = given.model_dump_json(exclude_unset=True)
+            group.require_group("versions").attrs.update(versions())
 
     def product(self, where: str, product: Product) -> None:
         """A product of its own."""
         with self._file.edit(where) as file:
             self._file.put(file, where, product, {})
 
-    def parts(self, planned: Planned) -> None:
-        """Meshes, reduced parts and system of the first case."""
-        products = self._products(planned)
-        groups = {"Part": "mesh", "Component": "rom", "Piece": "component", "System": "system"}
-        kinds = {type(product).__name__ for product in products.values()}
-        with self._file.edit(*(place for kind, place in groups.items() if kind in kinds)) as file:
-            self._write(file, planned, products, "")
-
-    def _products(self, planned: Planned) -> dict[str, Product]:
-        """What a case has that is not in the file yet, by key; its system always."""
-        wanted = [step for step in _named(planned).values() if step.key not in self._places]
-        return {step.key: self._stages.get(step) for step in [*wanted, planned.system]}
-
-    def _write(
-        self, file: h5py.File, planned: Planned, products: dict[str, Product], under: str
-    ) -> None:
-        for name, step in _named(planned).items():
-            if (product := products.get(step.key)) is None:
-                continue
-            self._places[step.key] = place = f"{under}/{name}"
-            if isinstance(product, Component):
-                self._file.put_component(file, place, product)
-            else:
-                self._file.put(file, place, product, {})
-        system = products[planned.system.key]
-        assert isinstance(system, System)
-        self._file.put_system(file, f"{under}/system", system)
-
-    def linear(self, linear: Linear, whole: bool = True) -> None:
-        """Modes of a set of limits, and their responses, unless there are many sets."""
-        limits = self._stages.get(linear.limits)
-        responses: dict[str, Response] = {
-            which: self._stages.get(linear.responses[which]) for which in (LIMITS if whole else ())
+    def begun(self, run: RunResult, first: Planned) -> None:
+        """What all cases share, and meshes, reduced parts and system of the first one."""
+        about = {
+            "monitor": [run.monitor.name, run.monitor.node, run.monitor.component],
+            "opens": run.opens,
+            "measured": run.measured,
         }
-        named = {f"{which},{linear.name}" if linear.name else which: which for which in responses}
+        steps = structure_steps(first)
+        products = {place: self._stages.get(each) for place, each in steps.items()}
+        system = self._stages.get(first.system)
+        places = dict.fromkeys(place.partition("/")[0] for place in products)
+        with self._file.edit(*places, "system") as file:
+            for place, product in products.items():
+                self._put(file, steps[place].key, f"/{place}", product)
+            self._file.put_system(file, "/system", system)
+        with self._file.edit() as file:
+            file["provenance/run"] = as_json(about)
+
+    def _put(self, file: h5py.File, key: str, path: str, product: Product) -> None:
+        """A product that cases may share, unless the file has it."""
+        if key in self._places:
+            return
+        self._places[key] = path
+        if isinstance(product, Component):
+            self._file.put_component(file, path, product)
+        else:
+            self._file.put(file, path, product, {})
+
+    def linear(
+        self, linear: Linear, curves: Mapping[Limit, tuple[Floats, Floats]], whole: bool = True
+    ) -> None:
+        """A set of limits, its curves (2, p) and, unless there are many sets, its responses."""
+        limits = self._stages.get(linear.limits)
+        kinds: Sequence[Limit] = LIMITS if whole else ()
+        named = {f"{which},{linear.name}" if linear.name else which: which for which in kinds}
         places = [f"limits/{linear.name or 'all'}", *(f"response/{name}" for name in named)]
         with self._file.edit(*places) as file:
-            self._file.put(file, places[0], limits, {})
+            self._put(file, linear.limits.key, f"/{places[0]}", limits)
+            for which, curve in curves.items():
+                file[places[0]].create_dataset(f"{which}_curve", data=curve)
             for name, which in named.items():
-                self._file.put(file, f"response/{name}", responses[which], {"linear": which})
+                response = self._stages.get(linear.responses[which])
+                self._file.put(file, f"response/{name}", response, {"linear": which})
 
-    def case(self, result: CaseResult, analyses: "Sequence[Analysis[Any, Any]]") -> None:
-        """Everything about a case, at once."""
-        summary, monitor = result.summary, result.monitor.name
-        planned, (response, *others) = result.planned, result.responses
-        where = f"response/{planned.case.name}"
-        products = self._products(planned)
+    def case(self, case: CaseResult) -> None:
+        """Everything that is known of a case, at once; what was asked of it since, later."""
+        where = f"response/{case.name}"
         with self._file.edit(where) as file:
-            self._write(file, planned, products, f"/{where}")
-            self._file.put(file, where, response, _attributes(planned, summary, monitor))
-            self._file.put(file, f"{where}/preload", result.static, {})
-            for other in others:
-                self._file.put(file, f"{where}/lower", other, {})
-            for analysis in analyses:
-                for i, product in enumerate(result.found(analysis.key)):
-                    if place := analysis.places(product):
-                        lower = "lower/" if analysis.by_response and i else ""
-                        self._file.put(file, f"{where}/{lower}{place}", product, {})
-            writer.put_jumps(file, where, summary.sweeps)
-            if result.strain is not None:
-                writer.put_strain(file, where, result.strain)
-            if result.errors is not None:
-                writer.put_errors(file, where, *result.errors)
+            places = self._write(file, case, f"/{where}")
+            if case.name not in self._written:
+                self._written[case.name] = len(self._written)
+                writer.put_jumps(file, where, case.summary.sweeps)
+                if (strain := case.strain) is not None:
+                    writer.put_strain(file, where, strain)
+            if case.numbers:
+                writer.put_answers(file, where, case.numbers)
+            group = file[where]
+            group.attrs.update(_attributes(case))
+            if "about" in group:
+                del group["about"]
+            about = {**_about(case, places), "number": self._written[case.name]}
+            group["about"] = as_json(about)
 
-    def answers(
-        self, found: Mapping[str, CaseAnswers], analyses: "Sequence[Analysis[Any, Any]]"
-    ) -> None:
-        """Damping, margin, energy and what moves the peak of the cases that are looked into."""
-        for name, each in found.items():
-            with self._file.edit(f"response/{name}") as file:
-                writer.put_answers(file, f"response/{name}", each.numbers(analyses))
-                if each.sensitivities is not None:
-                    self._file.put(file, f"response/{name}/sensitivities", each.sensitivities, {})
+    def rest(self, run: RunResult) -> None:
+        """What was asked of cases since they were written."""
+        for case in run.cases.values():
+            if case.numbers or not {*case.products.stored()} <= {*self._places_of[case.name]}:
+                self.case(case)
 
-    def campbell(self, case: str, diagram: Campbell) -> None:
-        """The Campbell diagram of a case."""
-        self.product(f"campbell/{case}", diagram)
+    def _write(self, file: h5py.File, case: CaseResult, where: str) -> dict[str, tuple[str, str]]:
+        """Write what is known of a case and not there yet; where each product is, and its key."""
+        products, places = case.products, self._places_of.setdefault(case.name, {})
+        for place in products.stored():
+            if place in places:
+                continue
+            key, product = products.key(place), products.get(place)
+            path = f"{where}/{_below(case, place, product)}".rstrip("/")
+            if place.startswith(SHARED):
+                self._put(file, key, path, product)
+                path = self._places[key]
+            elif place == "system":
+                self._file.put_system(file, path, product)
+            else:
+                self._file.put(file, path, product, {})
+            places[place] = path, key
+        return places | {which: ("", products.key(which)) for which in LIMITS}
 
     def complete(self, done: Mapping[str, Done]) -> None:
         """End the file: times and hashes of all stages, nothing is missing."""
         with self._file.edit() as file:
-            for key, entry in done.items():
-                group = file.require_group(f"provenance/stages/{entry.stage} {key[:8]}")
-                group.attrs["key"] = key
-                group.attrs["seconds"] = entry.seconds
-                group.attrs["cached"] = entry.cached
+            group = file.require_group("provenance/stages")
+            text = h5py.string_dtype()
+            for name, values in (
+                ("name", [each.stage for each in done.values()]),
+                ("key", [*done]),
+            ):
+                group.create_dataset(name, data=values, dtype=text)
+            group["seconds"] = [each.seconds for each in done.values()]
+            group["cached"] = [each.cached for each in done.values()]
             file.attrs["complete"] = True
         self._file.end()
 
@@ -177,6 +201,7 @@ class Record:
         with self._file.edit() as file:
             group = file.require_group(f"failed/{name}")
             group.attrs["reason"], group.attrs["attempts"] = failure.reason, failure.attempts
+            group.attrs["number"] = len(file["failed"])
             for key, value in values.items():
                 group.attrs[f"sweep {key}"] = value
 
@@ -203,33 +228,32 @@ class Record:
             raise
 
 
-def _named(planned: Planned) -> dict[str, Step[Any]]:
-    """Places of a case's meshes and components; of those by nodal diameter the load's is plain."""
-    named: dict[str, Step[Any]] = {f"mesh/{part}": each for part, each in planned.meshes.items()}
-    kind = "rom" if planned.meshes else "component"
-    for part in planned.structure.names:
-        k = diameter_of(planned.case.given, 1)
-        named[f"{kind}/{part}"] = loaded = planned.part(part, k)
-        for k in planned.diameters:
-            if (each := planned.part(part, k)).key != loaded.key:
-                named[f"{kind}/{part}_nd{k}"] = each
-    return named
+def _below(case: CaseResult, place: str, product: Product) -> str:
+    """Where a product is in the results, below its case."""
+    if place == "response":
+        return ""
+    name, _, number = place.partition(".")
+    for analysis in case.analyses:
+        if number and analysis.key == name:
+            lower = "lower/" if analysis.by_response and number != "0" else ""
+            return lower + analysis.places(product)
+    return place
 
 
-def _attributes(planned: Planned, summary: Summary, monitor: str) -> dict[str, Any]:
+def _about(case: CaseResult, places: Mapping[str, tuple[str, str]]) -> dict[str, Any]:
+    """All that is stored of a case but for its products."""
+    return {
+        "given": case.given.model_dump(mode="json", exclude_unset=True),
+        "places": places,
+        **{name: getattr(case, name) for name in STORED},
+    }
+
+
+def _attributes(case: CaseResult) -> dict[str, Any]:
     """The summary as attributes of the case."""
-    values: dict[str, Any] = {"monitor": monitor, "key": planned.response.key}
-    values["warnings"] = warnings.of_case(summary)
-    values |= {f"sweep {key}": value for key, value in planned.case.values.items()}
-    for name, value in asdict(summary).items():
-        if isinstance(value, int | float):
-            values[name] = value
-    for name in ("peak", "lowest", "highest"):
-        peak = getattr(summary, name)
-        if peak is not None:
-            at = "peak" if name == "peak" else f"{name}_peak"
-            values[f"{at}_frequency"], values[f"{at}_amplitude"] = peak.frequency, peak.amplitude
-    if summary.wave is not None:
-        values["wave"] = summary.wave.verdict
-        values["growth_in_a_period"] = summary.wave.growth
-    return values
+    values: dict[str, Any] = {"monitor": case.monitor.name, "key": case.key_at("response")}
+    values["warnings"] = warnings.of_case(case.summary)
+    values |= {f"sweep {key}": value for key, value in case.values.items()}
+    if case.summary.wave is not None:
+        values["wave"] = case.summary.wave.verdict
+    return values | figures(case.summary)

@@ -107,10 +107,6 @@ class Planned:
         analyses = {k: v[::-1] if k in by_response else v for k, v in self.analyses.items()}
         return replace(self, response=self.other, other=self.response, analyses=analyses)
 
-    def at_end(self, system: Step[System], response: Step[Response]) -> "Planned":
-        """The same with other contacts, and the only point of a response to it."""
-        return replace(self, system=system, response=response, other=None, analyses={})
-
     def solved(self, response: Response) -> "Planned":
         """The same when it is known which nodal diameters the response took."""
         tried = response.estimates.tried if response.estimates else response.harmonics

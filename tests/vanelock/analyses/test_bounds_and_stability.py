@@ -12,12 +12,12 @@ from tests.nonlinear.following.bounds.test_peak_bounds import held_pad, peak_by_
 from tests.vanelock.scenes.test_joined import rim
 from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.bounds import BoundedPeak
-from vanelock.commands.compare.comparison import compared
+from vanelock.commands.compare import compared
+from vanelock.commands.stored.contents import load_run
 from vanelock.common.errors import InputError
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Done, PointDone
 from vanelock.pipeline.step import Stages, Step, reachable
-from vanelock.results.reading.contents import load_run
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.matrices.scene_structure import SceneStructure
 from vanelock.stages.response.responses import static_bounds_step
@@ -109,10 +109,11 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(
     assert any(isinstance(each, PointDone) and each.total is None for each in events)
     assert not any("static friction" in line for line in found.warnings)
     runs = load_run(tmp_path / "plain", "a"), load_run(folder, "b")
-    lines = {each.what: each for each in compared(*runs).results}
-    assert lines["upper bound of the peak"].one is None
-    assert lines["upper bound of the peak"].other == pytest.approx(1e6 * found.highest.amplitude)
-    assert lines["growth per cycle"].other == found.wave.growth
+    lines = {each.column.head: each.values for each in compared(*runs).results}
+    one, other = lines["upper bound of the peak"]
+    assert one is None
+    assert other == pytest.approx(1e6 * found.highest.amplitude)
+    assert lines["growth per cycle"][1] == found.wave.growth
 
 
 def test_bounds_are_of_the_law_that_the_run_is_solved_with(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.run_results import case_of as given_case
 from vanelock.analyses.bounds import BOUNDS
 from vanelock.analyses.stability import STABILITY, verdict_at
 from vanelock.common.tables import MOST_CASES
@@ -18,12 +19,8 @@ NAN = float("nan")
 
 def case_of(found: Any = None, **products: list[Any]) -> Any:
     """A case with some products of analyses."""
-    return SimpleNamespace(
-        summary=found,
-        peak=found and found.peak,
-        planned=SimpleNamespace(analyses=products),
-        found=lambda key: products.get(key, []),
-    )
+    made = {f"{key}.{i}": each for key, of in products.items() for i, each in enumerate(of)}
+    return given_case("a", None, made, summary=found or summary())
 
 
 def stability(verdict: list[int], growth: list[tuple[float, float]]) -> Stability:

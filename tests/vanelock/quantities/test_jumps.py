@@ -4,7 +4,7 @@ import pytest
 
 from vanelock import parse_study
 from vanelock.common.errors import InputError
-from vanelock.quantities.jumps import notes
+from vanelock.quantities.warnings import notes
 from vanelock.stages.response.summary import Jump, Peak, Sweep
 
 JUMP = Jump((250.0, 250.2), (5e-6, 2e-6))

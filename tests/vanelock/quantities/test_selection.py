@@ -9,8 +9,7 @@ import pytest
 
 from tests.vanelock.run_results import run_of
 from vanelock import cases, parse_study, render
-from vanelock.quantities.answers import looked_into
-from vanelock.quantities.selection import named
+from vanelock.quantities.selection import looked_into_of, named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
 from vanelock.results.figures.pictures import detailed
@@ -30,20 +29,21 @@ samples = {}
 def run_data(text, own_limits=False, folder=None):
     """Cases whose peaks go down and up again, with limits of their own or shared."""
     study = parse_study(text)
-    planned: list[Any] = []
     peaks, curves = list[Any](), list[Any]()
     limits: dict[Any, Any] = {}
-    for i, case in enumerate(cases(study)):
+    swept = cases(study)
+    for i, case in enumerate(swept):
         height = 1e-6 * (1 + (2 + 4 * i) % 5 + 0.01 * i)
-        name = case.name if own_limits else ""
-        planned.append(SimpleNamespace(case=case, linear=SimpleNamespace(name=name)))
         peaks.append(Peak(3, 270.0, height, False))
         curves.append((F, height / (1 + abs(F - 270)), np.ones(7, bool)))
         for which in ("free", "stuck"):
+            name = case.name if own_limits else ""
             limits[name, which] = (F, 1e-5 * (1 + i * own_limits) * np.ones(7))
     events: list[Any] = []
     output_files: Any = SimpleNamespace(folder=folder, listener=events.append)
-    run = run_of(study, planned, peaks, curves, output_files=output_files)
+    run = run_of(study, swept, peaks, curves, output_files=output_files)
+    if own_limits:
+        run.cases = {name: replace(case, linear_name=name) for name, case in run.cases.items()}
     run.limits = limits
     return run, events
 
@@ -52,11 +52,11 @@ def test_samples_looked_into_are_those_with_pictures_and_of_a_sweep_ends_and_ext
     many, _ = run_data(SAMPLES.format(30))
     peaks = many.peaks
     order = sorted(peaks, key=lambda name: peaks[name].amplitude)
-    assert set(looked_into(many)) == {order[0], order[15], order[-1]}
-    assert looked_into(many) == [each.case.name for each in named(many)]
+    assert set(looked_into_of(many)) == {order[0], order[15], order[-1]}
+    assert looked_into_of(many) == [each.name for each in named(many)]
     many, _ = run_data(SWEEP)
-    assert looked_into(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
-    assert [each.case.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
+    assert looked_into_of(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
+    assert [each.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
 
 
 @pytest.mark.parametrize("text", [SAMPLES.format(10), SWEEP])
@@ -68,8 +68,8 @@ def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
         many.cases[name] = replace(case, summary=replace(case.summary, peak=peak))
     most = many.largest
     assert most is not None
-    assert most.case in looked_into(many)
-    assert many.peak(most.case).amplitude == 1e-3
+    assert most.case in looked_into_of(many)
+    assert many.peaks[most.case].amplitude == 1e-3
 
 
 @pytest.mark.parametrize(

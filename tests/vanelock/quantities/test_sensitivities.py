@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vanelock
-from tests.vanelock.results.reading.test_run import inside, scene
+from tests.vanelock.commands.stored.test_run import inside, scene
 from vanelock.nonlinear import Options, peak_response
 from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.rom import System

@@ -1,5 +1,6 @@
 """Results as one: all that they hold, whatever file it is in; or taken into one, to be altered."""
 
+import json
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,13 +32,19 @@ def contents(path: Path) -> dict[str, str]:
         for name, item in everything(file):
             if name.startswith("/provenance"):  # which holds what was computed when
                 continue
-            if isinstance(item, h5py.Dataset) and not name.endswith("/seconds"):
+            if name.endswith("/about"):
+                found[name] = json.loads(item[()], object_hook=_without_times)
+            elif isinstance(item, h5py.Dataset) and not name.endswith("/seconds"):
                 data = item[()]
                 found[name] = data.tolist() if item.dtype.kind == "O" else np.array(data).tobytes()
             for key, value in item.attrs.items():
                 if key not in TIMES:
                     found[f"{name}@{key}"] = np.asarray(value).tolist()
     return {name: repr(value) for name, value in found.items()}
+
+
+def _without_times(stored: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in stored.items() if key not in (*TIMES, "cost")}
 
 
 @contextmanager

@@ -30,7 +30,7 @@ LOADED = (
     "ansys.mapdl.reader", "meshio", "pyuff", "vanelock.__main__", "vanelock.commands.check.file",
     "vanelock.commands.check.scene", "vanelock.mesh", "vanelock.mesh.files.read",
     "vanelock.mesh.matching.pairing", "vanelock.commands.check.study",
-    "vanelock.commands.compare.compare", "vanelock.pipeline.display", "vanelock.pipeline.progress",
+    "vanelock.commands.compare", "vanelock.pipeline.display", "vanelock.pipeline.progress",
     "vanelock.report.writer", "pint", "h5py", "scipy.io", "scipy.sparse.csgraph",
     "vanelock.fem.matrix_files.load",
 )  # fmt: skip

@@ -190,9 +190,20 @@ def numbers(path: Path) -> dict[str, Any]:
             for name, each in node.items():
                 if name not in TIMES:
                     take(f"{place}/{name}", each)
+        elif place.endswith("/about"):
+            stored(place, json.loads(node[()]))
         else:
             array = np.asarray(node[()])
             found[place] = array.tolist() if array.dtype == object else array
+
+    def stored(place: str, value: Any) -> None:
+        if isinstance(value, dict | list):
+            for name, each in value.items() if isinstance(value, dict) else enumerate(value):
+                if name not in TIMES:
+                    stored(f"{place}/{name}", each)
+        else:
+            number = isinstance(value, int | float)
+            found[place] = np.asarray(value) if number else value
 
     with h5py.File(path) as file:
         take("", file)
@@ -233,9 +244,10 @@ def readable(folder: Path) -> bool:
 
 def seconds(folder: Path) -> dict[str, float]:
     """Time of each stage and picture, as the results have it."""
-    found = {}
+    found: dict[str, float] = {}
     with h5py.File(folder / "results.h5") as file:
-        for name, group in file["provenance/stages"].items():
-            found[name.rpartition(" ")[0]] = float(group.attrs["seconds"])
+        stages = file["provenance/stages"]
+        names = stages["name"].asstr()[()].tolist()
+        found |= dict(zip(names, stages["seconds"][()].tolist(), strict=True))
     drawn = json.loads((folder / "cache" / "pictures.json").read_text())
     return found | {name: float(known[2]) for name, known in drawn.items()}

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import h5py
 
+from vanelock.commands.stored.contents import load_file
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
 from vanelock.common.tables import counted
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response, System
 from vanelock.results.files import results_file
-from vanelock.results.reading.contents import load_file
 from vanelock.rom import Component
 
 Row = tuple[str, str]
@@ -39,7 +39,7 @@ def stored(path: Path) -> tuple[list[Row], str]:
         ("date", loaded.date),
         ("cases", f"{len(loaded.cases):,}"),
         ("failed", _failed(list(loaded.failed))),
-        ("monitor", loaded.monitor or "-"),
+        ("monitor", loaded.monitor.name or "-"),
         *((what, f"{size:,}") for what, size in loaded.sizes.items()),
         ("read", ", ".join(counted(products.count(n), n) for n in KINDS if n in products) or "-"),
     ]

@@ -18,8 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear
-from vanelock.commands.converge.settings import DOFS, NumericalSetting, chosen
-from vanelock.commands.converge.table import NAME, Outcome, draw, markdown, table
+from vanelock.commands.converge.settings import (
+    DOFS,
+    NAME,
+    NumericalSetting,
+    Outcome,
+    chosen,
+    draw,
+    markdown,
+    table,
+)
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.cases.values import with_values

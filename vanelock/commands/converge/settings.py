@@ -1,18 +1,21 @@
-"""The settings of a study that trade speed for error, each with values from rough to fine.
+"""The settings of a study that trade speed for error, and the table of what raising them changed.
 
 A setting is raised alone, all others as the study has them. Its finest value stands for the truth:
 what is measured against it says nothing of the other settings, nor of what the finest one misses.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
+from vanelock import render
 from vanelock.common.checked import show
 from vanelock.common.errors import InputError
+from vanelock.common.tables import Column, Table, counted, heads
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.schema.structure.structure import ACCURACY, MODES
 from vanelock.input.schema.study import Study
@@ -209,3 +212,114 @@ def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[Numerical
         if name not in known:
             raise InputError(f"--setting {show(name)}: this study has {', '.join(known)}")
     return tuple(setting for setting in every if not names or setting.key in names)
+
+
+NAME = "converge"
+WORDS = ("response.coupling", "joints.hook.patch")
+"""Settings whose values are no sequence."""
+ALONE = ("adaptive", "located")
+"""Values that are no members of their sequence."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A value of a setting, and what came of it.
+
+    Attributes
+    ----------
+    setting, value : str
+        Key and value.
+    cost : float
+        Processor time of the affected stages, over that of all stages of the study as it is.
+    cpu : float
+        The same, s.
+    amplitude, frequency : float
+        Of the peak, m and Hz; NaN where no point converged.
+    amplitude_error, frequency_error : float
+        Relative distance from the finest value; NaN for that one, and where one of them is lost.
+    own : bool
+        Whether the study has this value.
+    lost : int
+        Points that did not converge.
+    """
+
+    setting: str
+    value: str
+    cost: float
+    cpu: float
+    amplitude: float
+    frequency: float
+    amplitude_error: float
+    frequency_error: float
+    own: bool
+    lost: int
+
+
+def table(found: Sequence[Outcome], name: str) -> Table:
+    """A line for each value of each setting."""
+    columns = (
+        *heads("setting", "value"),
+        Column("cost", form=".3f"),
+        Column("amplitude off by", form=".1e", key="amplitude_error"),
+        Column("frequency off by", form=".1e", key="frequency_error"),
+        Column("chosen", key="own"),
+    )
+    rows = [
+        (
+            *(each.setting, each.value, each.cost, each.amplitude_error, each.frequency_error),
+            "chosen" if each.own else "",
+        )
+        for each in found
+    ]
+    notes = [
+        "cost: processor time of the stages that the setting affects, over that of all stages of "
+        "the study; off by: relative distance of the peak from the setting's finest value (-)."
+    ]
+    for each in found:
+        if each.lost:
+            notes.append(
+                f"{each.setting} = {each.value}: {counted(each.lost, 'point')} DID NOT CONVERGE"
+            )
+    return Table(f"{name}: error against cost", columns, rows, notes, "converge")
+
+
+def markdown(found: Sequence[Outcome]) -> str:
+    """The same as text for a page; the chosen values in bold."""
+    lines = [
+        "| setting | value | cost | amplitude off by | frequency off by |",
+        "|---|---:|---:|---:|---:|",
+    ]
+    before = ""
+    for each in found:
+        errors = (
+            "" if np.isnan(e) else f"{e:.1e}" for e in (each.amplitude_error, each.frequency_error)
+        )
+        value = f"**{each.value}**" if each.own else each.value
+        setting = f"`{each.setting}`" if each.setting != before else ""
+        lines.append(f"| {setting} | {value} | {each.cost:.3f} | {' | '.join(errors)} |")
+        before = each.setting
+    return "\n".join([*lines, ""])
+
+
+def draw(path: Path, found: Sequence[Outcome], name: str) -> Path:
+    """A panel for each setting: both errors against cost."""
+    panels = [
+        render.Panel(
+            key,
+            tuple(
+                render.MeasuredValue(
+                    each.value,
+                    each.cost,
+                    each.amplitude_error,
+                    each.frequency_error,
+                    each.own,
+                    joined=key not in WORDS and each.value not in ALONE,
+                )
+                for each in found
+                if each.setting == key
+            ),
+        )
+        for key in dict.fromkeys(each.setting for each in found)
+    ]
+    picture: Path = render.convergence_picture(path, panels, f"{name}: error against cost")
+    return picture

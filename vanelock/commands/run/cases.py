@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from vanelock.analyses import ANALYSES
+from vanelock.analyses.scatter import FEWEST, scattered, spacing
 from vanelock.analyses.solved_case import with_analyses
 from vanelock.commands.run.doubts import doubts, load_lines_of, opening
 from vanelock.commands.run.graph import done_by, parts_of, steps_of
@@ -22,41 +23,28 @@ from vanelock.pipeline.progress import Failed, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.pipeline.tasks import Failure, TaskFailed, Workers
 from vanelock.quantities import warnings
-from vanelock.quantities.case_result import CaseResult, with_curves
-from vanelock.quantities.jumps import notes
+from vanelock.quantities.case_result import CaseResult
+from vanelock.quantities.curves import with_curves
+from vanelock.quantities.products import StepProducts
 from vanelock.quantities.run_result import RunResult
-from vanelock.quantities.scatter import (
-    FEWEST,
-    percentile_table,
-    scattered,
-    sensitivity_table,
-    spacing,
-)
+from vanelock.quantities.warnings import notes
 from vanelock.results import listing
-from vanelock.results.case_table import response_table
-from vanelock.results.figures.campbell import crossings_table
 from vanelock.results.files import results_file
 from vanelock.results.files.redrawn import OutputFiles
-from vanelock.results.record import Record
+from vanelock.results.record import Record, versions
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
-from vanelock.stages.accuracy.errors import error_table
 from vanelock.stages.accuracy.evidence import judged
-from vanelock.stages.accuracy.left_out import left_out_table
 from vanelock.stages.accuracy.mesh_sizes import most_dofs
-from vanelock.stages.campbell.campbell import Campbell, campbell
-from vanelock.stages.campbell.speed_lines import lines_step
 from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
 from vanelock.stages.linear import Linear
 from vanelock.stages.matrices.scene_structure import at_rest, motions_step
-from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.monitor import monitor
 from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
-from vanelock.stages.sweep.retries import attempt
-from vanelock.stages.sweep.time_left import Clock
+from vanelock.stages.sweep.time_left import Clock, attempt
 
 C = TypeVar("C")
 BY_RESPONSE = {each.key for each in ANALYSES if each.by_response}
@@ -106,7 +94,6 @@ class OngoingRun:
         self._clock = Clock(self.planned)
         self._peaks: dict[str, dict[str, Peak | None]] = {}
         self._spacings: list[float] = []
-        self._lines: set[str] = set()
         self._top = 0.0
         self._loose: dict[str, bool] = {}
         self._preloads: set[str] = set()
@@ -124,26 +111,7 @@ class OngoingRun:
         """Everything but the pictures and the `answer`."""
         self._each(self._parts, self._show_parts)
         self._each(self._solve, self._show)
-        for analysis in ANALYSES:
-            for table in analysis.tables(self.run.cases):
-                self.listener(table)
-        if strains := self.run.strains:
-            self.listener(listing.gauge_table(strains))
-        for name, case in self.run.cases.items():
-            if case.campbell is not None:
-                only = "" if len(self.planned) == 1 else name
-                self.listener(crossings_table(only, case.campbell))
-        for name, (errors, without) in self.run.errors.items():
-            self.listener(error_table(name, errors, self.run.monitor.name))
-            self.listener(left_out_table(name, without))
         return tuple(self.run.summaries)
-
-    def answer(self) -> None:
-        """What failed, and the responses: the last tables, since they are what was asked for."""
-        if self.failed:
-            self.listener(listing.failed_table(self.failed))
-        table = response_table(self.run.summaries, self.run.monitor.name, len(self.failed))
-        self.listener(table)
 
     def _each(self, compute: Callable[[Planned], C], show: Callable[[Planned, C], object]) -> None:
         """Compute something of each case and show it; what cannot be computed is left out."""
@@ -180,7 +148,6 @@ class OngoingRun:
     def _show_parts(self, planned: Planned, computed: None) -> None:
         linear = planned.linear
         if not self._peaks:
-            self.record.parts(planned)
             system = self.stages.get(planned.system)
             if not planned.meshes:
                 pieces = [
@@ -197,17 +164,19 @@ class OngoingRun:
             watched = monitor(self.given.outputs.monitor, system, free)
             self.run = RunResult(
                 self.given,
-                self.stages,
                 watched,
                 self._output_files,
                 ANALYSES,
                 opening(system.contacts),
                 self.measured,
                 self._text,
+                self.record.date,
+                versions(),
                 failed=self.failed,
+                times=self.stages.done,
             )
+            self.record.begun(self.run, planned)
         if linear.key not in self._peaks:
-            self.record.linear(linear, len(self._peaks) < MOST_TABLES)
             self._linear(linear)
 
     def scatter(self) -> None:
@@ -220,8 +189,6 @@ class OngoingRun:
             return
         self.run.scattered = found
         self.record.product("scatter", found)
-        self.listener(percentile_table(found, self.run.monitor.name))
-        self.listener(sensitivity_table(found))
 
     def _linear(self, linear: Linear) -> None:
         """Linear modes and peaks of a set of limits."""
@@ -233,6 +200,9 @@ class OngoingRun:
             peaks[which] = peak_of(response, amplitude)
             if which == "free" or limits.opens:
                 self.run.limits[linear.name, which] = response.frequency, amplitude
+        own = self.run.limits.items()
+        curves = {which: curve for (name, which), curve in own if name == linear.name}
+        self.record.linear(linear, curves, len(self._peaks) < MOST_TABLES)
         self._peaks[linear.key] = peaks
         if self._few(len(self._peaks), "linear limits"):
             self.listener(listing.limits_table({linear.name: limits}))
@@ -254,15 +224,13 @@ class OngoingRun:
         self.stages.get(planned.preload)
         found = [self._response(planned, step) for step in planned.responses]
         planned, response = self._as_solved(planned, found)
-        strain, errors = self._strain(planned, response), None
-        if planned.choice is not None:
-            errors = judged(planned, response, self.stages, self.run.monitor)
-        diagram = self._campbell(planned)
         for analysed in planned.analysed:
             self.stages.get(analysed)
         case = self._case(planned)
-        case = replace(case, strain=strain, errors=errors, campbell=diagram)
-        return with_curves(case, ANALYSES)
+        if planned.choice is not None:
+            errors = judged(planned, response, self.stages, self.run.monitor)
+            case = replace(case, errors=errors)
+        return case
 
     def _response(self, planned: Planned, step: Step[Response]) -> Response:
         self._clock.begin(planned, step)
@@ -277,7 +245,7 @@ class OngoingRun:
         return planned.solved(higher), higher
 
     def _case(self, planned: Planned) -> CaseResult:
-        """A case in numbers, but for those of its analyses."""
+        """A case in numbers, with its curves."""
         system = self.stages.get(planned.system)
         responses = [self.stages.get(each) for each in planned.responses]
         sweeps = tuple(sweep_of(each, self.run.monitor.amplitude(each)) for each in responses)
@@ -293,11 +261,28 @@ class OngoingRun:
             sum(self.stages.done[step.key].seconds for step in planned.responses),
             self._loose[key],
         )
-        return CaseResult(planned, self.stages, self.run.monitor, replace(found, sweeps=sweeps))
+        run, case, found = self.run, planned.case, replace(found, sweeps=sweeps)
+        products = StepProducts(planned, self.stages, run.monitor, found.peak, run.shared)
+        return with_curves(
+            CaseResult(
+                name=case.name,
+                values=case.values,
+                given=case.given,
+                monitor=run.monitor,
+                products=products,
+                summary=found,
+                analyses=ANALYSES,
+                components=tuple(planned.structure.names),
+                ring=(system.sectors, system.engine_order),
+                linear_name=planned.linear.name,
+                preload_name=planned.preload_name,
+            ),
+            products,
+        )
 
     def _show(self, planned: Planned, case: CaseResult) -> None:
         """A case that is solved: written, shown."""
-        planned, response, static = case.planned, case.responses[0], case.static
+        response, static = case.response, case.static
         system = self.stages.get(planned.system)
         if planned.preload.key not in self._preloads:
             self._preloads.add(planned.preload.key)
@@ -305,13 +290,10 @@ class OngoingRun:
                 joints = system.contacts.joints
                 self.listener(listing.preload_table(planned.preload_name, joints, static))
         first = all(each.peak is None for each in self.run.cases.values())
-        lines = (*notes(case.summary.sweeps), *doubts(case, static, first))
+        lines = (*notes(case.summary.sweeps), *doubts(planned, case, self.stages, first))
         case = replace(case, summary=replace(case.summary, warnings=lines))
         self.run.cases[case.name] = case
-        self.record.case(case, ANALYSES)
-        if case.campbell is not None:
-            self._lines.add(lines_step(planned).key)
-            self.record.campbell(case.name, case.campbell)
+        self.record.case(case)
         if (peak := case.peak) is not None:
             given = case.given.response
             if given.points is not None or given.frequencies is not None:
@@ -328,22 +310,7 @@ class OngoingRun:
                 continue
             found = [self.stages.get(step) for step in each.responses]
             planned, _ = self._as_solved(replace(each, analyses={}), found)
-            self.record.case(self._case(planned), ())
-
-    def _campbell(self, planned: Planned) -> Campbell | None:
-        """The Campbell diagram of a case, the first of those that share its lines."""
-        given = planned.case.given
-        if not isinstance(given, Study) or given.campbell is None:
-            return None
-        key = lines_step(planned).key
-        if key in self._lines:
-            return None
-        return campbell(planned, self.stages, self.run.monitor)
-
-    def _strain(self, planned: Planned, response: Response) -> Strain | None:
-        if planned.gauges is None:
-            return None
-        return self.stages.get(planned.gauges).read(response, self.stages.get(planned.system))
+            self.record.case(self._case(planned))
 
     def _count(self, done: int, total: int | None, amplitude: float) -> None:
         """How far the analyses of a case are."""

@@ -7,7 +7,6 @@ import numpy as np
 from vanelock.analyses import ANALYSES
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
-from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages
 from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
@@ -24,15 +23,14 @@ MOST = 300
 dense programmes, some minutes for so many."""
 
 
-def doubts(result: CaseResult, static: Response, first: bool) -> Iterator[str]:
+def doubts(planned: Planned, result: CaseResult, stages: Stages, first: bool) -> Iterator[str]:
     """Lines on a case.
 
     `first` says whether no other case of the run has had a peak: static friction is looked at in
     one.
     """
-    planned, given, stages = result.planned, result.given, result.stages
-    system, peak = stages.get(planned.system), result.peak
-    limits, response = stages.get(planned.linear.limits), result.responses[0]
+    given, system, peak = result.given, result.system, result.peak
+    limits, response, static = result.limits, result.response, result.static
     loose = result.summary.loose
     contacts = system.contacts
     held = static.converged.all() and not loose
@@ -41,7 +39,7 @@ def doubts(result: CaseResult, static: Response, first: bool) -> Iterator[str]:
     yield from warnings.alike(limits.mac)
     yield from warnings.reduced(limits, float(response.frequency.max()))
     if isinstance(given, Study):
-        vane = stages.get(planned.meshes["vane"])
+        vane = result.parts[0]
         nodes, points = vane.points, places_on(given, vane).points
         small = _thin(given, vane)
     else:
@@ -66,8 +64,6 @@ def doubts(result: CaseResult, static: Response, first: bool) -> Iterator[str]:
     for analysis in ANALYSES:
         if products := result.found(analysis.key):
             yield from analysis.warnings(result, products)
-    if result.campbell is not None:
-        yield from warnings.campbell(result.campbell.lines, limits.band)
 
 
 def load_lines_of(planned: Planned, stages: Stages) -> Iterator[str]:

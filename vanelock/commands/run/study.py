@@ -1,4 +1,4 @@
-"""Run a study or a scene: every stage that is not cached, results file, tables and pictures."""
+"""`vanelock run`, from Python too: every stage that is not cached, results, tables and pictures."""
 
 import os
 import time
@@ -8,22 +8,26 @@ from pathlib import Path
 from vanelock import render
 from vanelock.analyses import ANALYSES
 from vanelock.commands.run.cases import OngoingRun
+from vanelock.commands.stored.run import Run, load
+from vanelock.common.files.files import default_folder
 from vanelock.common.process.memory import largest
+from vanelock.files import load_given, read_text
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
+from vanelock.nonlinear.fourier import one_thread
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor import chosen_workers
-from vanelock.pipeline.progress import Finished, Listener, Notice, silent
+from vanelock.pipeline.progress import Finished, Listener, Notice, choose_listener, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results import listing
-from vanelock.results.figures.pictures import draw
+from vanelock.results.figures.pictures import look_into
 from vanelock.results.files import results_file
 from vanelock.results.files.redrawn import REPORT, OutputFiles
 from vanelock.results.files.run_folder import claimed
-from vanelock.results.page import write_report
+from vanelock.results.listing import tables
+from vanelock.results.page import show
 from vanelock.stages.accuracy.cost_estimate import estimated
-from vanelock.stages.accuracy.error_places import of_own_meshes
 from vanelock.stages.accuracy.mesh_sizes import processes
 from vanelock.stages.response.summary import Summary
 
@@ -104,13 +108,11 @@ def run_study(
             with running.background():
                 summaries = running.all_cases()
             running.scatter()
-            if shapes and (places := of_own_meshes(running.planned[0])):
-                listener(stages.get(places).table)
-            running.answer()
-            draw(running.run)
-            if given.outputs.report:
-                running.record.answers(running.run.answers, ANALYSES)
-                write_report(running.run)
+            look_into(running.run)
+            for table in tables(running.run):
+                listener(table)
+            running.record.rest(running.run)
+            show(running.run)
             listener(listing.stage_times([*stages.done.values(), *output_files.done]))
             running.record.complete(stages.done)
     summary = {
@@ -128,3 +130,51 @@ def run_study(
 
 run_scene = run_study
 """The same for a scene."""
+
+
+@one_thread
+def run(
+    file: str | os.PathLike[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    workers: int = 1,
+    quiet: bool = False,
+    allow_outside: bool = False,
+    memory: float | None = None,
+) -> Run:
+    """Run a study or a scene, or go on with it; what an earlier run computed is used again.
+
+    With several `workers`, protect the calling script with `if __name__ == "__main__":`, since each
+    of the processes imports it.
+
+    Parameters
+    ----------
+    file : path
+        Study or scene file (TOML).
+    output : path, optional
+        The run's folder; by default `runs/<name of the file>`, as the command line has it.
+    workers : int
+        Processes that compute the cases of a sweep; 1: this one does.
+    quiet : bool
+        Whether to say nothing on the way.
+    allow_outside : bool
+        Whether the files that it names may lie outside its folder.
+    memory : float, optional
+        Bytes that it may take, as for `run_study`.
+
+    Returns
+    -------
+    Run
+        Cases, their table, responses and curves; `Run.failed` has cases that could not be computed.
+
+    Raises
+    ------
+    InputError
+        One line for each mistake in the file; or no case can be computed, or the folder not used.
+    """
+    path = Path(file)
+    given = load_given(path, allow_outside)
+    folder = default_folder(path) if output is None else Path(output)
+    with choose_listener(quiet, as_json=False) as listener:
+        run_study(given, folder, listener, read_text(path), workers, memory=memory)
+    return load(folder)

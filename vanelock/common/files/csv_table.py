@@ -61,3 +61,8 @@ def _harmless(text: str) -> str:
     except ValueError:
         return text if text == "-" else f"'{text}"
     return text
+
+
+def short(values: ArrayLike) -> list[float]:
+    """Numbers to six significant digits, for tables of all nodes."""
+    return [float(f"{v:.6g}") for v in np.asarray(values, float).ravel()]

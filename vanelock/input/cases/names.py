@@ -55,11 +55,11 @@ def words(name: str, without: str = "") -> str:
         if key in clear:
             texts.append(value + clear[key])
         elif key != without:
-            texts.append(f"{symbols.get(key, key)} = {quantity(value)}" if value else key)
+            texts.append(f"{symbols.get(key, key)} = {_quantity(value)}" if value else key)
     return ", ".join(texts)
 
 
-def quantity(value: str) -> str:
+def _quantity(value: str) -> str:
     """A value of a case's name as people write it: "4 µm"."""
     found = _VALUE.fullmatch(value)
     if found is None:

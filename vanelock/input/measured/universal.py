@@ -59,7 +59,7 @@ class Ordinate:
         return DERIVATIVES[self.kind]
 
 
-def ordinate(
+def _ordinate(
     record: Mapping[str, Any], units: Mapping[str, Any] | None, given: str | None, where: str
 ) -> Ordinate:
     """What a record is of: by the unit that the study gives, else by the file.
@@ -178,7 +178,7 @@ def read_universal(
     if count != said:
         raise InputError(f"{where}: {counted(said, 'point')} by its header, {count} are there")
     frequency = _frequency(found, engine_order, where)
-    found_unit = ordinate(found, units, unit, where)
+    found_unit = _ordinate(found, units, unit, where)
     factor = _factor(found_unit, frequency, force, where)
     amplitude = factor * np.abs(np.asarray(found["data"]))
     known = np.isfinite(amplitude) & (frequency > 0)

@@ -30,7 +30,7 @@ FITTED = (
 UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
 
 
-def ascending(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+def _ascending(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
     """Both ends of a range, refused where the second is not above the first."""
     if value is not None and value[0] >= value[1]:
         raise ValueError("must be [low, high] with low < high")
@@ -43,7 +43,7 @@ FrequencyRange = Annotated[
     tuple[Hertz, ...],
     BeforeValidator(sequence),
     Field(min_length=2, max_length=2),
-    AfterValidator(ascending),
+    AfterValidator(_ascending),
 ]
 Newtons = Annotated[Force, Field(gt=0, le=1e9, description="force [N]")]
 Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
@@ -63,7 +63,7 @@ class CampbellKeys(KeyTable):
     @field_validator("speeds")
     @classmethod
     def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        return ascending(value)
+        return _ascending(value)
 
     @field_validator("engine_orders")
     @classmethod
@@ -99,7 +99,7 @@ class MeasuredCurve(KeyTable):
     @field_validator("range")
     @classmethod
     def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        return ascending(value)
+        return _ascending(value)
 
 
 def curves(value: object) -> object:

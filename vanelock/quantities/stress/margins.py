@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.input.schema.study import Study
-from vanelock.quantities.stress.cycles import Stressed
 from vanelock.quantities.stress.fatigue import Cycle, Strength
+from vanelock.quantities.stress.fields import NodalFields
 from vanelock.quantities.stress.locations import SurfaceLocations
 from vanelock.stages.parts.components import PARTS
 
@@ -62,7 +62,7 @@ class Margins:
 
     Attributes
     ----------
-    cycles : Stressed
+    cycles : NodalFields
         Stress of every node and gauge.
     locations : dict of str to SurfaceLocations
         Places of each part's nodes.
@@ -72,7 +72,7 @@ class Margins:
         By part: the worst clear place of each feature.
     """
 
-    cycles: Stressed
+    cycles: NodalFields
     locations: dict[str, SurfaceLocations]
     worst: dict[str, tuple[Margin, ...]]
     features: dict[str, tuple[Margin, ...]]
@@ -97,7 +97,7 @@ class Margins:
 
 
 def margins(
-    study: Study, cycles: Stressed, at: dict[str, SurfaceLocations], gauges: tuple[str, ...] = ()
+    study: Study, cycles: NodalFields, at: dict[str, SurfaceLocations], gauges: tuple[str, ...] = ()
 ) -> Margins:
     """Margins of a study's parts; its `gauges` by their names."""
     worst = {

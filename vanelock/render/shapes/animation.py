@@ -226,7 +226,7 @@ def thinned(skin: DeformedSkin, triangles: int = TRIANGLES) -> DeformedSkin:
     return DeformedSkin(skin.part, thin, skin.shape[used], split, triangles_of_split)
 
 
-def ring_at(
+def _ring_at(
     moving: Sequence[Moving], angle: float, scale: float, bar: ColourBar
 ) -> scene.DrawnScene:
     """Scene of all sectors at a phase angle α in rad, coloured by the length of displacement."""
@@ -291,9 +291,9 @@ def _animate(
     left, top = round(0.2 * gif.DPI), round(1.14 * gif.DPI)
     shots = []
     angles = 2 * np.pi * np.arange(frames) / frames
-    with window(ring_at(moving, 0.0, scale, bar), size) as opened:
+    with window(_ring_at(moving, 0.0, scale, bar), size) as opened:
         for angle in angles:
-            opened.move(ring_at(moving, angle, scale, bar))
+            opened.move(_ring_at(moving, angle, scale, bar))
             shot = still.copy()
             shot[top : top + size[1], left : left + size[0]] = opened.picture()
             end = track[0] + (track[2] - track[0]) * angle / (2 * np.pi)

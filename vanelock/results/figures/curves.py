@@ -6,9 +6,10 @@ import numpy as np
 
 from vanelock import render
 from vanelock.input.cases.names import merged, words
-from vanelock.input.cases.values import ring_of
 from vanelock.input.measured.units import DISPLACEMENT
-from vanelock.quantities.run_result import Drawn, Floats, RunResult
+from vanelock.quantities.case_result import CaseResult
+from vanelock.quantities.curves import Drawn, Floats
+from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import band, drawn_alone, in_words, named
 from vanelock.report import Picture
 from vanelock.results.figures.curve_table import NOTE, columns
@@ -23,10 +24,10 @@ def all_curves(run: RunResult) -> list[render.Curve]:
     """Linear limits, responses and measured curves, as they are drawn."""
     made = linear(run)
     for each in drawn_alone(run):
-        name, case = each.case.name, run.cases[each.case.name]
-        for direction, curve in case.curves.items():
+        name, verdicts, ends = each.name, each.verdicts, each.ends
+        for direction, curve in each.curves.items():
             frequency, amplitude, converged = curve
-            verdict = case.verdicts.get(direction)
+            verdict = verdicts.get(direction)
             along = verdict is not None and np.count_nonzero(verdict >= 0) > 1
             made.append(
                 render.Curve(
@@ -34,11 +35,11 @@ def all_curves(run: RunResult) -> list[render.Curve]:
                     amplitude,
                     # Where line styles separate stable from unstable, colours all else.
                     group=words(name) if along and name != "nominal" else called(name),
-                    harmonics=None if along else case.summary.harmonics,
+                    harmonics=None if along else each.summary.harmonics,
                     converged=converged,
-                    joined=each.case.given.response.frequencies is None,
+                    joined=each.given.response.frequencies is None,
                     variant=direction,
-                    envelope=envelope([curve, *case.ends]) if case.ends else None,
+                    envelope=_envelope([curve, *ends]) if ends else None,
                     verdict=verdict,
                     case=name,
                 )
@@ -55,19 +56,13 @@ def all_curves(run: RunResult) -> list[render.Curve]:
 def curves(run: RunResult) -> Picture:
     """The figure of the curves, and what it draws as CSV."""
     made = all_curves(run)
-    keys = [
-        (*(step.key for step in (*each.responses, *each.analysed)), each.case.name)
-        for each in run.planned
-    ]
+    keys = [(*each.solved_keys, each.name) for each in run.cases.values()]
     monitor = run.monitor.name
     shows = [keys, monitor, run.given.name]
     shows += [
         [m.label, m.quantity, m.frequency.tolist(), m.amplitude.tolist()] for m in run.measured
     ]
-    given = [each.case.given for each in run.planned]
-    if getattr(run.given, "system", None) is not None:  # one file, one ring
-        given = given[:1]
-    order = one_order(order for sectors, order in map(ring_of, given) if sectors > 1)
+    order = one_order(run.cases.values())
     title = f"{run.given.name}: forced response"
     shade = band(run)
     path = run.output_files.draw(
@@ -105,9 +100,11 @@ def curves(run: RunResult) -> Picture:
     return Picture(path, RESPONSE, caption, (data,), section="summary")
 
 
-def one_order(orders: Iterable[int]) -> int | None:
-    """The engine order of the speed axis, where all cases have the same one."""
-    found = {abs(order) for order in orders if order}
+def one_order(cases: Iterable[CaseResult]) -> int | None:
+    """The engine order of the speed axis, where all cases on rings have the same one."""
+    found = {
+        abs(order) for sectors, order in (each.ring for each in cases) if sectors > 1 and order
+    }
     return found.pop() if len(found) == 1 else None
 
 
@@ -125,7 +122,7 @@ def key_to_lines(curves: Sequence[render.Curve]) -> str:
     return text
 
 
-def envelope(curves: Sequence[Drawn]) -> render.Envelope:
+def _envelope(curves: Sequence[Drawn]) -> render.Envelope:
     """Between which amplitudes a curve and others lie at each frequency."""
     frequency = np.unique(np.concatenate([f[solved] for f, _, solved in curves]))
     lines = []
@@ -146,7 +143,7 @@ def linear(run: RunResult) -> list[render.Curve]:
     """Linear limits, equal ones once."""
     limits = run.limits
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
-        own = {each.linear.name for each in named(run)}
+        own = {each.linear_name for each in named(run)}
         limits = {key: curve for key, curve in limits.items() if key[0] in own}
     return limit_curves(limits)
 

@@ -5,66 +5,97 @@ from dataclasses import replace
 
 from vanelock.input.schema.outputs import Outputs
 from vanelock.pipeline.progress import Notice
+from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.run_result import RunResult
-from vanelock.quantities.selection import in_words, named
+from vanelock.quantities.selection import (
+    energies,
+    in_words,
+    looked_into,
+    looked_into_of,
+    named,
+)
 from vanelock.report import Picture
-from vanelock.results.figures.campbell import campbells
-from vanelock.results.figures.contacts.contacts import contacts
-from vanelock.results.figures.contacts.loops import loops
-from vanelock.results.figures.contacts.preload import preloads
+from vanelock.results.figures.contacts import contacts, loops, preloads
 from vanelock.results.figures.curves import curves
-from vanelock.results.figures.fatigue import haigh, wear_table
-from vanelock.results.figures.mesh_errors import mesh_errors
-from vanelock.results.figures.scatter import scatters
-from vanelock.results.figures.shapes import all_modes, mesh, response, stress
+from vanelock.results.figures.shapes import (
+    all_modes,
+    distinct_modes,
+    few,
+    mesh,
+    mesh_errors,
+    response,
+    stress,
+)
 from vanelock.results.files.redrawn import REPORT
-from vanelock.stages.plan import Planned
+
+FEW = 60
+"""Cases that all get their damping ratio: each takes its system anew."""
+
+
+def look_into(run: RunResult) -> None:
+    """Have all that pictures and page show made, be they drawn anew or not."""
+    outputs = run.given.outputs
+    shapes = isinstance(outputs, Outputs) and outputs.shapes
+    if outputs.report:
+        chosen = looked_into_of(run)
+        for name, case in run.cases.items():
+            if name in chosen:
+                run.cases[name] = looked_into(case)
+            elif case.peak is not None and len(run.cases) <= FEW:
+                run.cases[name] = replace(case, numbers=energies(case))
+    wanted = [(case, "mode_shapes") for case, _ in few(distinct_modes(run))] if shapes else []
+    wanted += [(case, "fields") for case in named(run)] if shapes else []
+    wanted += [(run.first, "mesh_error")] if shapes else []
+    if (main := run.main) is not None:
+        wanted += [(main, "mode_shapes")] if shapes else []
+        wanted += [(main, "neglected"), (main, "mesh_doubt")] if main.errors is None else []
+    for case, place in wanted:
+        if place in case.products:
+            case.products.get(place)
 
 
 def draw(run: RunResult) -> None:
     """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
     outputs = run.given.outputs
     shapes = isinstance(outputs, Outputs) and outputs.shapes
-    run.pictures = _drawn(run, shapes)
-    if outputs.report:
-        for found in run.answers.values():
-            made = [haigh(run, found)] if found.margins else []
-            run.pictures += _own(found.planned, made)
-        run.cases = {k: replace(each, answers=run.answers.get(k)) for k, each in run.cases.items()}
-        run.wear = {name: wear_table(run, found) for name, found in run.answers.items()}
+    run.pictures = [*_drawn(run, shapes), *_of_analyses(run)]
     run.output_files.tidy(keep=[REPORT] if outputs.report else [])
 
 
 def _drawn(run: RunResult, shapes: bool) -> list[Picture]:
-    """All that need no answers."""
+    """All but those of analyses."""
     outputs = run.given.outputs
-    made = [curves(run), *campbells(run), *preloads(run)]
-    if run.scattered is not None:
-        made.insert(1, scatters(run, run.scattered))
+    made = [curves(run), *preloads(run)]
     chosen = detailed(run)
-    moving = {each.case.name for each in (*chosen[:1], *chosen[-1:])}
-    moving = moving if getattr(outputs, "animations", False) else set()
+    moving = chosen[:1] + chosen[-1:] if getattr(outputs, "animations", False) else []
     if outputs.loops:
         for each in chosen:
             made += _own(each, loops(run, each))
     if shapes:
-        modes, first = all_modes(run), run.planned[0]
-        made.append(mesh(run, first, modes[0].data if modes else ()))
-        made += mesh_errors(run, first)
+        modes = all_modes(run)
+        made.append(mesh(run, run.first, modes[0].data if modes else ()))
+        made += mesh_errors(run, run.first)
         made += modes
         for each in chosen:
-            made += _own(each, response(run, each, each.case.name in moving))
+            made += _own(each, response(run, each, each in moving))
         for each in chosen:
             made += _own(each, [stress(run, each), contacts(run, each)])
-    for each in chosen:
-        for analysis in run.analyses:
-            if analysis.key in each.analyses:
-                own = _own(each, analysis.pictures(run, run.cases[each.case.name]))
-                made += (replace(picture, section=analysis.key) for picture in own)
     return made
 
 
-def detailed(run: RunResult) -> list[Planned]:
+def _of_analyses(run: RunResult) -> Iterator[Picture]:
+    """Those of analyses that are asked for, and of the cases that are looked into."""
+    for analysis in run.analyses:
+        made = [*analysis.run_pictures(run)]
+        cases = run.looked_into.values() if analysis.looked_into else named(run)
+        for each in cases:
+            if analysis.looked_into or each.products.of_analysis(analysis.key):
+                made += _own(each, analysis.pictures(run, each))
+                run.files[analysis.key, each.name] = [*analysis.files(run, each)]
+        yield from (replace(picture, section=analysis.key) for picture in made)
+
+
+def detailed(run: RunResult) -> list[CaseResult]:
     """Cases with pictures of their own; says which, if any are drawn."""
     cases, count = named(run), len(run.peaks)
     drawn = [name for name in ("loops", "shapes") if getattr(run.given.outputs, name, False)]
@@ -74,6 +105,6 @@ def detailed(run: RunResult) -> list[Planned]:
     return cases
 
 
-def _own(each: Planned, made: Iterable[Picture]) -> Iterator[Picture]:
+def _own(each: CaseResult, made: Iterable[Picture]) -> Iterator[Picture]:
     """Pictures of a case."""
-    return (replace(picture, case=each.case.name) for picture in made)
+    return (replace(picture, case=each.name) for picture in made)

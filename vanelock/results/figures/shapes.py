@@ -1,28 +1,26 @@
-"""Mesh, modes of interest and responses at their peaks: pictures and the fields behind them."""
+"""Meshes and their errors, modes of interest, responses at their peaks: pictures and fields."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from vanelock import fem, render, rom
+from vanelock import render
 from vanelock.input.cases.names import of_case, slug, words
-from vanelock.input.cases.sweep import label
+from vanelock.input.cases.sweep import Case, label
 from vanelock.pipeline.progress import Notice
-from vanelock.quantities.run_result import Floats, RunResult, Shape
+from vanelock.quantities.case_result import CaseResult
+from vanelock.quantities.run_result import RunResult
+from vanelock.quantities.selection import DETAILED
+from vanelock.quantities.stress.fields import Complex
 from vanelock.report import Picture
+from vanelock.stages.accuracy.error_places import ErrorPlaces
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.plan import Planned
-from vanelock.stages.response.responses import LIMITS
+from vanelock.stages.response.responses import LIMITS, Limit
 
 MASS_NORMALISED = "kg^-0.5"
 """Unit of modes."""
-DETAILED = 8
-"""Cases that get pictures of their own; a larger sweep gets those of the first and the last."""
 
 
 @dataclass(frozen=True)
@@ -49,24 +47,23 @@ class Drawn:
     title: str
     subtitle: str
     nodal_diameter: int
-    recover: Callable[[], list[Shape]]
+    recover: Callable[[], list[Complex]]
     shows: Any
     unit: str = "m"
 
     @cached_property
-    def fields(self) -> list[Shape]:
+    def fields(self) -> list[Complex]:
         """(nodes, 3) of each part."""
         return self.recover()
 
 
-def mesh(run: RunResult, each: Planned, data: Sequence[Path] = ()) -> Picture:
+def mesh(run: RunResult, each: CaseResult, data: Sequence[Path] = ()) -> Picture:
     """Both parts with their node sets."""
-    keys = [mesh_step(each.case.study, part).key for part in PARTS]
     title = f"{run.study.name}: mesh"
     path = run.output_files.draw(
         "figures/mesh.png",
-        [keys, title],
-        lambda path: render.mesh_picture(path, *run.parts(each), title),
+        [each.mesh_keys, title],
+        lambda path: render.mesh_picture(path, *each.parts, title),
     )
     caption = (
         "Finite-element mesh of one vane segment and one casing sector (translucent). Balls are "
@@ -79,35 +76,43 @@ def mesh(run: RunResult, each: Planned, data: Sequence[Path] = ()) -> Picture:
 
 
 def all_modes(run: RunResult) -> list[Picture]:
-    """Modes of each distinct set of linear limits, under the swept values that distinguish them."""
-    groups = [_mode_key(run, each) for each in run.planned]
-    names = label([each.case for each in run.planned], groups)
-    chosen: dict[Any, tuple[Planned, str]] = {}
-    for each, group, name in zip(run.planned, groups, names, strict=True):
-        chosen.setdefault(group, (each, name))
-    distinct = list(chosen.values())
+    """Modes of distinct sets of linear limits, of many the first and the last."""
+    distinct = distinct_modes(run)
     if len(distinct) > DETAILED:
         text = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
         run.output_files.listener(Notice(text))
-        distinct = [distinct[0], distinct[-1]]
     found: list[Picture] = []
-    for each, name in distinct:
+    for each, name in few(distinct):
         found += _modes(run, each, name, run.study.outputs.animations and not found)
     return found
 
 
-def _mode_key(run: RunResult, each: Planned) -> tuple[Any, ...]:
+def few(distinct: list[tuple[CaseResult, str]]) -> list[tuple[CaseResult, str]]:
+    """Those of distinct modes that are drawn."""
+    return distinct if len(distinct) <= DETAILED else [distinct[0], distinct[-1]]
+
+
+def distinct_modes(run: RunResult) -> list[tuple[CaseResult, str]]:
+    """A case of each set of linear limits, under the swept values that distinguish them."""
+    cases = list(run.cases.values())
+    groups = list(map(_mode_key, cases))
+    names = label([Case(each.name, dict(each.values), each.given) for each in cases], groups)
+    chosen: dict[Any, tuple[CaseResult, str]] = {}
+    for each, group, name in zip(cases, groups, names, strict=True):
+        chosen.setdefault(group, (each, name))
+    return list(chosen.values())
+
+
+def _mode_key(each: CaseResult) -> tuple[Any, ...]:
     """What tells modes apart; a load or a damping ratio does not."""
-    limits = run.stages.get(each.linear.limits)
+    limits = each.limits
     places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
-    k = limits.nodal_diameter
-    parts = tuple(each.part(name, k).key for name in each.structure.names)
-    return *parts, *places, limits.free.tobytes(), limits.stuck.tobytes()
+    return *each.component_keys, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 
-def _modes(run: RunResult, each: Planned, name: str, animated: bool) -> list[Picture]:
+def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[Picture]:
     """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
-    limits = run.stages.get(each.linear.limits)
+    limits = each.limits
     k = limits.nodal_diameter
     made = []
     wanted = LIMITS if limits.opens else LIMITS[:1]
@@ -118,13 +123,10 @@ def _modes(run: RunResult, each: Planned, name: str, animated: bool) -> list[Pic
         held = f", interlock {which}" if limits.opens else ""
         title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
 
-        def recover(which: str = which, place: int = place) -> list[Shape]:
-            system = run.stages.get(each.linear.system)
-            closed = ~system.contacts.opens if which == "free" else None
-            shapes = rom.linear_modes(system, k, place + 1, closed)[1]
-            return run.fields(each, np.asarray(shapes[:, place], complex), k)
+        def recover(which: Limit = which) -> list[Complex]:
+            return each.mode_shapes.shape(which)
 
-        shows = [each.linear.limits.key, title, name]
+        shows = [each.key_at("limits"), title, name]
         file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
         drawn = Drawn(file, title, words(name), k, recover, shows, MASS_NORMALISED)
         caption = (
@@ -143,7 +145,7 @@ def _modes(run: RunResult, each: Planned, name: str, animated: bool) -> list[Pic
 
             def animate(path: Path, drawn: Drawn = drawn) -> None:
                 render.mode_animation(
-                    path, run.parts(each), drawn.fields, k, drawn.title, drawn.subtitle
+                    path, each.parts, drawn.fields, k, drawn.title, drawn.subtitle
                 )
 
             path = run.output_files.draw(f"shapes/{file}.gif", shows, animate)
@@ -151,17 +153,15 @@ def _modes(run: RunResult, each: Planned, name: str, animated: bool) -> list[Pic
     return made
 
 
-def response(run: RunResult, each: Planned, animated: bool) -> list[Picture]:
+def response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]:
     """First harmonic at the peak; `animated`, all of them too."""
-    name = each.case.name
-    top, peak = run.top(each), run.peak(name)
+    name = each.name
+    top, peak = each.top, each.at_peak
     k = int(top.harmonic_diameters[1])
     title = f"Response at its peak, {peak.frequency:.2f} Hz"
-    shows = [each.response.key, title, name, run.monitor.name]
+    shows = [each.products.key("response"), title, name, run.monitor.name]
     subtitle = f"{words(name)}, first harmonic"
-    drawn = Drawn(
-        f"response_{slug(name)}", title, subtitle, k, lambda: run.harmonic(each, 1), shows
-    )
+    drawn = Drawn(f"response_{slug(name)}", title, subtitle, k, lambda: each.fields.shape(1), shows)
     caption = (
         f"First harmonic of the vibration with friction at the largest response, "
         f"{peak.frequency:.2f} Hz{of_case(name)}. Left: the amplitude that each point reaches in "
@@ -175,10 +175,10 @@ def response(run: RunResult, each: Planned, animated: bool) -> list[Picture]:
 
         def animate(path: Path) -> None:
             waves = [
-                render.Wave(h, int(top.harmonic_diameters[h]), run.harmonic(each, h))
+                render.Wave(h, int(top.harmonic_diameters[h]), each.fields.shape(h))
                 for h in range(1, top.harmonics + 1)
             ]
-            render.response_animation(path, run.parts(each), waves, title, words(name))
+            render.response_animation(path, each.parts, waves, title, words(name))
 
         path = run.output_files.draw(f"shapes/{drawn.name}.gif", shows, animate)
         caption = (
@@ -190,26 +190,25 @@ def response(run: RunResult, each: Planned, animated: bool) -> list[Picture]:
     return made
 
 
-def stress(run: RunResult, each: Planned) -> Picture:
+def stress(run: RunResult, each: CaseResult) -> Picture:
     """Von Mises stress of the vane at the peak."""
-    name = each.case.name
-    peak = run.peak(name)
+    name = each.name
+    peak = each.at_peak
     title = f"Largest von Mises stress in a period, {peak.frequency:.2f} Hz"
-    placed = None if each.gauges is None else run.stages.get(each.gauges).positions
-    shows = [each.response.key, title, name, [] if placed is None else placed.tolist()]
-
-    @cache
-    def values() -> tuple[Floats, Floats]:
-        return _stress_over_a_period(run.stresses(each))
+    placed = None if (gauges := each.gauges) is None else gauges.positions
+    shows = [each.products.key("response"), title, name, [] if placed is None else placed.tolist()]
 
     def picture(path: Path) -> None:
-        gauges = () if placed is None else placed
-        render.stress_picture(path, run.parts(each)[0], *values(), title, words(name), gauges)
+        marked = () if placed is None else placed
+        values = each.fields.largest, each.fields.vane.amplitude
+        render.stress_picture(path, each.parts[0], *values, title, words(name), marked)
 
     def write(path: Path) -> None:
-        total, vibration = values()
-        given = {"von_mises_max (Pa)": total, "von_mises_max_of_vibration (Pa)": vibration}
-        render.write_vtu(path, run.parts(each)[0], fields=given)
+        stresses = {
+            "von_mises_max (Pa)": each.fields.largest,
+            "von_mises_max_of_vibration (Pa)": each.fields.vane.amplitude,
+        }
+        render.write_vtu(path, each.parts[0], fields=stresses)
 
     path = run.output_files.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
     data = run.output_files.draw(f"shapes/stress_{slug(name)}_vane.vtu", shows, write, quick=True)
@@ -224,35 +223,50 @@ def stress(run: RunResult, each: Planned) -> Picture:
 
 def _picture(
     run: RunResult,
-    each: Planned,
+    each: CaseResult,
     drawn: Drawn,
     draw: Callable[..., Path],
     caption: str,
     data: tuple[Path, ...],
 ) -> Picture:
     def function(path: Path) -> None:
-        parts, k = run.parts(each), drawn.nodal_diameter
+        parts, k = each.parts, drawn.nodal_diameter
         draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
 
     path = run.output_files.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
     return Picture(path, drawn.title, caption, data)
 
 
-def _data(run: RunResult, each: Planned, drawn: Drawn) -> tuple[Path, ...]:
+def _data(run: RunResult, each: CaseResult, drawn: Drawn) -> tuple[Path, ...]:
     """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):
 
         def write(path: Path, i: int = i) -> None:
-            render.write_vtu(path, run.parts(each)[i], drawn.fields[i], unit=drawn.unit)
+            render.write_vtu(path, each.parts[i], drawn.fields[i], unit=drawn.unit)
 
         file = f"shapes/{drawn.name}_{part}.vtu"
         data.append(run.output_files.draw(file, drawn.shows, write, quick=True))
     return tuple(data)
 
 
-def _stress_over_a_period(harmonics: Shape) -> tuple[Floats, Floats]:
-    """(nodes,) largest von Mises stress over a period, Pa: in all, and of the vibration alone."""
-    moving = harmonics.copy()
-    moving[0] = 0
-    return fem.peak_von_mises(harmonics), fem.peak_von_mises(moving)
+def mesh_errors(run: RunResult, each: CaseResult) -> list[Picture]:
+    """The picture of a case, where a part of it is an own mesh."""
+    if "mesh_error" not in each.products:
+        return []
+    places: ErrorPlaces = each.products.get("mesh_error")
+    title = f"Where the meshes err in the mode of interest, {each.limits.stuck_frequency:.2f} Hz"
+    subtitle = f"{each.study.name}. What elements add to its stiffness, by their own estimate."
+    shows = [each.key_at("mesh_error"), title, each.study.name]
+
+    def picture(path: Path) -> None:
+        densities = places.vane, places.casing
+        render.mesh_error_picture(path, each.parts, densities, title, subtitle)
+
+    table = places.table
+    caption = (
+        "What each element adds to the stiffness of the mode of interest, by its own estimate: "
+        "elements are best made smaller where colours are dark. The table lists the worst places."
+    )
+    own = shows, picture, table.by_head, table.lines
+    return [run.picture("figures/mesh_error", title, *own, caption)]

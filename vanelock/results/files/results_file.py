@@ -7,27 +7,29 @@
     /component/<name>    of a scene, in place of these: matrices.Piece; others than at the load's
                          diameter in /component/<name>_nd<k>
     /system              nonlinear.System
-    /limits/<name>       linear modes with contacts free and stuck; "all" if cases share them
+    /limits/<name>       linear modes with contacts free and stuck; "all" if cases share them;
+                         free_curve, stuck_curve, (2, p): frequency and monitored amplitude
     /response/<case>     nonlinear.Response, with the swept keys, the summary and warnings as
                          attributes;
                          its system and preload, and mesh, rom or component where not those above;
                          gauge, (points, H+1, gauges): harmonics of the strain at each gauge;
-                         with an accuracy error, by source: estimated relative errors of the peak's
-                         amplitude and frequency, share, cost, setting; left_out: what, and why;
-                         estimates: errors of the monitored amplitude by point and source
+                         with an accuracy estimates: errors of the monitored amplitude by point
+                         and source
                          lower: the Response in the other direction, where both were swept; this
                          one then is that of the higher peak. jumps, (j, 4): where it jumps
                          <analysis>: what each analysis that is asked for found, see analyses/
-                         answers: damping ratios, energy and fatigue margin at the peak
-                         sensitivities: Sensitivities, by how much each key moves the peak, likewise
+                         about: JSON of its keys that are set, its numbers, errors, and where its
+                         products are and their keys; curves: what is drawn of its responses
+                         of cases that are looked into answers: damping ratios, energy and fatigue
+                         margin at the peak; fields: stress cycles and displacement of all nodes;
+                         audit: its peak marched; sensitivities: what moves it
     /response/free, stuck
                          linear responses, ",<name>" added where cases do not share them; of the
                          first 8 alone where there are more
-    /scatter             study.scatter.Scatter: percentiles of the peaks of samples, and what they
-                         go with
+    /scatter             analyses.scatter.Scattered: percentiles of the peaks of samples, and what
+                         they go with
     /failed/<case>       cases that could not be computed: reason, stage and swept keys
-    /campbell/<case>     study.campbell.Campbell: lines, crossings and circles of its diagram
-    /provenance          study text, date, versions, hashes and times of the stages
+    /provenance          study text, its keys, date, versions, names, hashes and times of the stages
 
 Groups lie in files of their own in the folder `results` beside it, one for each case, written once,
 to which this file, the index, has links; these have links to files of single products, which cases
@@ -52,7 +54,7 @@ from vanelock.common.files.hdf5 import opened
 from vanelock.rom import Component, System
 
 FORMAT = "vanelock-results"
-VERSION = 3
+VERSION = 4
 NAME = "results.h5"
 ADVICE = "move it away or name another folder with --output"
 PARTS = "results"

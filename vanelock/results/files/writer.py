@@ -4,7 +4,7 @@ import os
 import shutil
 import time
 from collections.abc import Generator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -20,11 +20,9 @@ from vanelock.common.files.hdf5 import written
 from vanelock.common.process.signals import held
 from vanelock.common.product import Product
 from vanelock.input.cases.names import slug
-from vanelock.quantities.jumps import rows
+from vanelock.quantities.warnings import rows
 from vanelock.results.files.results_file import FORMAT, PARTS, VERSION, WHOLE, open_results
 from vanelock.rom import Component, System
-from vanelock.stages.accuracy.errors import Errors
-from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.parts.gauges import Strain
 from vanelock.stages.response.summary import Sweep
 
@@ -48,7 +46,6 @@ class Results:
         self._own = path.with_name(f".{path.name}.{os.getpid()}.tmp")
         self._begun = self._behind = self._waits = False
         self._flushed = self._took = 0.0
-        self._file: h5py.File | None = None
         self._parts: dict[str, str] = {}
         """File of each place."""
         self._needs: dict[str, set[str]] = {}
@@ -66,19 +63,9 @@ class Results:
             self._waits = bool(file.attrs.get("complete")) and earlier == settings
 
     @contextmanager
-    def together(self) -> Generator[None, None, None]:
-        """Let all edits of this block appear at once."""
-        with self._opened() as file:
-            self._file = file
-            try:
-                yield
-            finally:
-                self._file = None
-
-    @contextmanager
     def edit(self, *places: str) -> Generator[h5py.File, None, None]:
         """A file, open for additions that appear all at once or not at all, if not at once."""
-        with held(), self._opened() if self._file is None else nullcontext(self._file) as index:
+        with held(), self._opened() as index:
             if not places:
                 yield index
                 return
@@ -216,7 +203,7 @@ class Results:
 
     def flush(self) -> None:
         """Let all additions appear."""
-        if not self._behind or self._waits or self._file is not None:
+        if not self._behind or self._waits:
             return
         began = time.perf_counter()
         shown = self._own.with_name(f"{self._own.name.removesuffix('.tmp')}.shown.tmp")
@@ -279,21 +266,6 @@ def put_jumps(file: h5py.File, where: str, sweeps: Sequence[Sweep]) -> None:
             "amplitude before (m)",
             "amplitude after (m)",
         ]
-
-
-def put_errors(file: h5py.File, where: str, found: Errors, without: Sequence[LeftOut]) -> None:
-    """Write what a response to an accuracy is worth beside it, as `error`, and what it left out."""
-    group = file[where].create_group("error")
-    group.attrs["accuracy"] = found.accuracy
-    group.attrs["warnings"] = list(found.warnings)
-    for name in ("amplitude", "frequency", "share", "cost"):
-        values = [getattr(each, name) for each in found.sources]
-        group.create_dataset(name, data=values).attrs["unit"] = "1"
-    text = h5py.string_dtype()
-    group.create_dataset("source", data=[each.name for each in found.sources], dtype=text)
-    group.create_dataset("setting", data=[each.setting for each in found.sources], dtype=text)
-    rows = [[each.kind, each.what, each.evidence] for each in without]
-    group.create_dataset("left_out", data=rows, dtype=text)
 
 
 def put_answers(file: h5py.File, where: str, numbers: Mapping[str, tuple[Any, str]]) -> None:

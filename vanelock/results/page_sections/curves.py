@@ -7,18 +7,16 @@ import numpy as np
 
 from vanelock.input.cases.names import words
 from vanelock.nonlinear import ELEMENT
-from vanelock.quantities.answers import CaseAnswers
+from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.contacts.wear import exact
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import band
 from vanelock.render.plots.curve import Curve, converged
 from vanelock.report import Plot, Section, Trace, curve_plot
-from vanelock.results.figures.contacts.loops import Loop
+from vanelock.results.figures.contacts import Loop
 from vanelock.results.figures.curves import all_curves, key_to_lines
 from vanelock.stages.parts.places import tangents
 
-MOST_GAUGES = 6
-"""Gauges whose curves are on the page."""
 HALF, WIDER, ROOM = 0.5, 0.5, 1.1
 """Shown around the peaks with friction: all above a half of each, half as much again on both sides,
 and so many times the largest."""
@@ -27,11 +25,9 @@ STEP = 4
 
 
 def loops(run: RunResult) -> Section:
-    """Strain of the gauges, and the loops of the contacts that slide most."""
-    found = {each.name: loop(each) for each in run.answers.values()}
-    gauged = gauges(run)
-    title = "Gauges and hysteresis" if gauged else "Hysteresis"
-    return Section(title, [*gauged, *run.of_cases(found)], id="loops")
+    """The loops of the contacts that slide most."""
+    made = {name: loop(each) for name, each in run.looked_into.items()}
+    return Section("Hysteresis", run.of_cases(made), id="loops")
 
 
 def response_plot(run: RunResult) -> Plot:
@@ -74,36 +70,13 @@ def _around_peaks(
     return ends, (0.05 * float(min(up)), ROOM * float(max(up)))
 
 
-def gauges(run: RunResult) -> list[Plot]:
-    """Strain over frequency of every gauge in the cases that are looked into."""
-    stages, traces = run.stages, []
-    many = len(run.answers) > 1
-    for name, found in run.answers.items():
-        if name not in run.strains:
-            continue
-        strain = run.strains[name][0]
-        response = stages.get(found.planned.response)
-        order = np.argsort(response.frequency, kind="stable")
-        amplitude = np.where(response.converged[:, None], 1e6 * strain.amplitude, np.nan)
-        for g in range(min(len(strain.gauges.names), MOST_GAUGES)):
-            label = f"gauge {g + 1}" + (f", {words(name)}" if many else "")
-            name = strain.gauges.names[g]
-            traces.append(Trace(response.frequency[order], amplitude[order, g], label, hover=name))
-    if not traces:
-        return []
-    names = next(iter(run.strains.values()))[0].gauges.names[:MOST_GAUGES]
-    where = "; ".join(f"gauge {g + 1}: {text}" for g, text in enumerate(names))
-    caption = f"Half the peak-to-peak of the strain that the gauges read. {where}."
-    return [Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)]
-
-
-def loop(found: CaseAnswers) -> list[Plot]:
+def loop(found: CaseResult) -> list[Plot]:
     """The loop of the contact with the most friction work."""
     energy = np.where(found.top.state[0] == ELEMENT, 0.0, found.wear.energy)
     if not energy.any() or not exact(found.top):
         return []
     contact = int(energy.argmax())
-    names = tangents(found.planned.case.given, found.places.joint[contact])
+    names = tangents(found.given, found.places.joint[contact])
     turned = Loop(found.top, contact, names)
     displacement, force = turned.history
     closed = np.append(np.arange(0, len(force), STEP), 0)
@@ -131,7 +104,7 @@ def loop(found: CaseAnswers) -> list[Plot]:
             "friction force (N)",
             f"Hysteresis of {found.places.names[contact]}{case}",
             f"The contact that dissipates most, {1e6 * energy[contact]:.3g} µJ per cycle at "
-            f"{found.peak.frequency:.2f} Hz, in both friction directions. The area of a loop is "
+            f"{found.at_peak.frequency:.2f} Hz, in both friction directions. The area of a loop is "
             "the energy dissipated in that direction.",
             y_from_zero=False,
         )

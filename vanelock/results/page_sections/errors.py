@@ -30,7 +30,7 @@ def _points(run: RunResult) -> Table:
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
     for each in run.summaries:
-        found = run.answers.get(each.case)
+        found = run.looked_into.get(each.case)
         audit = found.audit if found else None
         rows.append(
             (
@@ -80,7 +80,8 @@ def _not_estimated(run: RunResult) -> str:
     missing += [
         text
         for analysis in run.analyses
-        if analysis.keys_of(given) is None and (text := analysis.absent(given))
+        if analysis.keys_of(given) is None
+        and (text := analysis.absent(next(iter(run.cases.values()))))
     ]
     if given.response.samples is not None:
         missing.append("**Samples**: contact forces are sampled, their error is not estimated.")

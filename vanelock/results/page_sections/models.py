@@ -1,16 +1,12 @@
 """What a run's page says of models and provenance: sizes, times, versions, hashes."""
 
-import platform
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import datetime
 
 import numpy as np
 
-import vanelock
-from vanelock.common.process.version import installed
 from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.names import words
-from vanelock.input.cases.values import diameter_of
 from vanelock.quantities.meshes.mesh_tables import quality_table
 from vanelock.quantities.meshes.quality import figures
 from vanelock.quantities.run_result import RunResult
@@ -30,15 +26,15 @@ NOT_SHOWN = ("volume_cm3", "against_cad", "smallest_jacobian", "sicn_1_percent")
 
 def models(run: RunResult) -> Section:
     """Meshes, reduced parts, system, contacts and linear limits."""
-    first, stages = run.planned[0], run.stages
-    if first.meshes:
+    first = next(iter(run.cases.values()))
+    if first.has_meshes:
         tables = [_meshes(run), _reduced(run)]
     else:
-        pieces = [stages.get(first.part(name, 0)) for name in first.structure.names]
-        tables = [components_table(pieces, stages.get(first.system))]
-    sets = {each.linear.key: each.linear for each in run.planned}.values()
-    limits = limits_table({words(each.name): stages.get(each.limits) for each in sets})
-    times = stage_times(stages.done.values()).without("computed", "seconds_now")
+        pieces = [first.component(name) for name in first.components]
+        tables = [components_table(pieces, first.system)]
+    sets = {each.linear_key: each for each in reversed(run.cases.values())}
+    limits = limits_table({words(e.linear_name): e.limits for e in reversed(sets.values())})
+    times = stage_times(run.times.values()).without("computed", "seconds_now")
     note = "Times are those of when a stage was computed; later runs find it in the cache."
     tables += [_contacts(run), limits, replace(times, title="Computing time", notes=(note,))]
     return Section("Model", tables, id="model")
@@ -46,8 +42,7 @@ def models(run: RunResult) -> Section:
 
 def _contacts(run: RunResult) -> Table:
     """Properties of the first case's contacts by joint."""
-    first = run.planned[0]
-    contacts = run.stages.get(first.system).contacts
+    contacts = next(iter(run.cases.values())).system.contacts
     rows: list[tuple[Cell, ...]] = []
     for name in dict.fromkeys(contacts.joints):
         own = np.array([joint == name for joint in contacts.joints])
@@ -72,50 +67,51 @@ def _range(values: np.ndarray) -> str:
 
 
 def _meshes(run: RunResult) -> Table:
-    planned, stages = run.planned, run.stages
-    parts = {name: stages.get(step) for name, step in planned[0].meshes.items()}
-    material = run.study.material
+    first = next(iter(run.cases.values()))
+    parts, material = {part.name: part for part in first.parts}, run.study.material
+    seconds = (run.times[key].seconds for key in first.mesh_keys)
     table = quality_table(
         parts,
         {name: figures(part) for name, part in parts.items()},
         {name: getattr(material, name).rho for name in parts},
-        {name: stages.done[step.key].seconds for name, step in planned[0].meshes.items()},
+        dict(zip(parts, seconds, strict=True)),
     ).without(*NOT_SHOWN)
-    several = len({tuple(step.key for step in each.meshes.values()) for each in planned}) > 1
+    several = len({tuple(each.mesh_keys) for each in run.cases.values()}) > 1
     title = f"Finite-element meshes of one sector{' of the first case' if several else ''}"
     return replace(table, title=title)
 
 
 def _reduced(run: RunResult) -> Table:
-    first = run.planned[0]
+    first = next(iter(run.cases.values()))
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:
-        component = run.stages.get(first.part(part, diameter_of(first.case.given, 1)))
+        component = first.component(part)
         masters = 3 * len(component.masters.nodes)
         rows.append((part, masters, component.fixed_modes, component.size, component.route))
-    system = run.stages.get(first.system)
+    system = first.system
     size = len(system.at(system.nodal_diameter(1)).K)
     joints = system.contacts.joint
     counts = ", ".join(f"{joints.count(j)} {j}" for j in dict.fromkeys(joints))
     rows.append(("joined", None, None, size, f"{counted(len(joints), 'contact')}: {counts}"))
     columns = heads("part", "masters", "modes", "coordinates", "route or contacts")
-    title = f"Reduced models of one of {first.case.study.ring.sectors} sectors"
+    title = f"Reduced models of one of {first.study.ring.sectors} sectors"
     return Table(title, columns, rows, (OF_PARTS,))
 
 
 def provenance(run: RunResult) -> Section:
     """Versions, date, command, study file, and the hash of every response."""
     hashes: list[tuple[Cell, ...]] = [
-        (words(each.case.name), each.response.key, each.system.key) for each in run.planned
+        (words(name), each.key_at("response"), each.key_at("system"))
+        for name, each in run.cases.items()
     ]
     blocks: list[Block] = [
         Text(
-            f"Written {written()} by `vanelock run`, from `results.h5` beside this page, which "
+            f"Of a run begun {begun(run)}, made from `results.h5` beside this page, which "
             "holds every mesh, reduced model and response with their units. The page shows the "
             "results of the file below and nothing else; it is written again when any of them "
             "changes. Terms are explained by `vanelock manual glossary`."
         ),
-        Table("Versions", heads("program", "version"), versions()),
+        Table("Versions", heads("program", "version"), _versions(run)),
         Table(
             "Hashes of all inputs and code behind each response and system",
             heads("case", "response", "system"),
@@ -128,16 +124,13 @@ def provenance(run: RunResult) -> Section:
     return Section("Provenance", blocks, id="provenance")
 
 
-def versions() -> list[tuple[Cell, ...]]:
-    """Rows of programs and their versions."""
-    return [
-        ("vanelock", vanelock.__version__),
-        ("python", platform.python_version()),
-        ("system", f"{platform.system()} {platform.machine()}"),
-        *((library, installed(library)) for library in LIBRARIES),
-    ]
+def _versions(run: RunResult) -> list[tuple[Cell, ...]]:
+    """Rows of what computed the run; what draws the page again may be another."""
+    known = run.versions
+    names = ("vanelock", "python", "platform", *LIBRARIES)
+    return [(name, known[name]) for name in names if name in known]
 
 
-def written() -> str:
-    """The date."""
-    return datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+def begun(run: RunResult) -> str:
+    """When the results of a run were begun."""
+    return datetime.fromisoformat(run.date).strftime("%Y-%m-%d %H:%M UTC")

@@ -1,13 +1,11 @@
 """Modes and responses on a run's page, to turn and to play."""
 
-import numpy as np
-
-from vanelock import rom
 from vanelock.input.cases.names import words
-from vanelock.quantities.run_result import RunResult, Shape
+from vanelock.quantities.case_result import CaseResult
+from vanelock.quantities.run_result import RunResult
+from vanelock.quantities.stress.fields import Complex
 from vanelock.report import Motion, Section, View, body_of
 from vanelock.report.blocks import Block
-from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import LIMITS
 
 MOST = 4
@@ -25,72 +23,51 @@ def shapes(run: RunResult) -> Section:
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
 
-def _same_mesh(run: RunResult) -> list[Planned]:
+def _same_mesh(run: RunResult) -> list[CaseResult]:
     """Cases with answers on the meshes of the main one, that first."""
     main = run.main
     assert main is not None
-    cases = [main.planned]
-    cases += [each.planned for each in run.answers.values() if each.name != main.name]
-    own = _meshes(main.planned)
-    return [each for each in cases if _meshes(each) == own][:MOST]
+    cases = [main, *(each for each in run.looked_into.values() if each is not main)]
+    return [each for each in cases if each.mesh_keys == main.mesh_keys][:MOST]
 
 
-def _meshes(each: Planned) -> list[str]:
-    return [step.key for step in each.meshes.values()]
-
-
-def view(run: RunResult, cases: list[Planned]) -> View:
+def view(run: RunResult, cases: list[CaseResult]) -> View:
     """Modes of the first of some cases on one mesh, and the response of each at its peak."""
-    found = [body_of(part) for part in run.parts(cases[0])]
+    found = [body_of(part) for part in cases[0].parts]
     taken = [nodes for _, nodes in found]
 
-    def cut(fields: list[Shape]) -> tuple[Shape, ...]:
+    def cut(fields: list[Complex]) -> tuple[Complex, ...]:
         return tuple(field[nodes] for field, nodes in zip(fields, taken, strict=True))
 
     motions = []
     for each in cases:
-        top, peak = run.top(each), run.peak(each.case.name)
-        name = "" if each.case.name == "nominal" else f", {words(each.case.name)}"
+        name = "" if each.name == "nominal" else f", {words(each.name)}"
         motions.append(
             Motion(
                 f"Response at the peak{name}",
-                int(top.harmonic_diameters[1]),
-                cut(run.harmonic(each, 1)),
-                peak.frequency,
+                int(each.top.harmonic_diameters[1]),
+                cut(each.fields.shape(1)),
+                each.at_peak.frequency,
                 note="First harmonic alone.",
             )
         )
-    motions += [_mode(run, cases[0], which, cut) for which in _held(run, cases[0])]
+    limits = cases[0].limits
+    for which in LIMITS if limits.opens else LIMITS[:1]:
+        place = limits.free_mode if which == "free" else limits.stuck_mode
+        frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
+        motions.append(
+            Motion(
+                f"Mode {place + 1}{f', interlock {which}' if limits.opens else ''}",
+                limits.nodal_diameter,
+                cut(cases[0].mode_shapes.shape(which)),
+                frequency,
+                note="A linear mode: its height means nothing.",
+                relative=True,
+            )
+        )
     return View(
         [body for body, _ in found],
         motions,
         "Response and modes on the full ring",
         "Drag to turn, scroll to zoom. Colours show the amplitude; the motion is exaggerated.",
-    )
-
-
-def _held(run: RunResult, each: Planned) -> list[str]:
-    limits = run.stages.get(each.linear.limits)
-    return list(LIMITS if limits.opens else LIMITS[:1])
-
-
-def _mode(run: RunResult, each: Planned, which: str, cut: object) -> Motion:
-    """The mode of interest with the interlock free or stuck."""
-    limits = run.stages.get(each.linear.limits)
-    system = run.stages.get(each.linear.system)
-    k = limits.nodal_diameter
-    place = limits.free_mode if which == "free" else limits.stuck_mode
-    frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
-    closed = ~system.contacts.opens if which == "free" else None
-    shape = rom.linear_modes(system, k, place + 1, closed)[1][:, place]
-    fields = run.fields(each, np.asarray(shape, complex), k)
-    assert callable(cut)
-    held = f", interlock {which}" if limits.opens else ""
-    return Motion(
-        f"Mode {place + 1}{held}",
-        k,
-        cut(fields),
-        frequency,
-        note="A linear mode: its height means nothing.",
-        relative=True,
     )

@@ -55,7 +55,7 @@ def judged(
         response,
         system.contacts.joint,
         (used, never),
-        energies(parts, stages.get(planned.linear.system), limits),
+        _energies(parts, stages.get(planned.linear.system), limits),
         (len(system.output_names), watched.name),
         {part: hertz for part, hertz in above.items() if hertz is not None},
         float("nan") if modes is None else modes.amplitude,
@@ -63,7 +63,7 @@ def judged(
     return found, without
 
 
-def energies(
+def _energies(
     parts: Mapping[str, Component], system: rom.System, limits: Limits
 ) -> dict[str, float]:
     """Shares of the strain energy of the mode of interest, interlock stuck, by part and joint."""

@@ -65,7 +65,7 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
         pieces, lines = [], get(lines_of)
         nodes = len(get(structure.component("casing", 0)).masters.set("force"))
         turning = of_order(bare, order, nodes, study.ring.sectors)
-        for low, high, centre, peaks in segments(lines, order, closed == "stuck"):
+        for low, high, centre, peaks in _segments(lines, order, closed == "stuck"):
             scale = factors(study, lambda part: modulus(study, part))(centre)
             system = with_unbalance(structure.rejoined(get, used, turning, scale), bare)
             mask = ~system.contacts.opens if closed == "free" else "all"
@@ -100,7 +100,7 @@ def with_unbalance(system: System, segment: Segment) -> System:
     return replace(system, force=power)
 
 
-def segments(
+def _segments(
     lines: Lines, order: int, stuck: bool
 ) -> list[tuple[float, float, float, list[float]]]:
     """Ranges of speed (low, high), rpm, the speed that gives their temperatures, and the peaks.

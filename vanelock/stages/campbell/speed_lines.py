@@ -80,7 +80,43 @@ class Lines(Product):
         return not np.array_equal(self.free, self.stuck)
 
 
-def keys_of(study: Study) -> CampbellKeys:
+@dataclass(frozen=True)
+class Campbell(Product):
+    """Everything that a Campbell diagram shows.
+
+    Attributes
+    ----------
+    lines : Lines
+        Natural frequencies and crossings.
+    order : (b,) int
+        Engine order of each circle.
+    speed, frequency, amplitude : (b,) float
+        Its place, rpm and Hz, and the amplitude of the monitored displacement, m.
+    nonlinear : (b,) bool
+        Whether it comes from the nonlinear response.
+    own_order : int
+        The engine order whose nonlinear response was computed.
+    monitor : str
+        The displacement.
+    linear : str
+        The interlock in the linear responses, "free" or "stuck".
+    loading : str
+        The load in words.
+    """
+
+    lines: Lines
+    order: Integers
+    speed: Floats = field(metadata={"unit": "rpm"})
+    frequency: Floats = field(metadata={"unit": "Hz"})
+    amplitude: Floats = field(metadata={"unit": "m"})
+    nonlinear: NDArray[np.bool_]
+    own_order: int
+    monitor: str
+    linear: str
+    loading: str
+
+
+def _keys_of(study: Study) -> CampbellKeys:
     """The table `[campbell]` of a study, or its defaults; with the study's own engine order."""
     given = study.campbell or CampbellKeys()
     own = abs(study.excitation.engine_order)
@@ -91,7 +127,7 @@ def keys_of(study: Study) -> CampbellKeys:
 def lines_step(planned: Planned) -> Step[Lines]:
     """Lines and crossings of a case."""
     study, structure = planned.case.study, planned.structure
-    keys = keys_of(study)
+    keys = _keys_of(study)
     diameters = sorted({*map(structure.folded, keys.engine_orders)})
     assert isinstance(structure, StudyStructure)
     bare = Segment(structure.bare.segment.joints)

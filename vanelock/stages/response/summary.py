@@ -1,7 +1,7 @@
 """What a run found, in numbers."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ OPENING = (OPEN, SLIP_OPEN)
 LEAST_WORK = 1e-6
 """Friction work of a contact that slips, relative to the largest: one that opens without sliding
 is not counted as slipping."""
-ALIKE = 1e-6
+AGREE = 1e-6
 """Relative difference of two peaks below which they agree."""
 
 
@@ -226,7 +226,7 @@ def by_height(responses: Sequence[Response], monitor: Monitor) -> list[Response]
     """Responses of a case, that of the largest peak first; the given order where they agree."""
     peaks = [peak_of(response, monitor.amplitude(response)) for response in responses]
     heights = [0.0 if peak is None else peak.amplitude for peak in peaks]
-    first = next(i for i, height in enumerate(heights) if height * (1 + ALIKE) >= max(heights))
+    first = next(i for i, height in enumerate(heights) if height * (1 + AGREE) >= max(heights))
     return [responses[first], *responses[:first], *responses[first + 1 :]]
 
 
@@ -305,3 +305,14 @@ def summarise(
         worst=float(lost.max()) if len(lost) else 0.0,
         seconds=seconds,
     )
+
+
+def figures(summary: Summary) -> dict[str, float]:
+    """The numbers of a case by their names in the results file, SI."""
+    values = {k: v for k, v in asdict(summary).items() if isinstance(v, int | float)}
+    for name, at in (("peak", "peak"), ("lowest", "lowest_peak"), ("highest", "highest_peak")):
+        if (peak := getattr(summary, name)) is not None:
+            values |= {f"{at}_frequency": peak.frequency, f"{at}_amplitude": peak.amplitude}
+    if summary.wave is not None:
+        values["growth_in_a_period"] = summary.wave.growth
+    return values

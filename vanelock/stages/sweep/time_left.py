@@ -1,11 +1,15 @@
-"""Peak so far and time left, from the work of the cases that this run had to compute."""
+"""Cases of a sweep: peak so far and time left, and what is left of a case that fails."""
 
 import time
-from collections.abc import Collection
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
 
+from vanelock.common.errors import FolderError
 from vanelock.input.cases.values import Given
 from vanelock.pipeline.progress import PointDone
+from vanelock.pipeline.step import Stages
+from vanelock.pipeline.tasks import ATTEMPTS, Failure, TaskFailed, failure_of
 
 if TYPE_CHECKING:
     from vanelock.nonlinear import Response
@@ -71,3 +75,23 @@ def work(given: Given) -> float:
     response = given.response
     points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
     return float(points * (2 * response.harmonics + 1) ** 1.5)
+
+
+A = TypeVar("A")
+C = TypeVar("C")
+
+
+def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:
+    """Compute something of a case of a sweep, twice if need be."""
+    failure = Failure(name, "")
+    for tries in range(1, ATTEMPTS + 1):
+        try:
+            return compute(planned)
+        except (TaskFailed, FolderError):
+            raise
+        except Exception as error:
+            failure = replace(failure_of(error), task=name, attempts=tries)
+            if failure.refused:
+                break
+            stages.keep(())  # what is kept is in the cache too, and memory may be short
+    raise TaskFailed(failure)

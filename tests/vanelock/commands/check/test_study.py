@@ -57,10 +57,9 @@ def test_failed_cases_are_counted(tmp_path, failed, expected):
     with results.edit() as file:
         about = file.create_group("provenance")
         about.create_group("versions")
-        about.attrs.update({"date": "2026-01-01", "settings": "{}"})
-        file.create_group("response")
+        about.attrs.update({"date": "2026-01-01", "settings": "{}", "study": "", "given": "{}"})
         for i in range(failed):
-            file.create_group(f"failed/mu={i}")
+            file.create_group(f"failed/mu={i}").attrs.update({"reason": "it", "attempts": 2})
     results.flush()
     assert rows(tmp_path)["failed"] == expected
 

@@ -9,8 +9,7 @@ import pytest
 from tests.small_study import SMALL
 from vanelock import converge_study, parse_study
 from vanelock.commands.converge.converge import vertex
-from vanelock.commands.converge.settings import chosen, settings_of
-from vanelock.commands.converge.table import markdown, table
+from vanelock.commands.converge.settings import chosen, markdown, settings_of, table
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Finished, Notice

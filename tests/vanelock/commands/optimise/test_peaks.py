@@ -24,7 +24,7 @@ class Place:
 
     omega: float
     w: np.ndarray[Any, Any]
-    kept: Any = None
+    reuse: Any = None
 
 
 def peak(omega, amplitude):

@@ -9,10 +9,12 @@ import pytest
 
 from vanelock import nonlinear
 from vanelock.nonlinear import static_response
-from vanelock.results.figures.contacts.contacts import Around
-from vanelock.results.figures.contacts.contacts import columns as contact_columns
-from vanelock.results.figures.contacts.loops import Loop
-from vanelock.results.figures.contacts.preload import columns as preload_columns
+from vanelock.results.figures.contacts import (
+    Around,
+    Loop,
+    contact_columns,
+    preload_columns,
+)
 from vanelock.stages.parts.places import TANGENTS
 
 

@@ -7,9 +7,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
-from tests.vanelock.run_results import run_of
+from tests.vanelock.run_results import case_of, run_of
 from vanelock import parse_study
+from vanelock.analyses import campbell
 from vanelock.input.cases.sweep import cases
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import STRAIN
@@ -31,23 +33,13 @@ F = np.linspace(240.0, 300.0, 7)
 def run_data(text, limits=(), linear=None, peaks=()):
     """Data of a run of cases with the given limits; its output files keep the events."""
     study = parse_study(text)
-    planned: list[Any] = [
-        SimpleNamespace(
-            case=case,
-            analyses={},
-            structure=SimpleNamespace(names=("vane", "casing")),
-            part=lambda name, k: SimpleNamespace(key=name),
-            linear=SimpleNamespace(limits=found, system=None),
-        )
-        for case, found in zip(cases(study), limits, strict=False)
-    ]
     events: list[Any] = []
-    stages: Any = SimpleNamespace(get=lambda found: replace(found) if found else found)
-    for found in limits:
-        object.__setattr__(found, "key", "key")
     drawn = {"draw": lambda *_: None, "animate": lambda *_: None}
     output_files: Any = SimpleNamespace(listener=events.append, **drawn)
-    run = run_of(study, planned, peaks, stages=stages, output_files=output_files)
+    swept = cases(study)[: len(limits)]
+    products = [{"limits": each} for each in limits]
+    parts = "vane", "casing"
+    run = run_of(study, swept, peaks, None, products, output_files, components=parts)
     run.limits = linear or {}
     return run, events
 
@@ -148,14 +140,14 @@ def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
     heard = []
 
     def noted(run_data, each, animated):
-        heard.append((each.case.name, animated))
+        heard.append((each.name, animated))
         return []
 
     for name in ("curves", "stress", "contacts", "mesh"):
         monkeypatch.setattr(
             f"vanelock.results.figures.pictures.{name}", lambda *_: Picture(Path(), "", "")
         )
-    for name in ("campbells", "preloads", "all_modes", "loops"):
+    for name in ("preloads", "all_modes", "loops", "mesh_errors"):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])
     monkeypatch.setattr("vanelock.results.figures.pictures.response", noted)
 
@@ -174,3 +166,16 @@ def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
     text += "animations = true\n"
     assert moving(text, every) == {"mu=0.1": True, "mu=0.2": False, "mu=0.3": True}
     assert moving(text, every[:1]) == {"mu=0.1": True}
+
+
+def test_lines_that_samples_share_are_drawn_whichever_samples_have_pictures():
+    """Once, with the circles of the first sample, whose peak is not among the three named."""
+    drawn: list[str] = []
+    lines = SimpleNamespace(free=np.ones(2), stuck=np.ones(2))
+    diagram = SimpleNamespace(lines=lines)
+    names = [f"sample={i}" for i in range(12)]
+    run: Any = SimpleNamespace(cases={n: case_of(n, None, {"campbell.0": diagram}) for n in names})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(campbell, "_picture", lambda run, case: drawn.append(case.name))
+        list(campbell.CAMPBELL.run_pictures(run))
+    assert drawn == ["sample=0"]

@@ -3,17 +3,21 @@
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
+from tests.vanelock.run_results import case_of
 from vanelock import check_file, load_component, load_system, open_results
+from vanelock.commands.stored.contents import load_run
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response, static_response
 from vanelock.pipeline.cache import Cache
+from vanelock.results.files.json_text import as_json
 from vanelock.results.files.writer import Results, put_answers
-from vanelock.results.reading.contents import load_run
+from vanelock.results.record import STORED
 from vanelock.rom import System
 
 CASES = {"mu=0.1": 0.1, "mu=0.3": 0.3}
@@ -44,7 +48,7 @@ def run_of(ring, folder, complete):
     with results.edit() as file:
         about = file.create_group("provenance")
         about.create_group("versions").attrs["numpy"] = "2"
-        about.attrs.update({"date": "2026-01-01", "settings": "{}"})
+        about.attrs.update({"date": "2026-01-01", "settings": "{}", "study": "", "given": "{}"})
     with results.edit("system") as file:
         results.put_system(file, "system", ring)
     for name, mu in CASES.items():
@@ -59,7 +63,12 @@ def run_of(ring, folder, complete):
             results.put_system(file, f"{where}/system", changed)
     for name in CASES:
         with results.edit(f"response/{name}") as file:
-            put_answers(file, f"response/{name}", {"goodman_reserve": (2.0, "")})
+            numbers = {"goodman_reserve": (2.0, "")}
+            put_answers(file, f"response/{name}", numbers)
+            none: Any = {"given": {}, "places": {}, "number": 0, "linear_name": ""}
+            case = case_of(name, {"mu": CASES[name]}, numbers=numbers)
+            stored = {each: getattr(case, each) for each in STORED}
+            file[f"response/{name}/about"] = as_json({**none, **stored})
     if complete:
         with results.edit() as file:
             file.attrs["complete"] = True

@@ -92,7 +92,7 @@ def test_files_that_are_not_ours(tmp_path, content):
             file.create_group("system")
             if content == "version":
                 file.attrs["version"] = 99
-                expected = "results of format version 99, this program writes 3"
+                expected = "results of format version 99, this program writes 4"
         if content == "cut":
             path.write_bytes(path.read_bytes()[:-500])
         elif content == "foreign":

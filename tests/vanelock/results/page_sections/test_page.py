@@ -88,9 +88,8 @@ SECTIONS = [
     "Summary",
     "Inputs",
     "What moves the peak",
+    "Energy, damping and wear indicators",
     "Fatigue",
-    "Energy and damping",
-    "Wear of the joints",
     "Figures",
     "Convergence and errors",
     "Model",
@@ -100,7 +99,7 @@ SECTIONS = [
 
 
 @pytest.mark.parametrize(
-    ("name", "more"), [("default", ["Hysteresis"]), ("accuracy", ["Gauges and hysteresis"])]
+    ("name", "more"), [("default", ["Hysteresis"]), ("accuracy", ["Hysteresis", "Strain gauges"])]
 )
 def test_page_holds_the_answers_and_every_section(golden, name, more):
     folder = golden(name).folder
@@ -171,22 +170,24 @@ def test_two_runs_are_compared(folder, tmp_path, monkeypatch):
         settings["joints"]["interlock"]["mu"] = 0.4
         file["provenance"].attrs["settings"] = json.dumps(settings)
         case = file["response/nominal"]
-        case.attrs["peak_amplitude"] *= 1.5
-        case["amplitude"][...] *= 1.5
+        about = json.loads(case["about"][()])
+        about["summary"]["peak"]["amplitude"] *= 1.5
+        case["about"][...] = json.dumps(about)
+        case["curves/curve/0"][1] *= 1.5
         file.attrs["complete"] = False
     monkeypatch.chdir(tmp_path)
     heard: list[Event] = []
     found = compare_runs(folder, other, listener=heard.append)
     assert found.inputs == [("joints.interlock.mu", "0.3", "0.4")]
     peak = found.results[0]
-    assert peak.what == "peak"
+    assert peak.column.head == "peak"
     assert peak.change == pytest.approx(0.5)
     assert any(isinstance(e, Notice) and "not complete" in e.text for e in heard)
     where = tmp_path / f"compare_{folder.name}_other"
     rows = table(where / "compare.csv")
     peak_row = next(row for row in rows if row["what"] == "peak")
     assert float(peak_row["relative difference"]) == pytest.approx(0.5)
-    curve = found.pairs[0].other.amplitude / found.pairs[0].one.amplitude
+    curve = found.pairs[0][1].line[1] / found.pairs[0][0].line[1]
     assert curve == pytest.approx(1.5)
     assert "joints.interlock.mu" in (where / "compare.html").read_text("utf-8")
 

@@ -9,6 +9,7 @@ import pytest
 
 from vanelock import load_system, open_results, parse_study
 from vanelock.commands.converge.converge import converge_study
+from vanelock.commands.stored.contents import load_run
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done
@@ -60,14 +61,14 @@ def test_the_errors_are_listed_by_source(asked):
         beyond = max(rows["mesh"][1:3]) > ACCURACY  # of the peak, where friction is low
         warned = [note for note in table.notes if note.startswith("WARNING")]
         assert ["holds for this mesh alone" in note for note in warned] == [True] * beyond
+    errors = load_run(folder, "it").cases["nominal"].errors
+    assert errors is not None
+    assert errors[0].accuracy == ACCURACY
+    written = {each.name: each.amplitude for each in errors[0].sources}
+    assert list(written) == ["mesh", "modes", "harmonics", "frequencies"]
+    assert written["harmonics"] == {row[0]: row[1] for row in shown[0].rows}["harmonics"]
+    assert errors[1]
     with open_results(folder / "results.h5") as file:
-        group = file["response/nominal/error"]
-        assert group.attrs["accuracy"] == ACCURACY
-        assert list(group["source"].asstr()) == ["mesh", "modes", "harmonics", "frequencies"]
-        written = dict(zip(group["source"].asstr(), group["amplitude"][()], strict=True))
-        printed = {row[0]: row[1] for row in shown[0].rows}
-        assert written["harmonics"] == printed["harmonics"]
-        assert group["left_out"].shape[1] == 3
         response = Response.load(file["response/nominal"])
     assert response.estimates is not None
     assert response.error.shape == (response.points,)

@@ -11,9 +11,8 @@ from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import parse_study, run_study
 from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Notice
-from vanelock.stages.campbell.campbell import Campbell
 from vanelock.stages.campbell.engine_orders import of_order, with_unbalance
-from vanelock.stages.campbell.speed_lines import lines_step
+from vanelock.stages.campbell.speed_lines import Campbell, lines_step
 from vanelock.stages.parts.segment import Segment, segment_of
 from vanelock.stages.response.limits import Limits
 
@@ -54,7 +53,7 @@ def ran(tmp_path_factory, ring_text):
     )
     with h5py.File(folder / "results.h5") as file:
         found = {
-            "diagram": Campbell.load(file["campbell/nominal"]),
+            "diagram": Campbell.load(file["response/nominal/campbell"]),
             "limits": Limits.load(file["limits/all"]),
             "response": Response.load(file["response/nominal"]),
         }

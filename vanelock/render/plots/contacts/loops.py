@@ -67,7 +67,7 @@ def loop_picture(
     InputError
         If the arrays do not fit together or the file cannot be written.
     """
-    found = period(displacement, force, mu, direction, bounding, isotropic, tangents)
+    found = _period(displacement, force, mu, direction, bounding, isotropic, tangents)
     text = "; ".join([found.taken, f"{found.shares} of the period"])
     with style.applied():
         figure = style.figure(6.75, title, f"{subtitle}. {text}" if subtitle else text)
@@ -75,7 +75,7 @@ def loop_picture(
         _loop(loop, found)
         normal = style.axes(figure, 6.9, 3.55, 4.75, 2.0)
         friction = style.axes(figure, 6.9, 0.85, 4.75, 2.0)
-        histories(normal, friction, found)
+        _histories(normal, friction, found)
         legend(loop, found, isotropic)
         return style.write(figure, path)
 
@@ -115,7 +115,7 @@ class LoopPeriod:
         return ", ".join(f"{_NAMES[s]} {100 * np.mean(self.state == s):.0f} %" for s in present)
 
 
-def period(
+def _period(
     displacement: ArrayLike,
     force: ArrayLike,
     mu: float,
@@ -167,19 +167,19 @@ def _energy(joules: float) -> str:
     return f"{style.number(1e9 * joules)} nJ"
 
 
-def coloured(axes: Axes, x: Real, y: Real, state: NDArray[np.int64], width: float) -> Any:
+def _coloured(axes: Axes, x: Real, y: Real, state: NDArray[np.int64], width: float) -> Any:
     """Broken line whose pieces have the colour of the state at their ends (the later one's)."""
     points = np.column_stack([x, y])
     pieces = np.stack([points[:-1], points[1:]], axis=1)
     line = LineCollection(
-        list(pieces), colors=colours(state[1:]), linewidths=width, capstyle="round", zorder=3
+        list(pieces), colors=_colours(state[1:]), linewidths=width, capstyle="round", zorder=3
     )
     axes.add_collection(line)
     axes.autoscale_view()
     return line
 
 
-def colours(state: NDArray[np.int64]) -> list[str]:
+def _colours(state: NDArray[np.int64]) -> list[str]:
     """Colour of each state."""
     return [_COLOURS[s] for s in state]
 
@@ -200,12 +200,12 @@ def _loop(axes: Axes, found: LoopPeriod) -> None:
     for sign in (1, -1):
         bound = sign * closed(found.bound)
         axes.plot(micrometres, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
-    coloured(axes, micrometres, closed(found.friction), closed(found.state), 2.8)
+    _coloured(axes, micrometres, closed(found.friction), closed(found.state), 2.8)
     label(axes, found.direction)
     axes.margins(0.06)
 
 
-def histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
+def _histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
     """Draw the normal force, and below it friction with its bounds, over the period."""
     _history(normal, found.normal, found.state, "Normal load", "normal force n (N)")
     normal.set_ylim(bottom=min(0.0, float(found.normal.min())))
@@ -220,7 +220,7 @@ def histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
 
 def _history(axes: Axes, force: Real, state: NDArray[np.int64], title: str, label: str) -> None:
     time = np.linspace(0, 1, len(force) + 1)
-    coloured(axes, time, closed(force), closed(state), 2.4)
+    _coloured(axes, time, closed(force), closed(state), 2.4)
     axes.set(xlim=(0, 1), ylabel=label, title=title)
 
 

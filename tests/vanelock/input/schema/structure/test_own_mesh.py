@@ -3,6 +3,7 @@
 import csv
 import json
 import shutil
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 
 from tests.small_study import SMALL
 from tests.vanelock.input.conftest import complaint, mistakes
-from tests.vanelock.run_results import run_of
+from tests.vanelock.run_results import MONITOR, run_of
 from vanelock import Study, load_study, parse_study, run_study
 from vanelock.commands.mesh import mesh_study
 from vanelock.common.errors import InputError
@@ -21,7 +22,8 @@ from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, silent
 from vanelock.pipeline.step import Stages
-from vanelock.results.figures.mesh_errors import mesh_errors
+from vanelock.quantities.products import StepProducts
+from vanelock.results.figures.shapes import mesh_errors
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.meshes import mesh_step
@@ -211,10 +213,11 @@ def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
     folder, study, _ = own_run
     drawn = "vanelock.render.mesh_error_picture"
     monkeypatch.setattr(drawn, lambda path, *_: path.write_text("it"))
-    planned = plan(cases(study), lambda *_: None)
+    (planned,) = plan(cases(study), lambda *_: None)
     stages = Stages(Cache(folder / "cache", print), silent)
-    data = run_of(study, planned, stages=stages, output_files=OutputFiles(folder, silent))
-    (picture,) = mesh_errors(data, planned[0])
+    data = run_of(study, cases(study), output_files=OutputFiles(folder, silent))
+    products = StepProducts(planned, stages, MONITOR, None, {})
+    (picture,) = mesh_errors(data, replace(data.first, products=products))
     assert picture.path == folder / "figures" / "mesh_error.png"
     (table,) = picture.data
     with table.open() as file:

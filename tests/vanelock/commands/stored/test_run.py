@@ -13,10 +13,11 @@ import pytest
 
 import vanelock
 from tests.vanelock.scenes.test_run import PAD, arm
+from vanelock.commands.stored.page import show_again
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, frequency_response
-from vanelock.pipeline.progress import Event
+from vanelock.pipeline.progress import Event, Finished
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -186,19 +187,23 @@ def test_a_run_that_was_stopped_shows_what_it_has(tmp_path: Path) -> None:
     found = vanelock.load(tmp_path / "run")
     assert not found.complete
     assert repr(found).endswith(", not complete)")
+    said: list[Event] = []
+    with pytest.raises(InputError, match="not complete, so without pictures and page"):
+        show_again(tmp_path / "run", said.append)
+    assert [each.key for each in said if isinstance(each, Table)] == ["cases"]
     with pytest.raises(InputError, match=r"no report\.html: not complete"):
         found.page  # noqa: B018
 
 
 def test_a_case_that_failed_says_why(tmp_path: Path) -> None:
-    """Mode 9 of six is refused; a sweep over it has one case."""
+    """Modes 10 and 9 of six are refused; a sweep over them has one case."""
     path = scene(tmp_path)
     text = path.read_text().replace("modes = 2", "modes = 0")
-    path.write_text(text.replace(f'"{MU}" = [0.05, 0.2]', '"response.mode" = [1, 9]'))
+    path.write_text(text.replace(f'"{MU}" = [0.05, 0.2]', '"response.mode" = [1, 10, 9]'))
     found = vanelock.run(path, tmp_path / "run", quiet=True)
     assert found.cases == ("mode=1",)
-    assert list(found.failed) == ["mode=9"]
-    assert repr(found).endswith(": 1 case, 1 FAILED)")
+    assert list(found.failed) == ["mode=10", "mode=9"]  # as they failed
+    assert repr(found).endswith(": 1 case, 2 FAILED)")
     with pytest.raises(InputError, match=r"case 'mode=9' could not be computed: .*response\.mode"):
         found.response("mode=9")
 
@@ -215,3 +220,19 @@ def test_importing_it_loads_neither_mesher_nor_renderer() -> None:
     loaded = set(done.stdout.split())
     assert "h5py" in loaded
     assert loaded.isdisjoint({"gmsh", "vtk", "vtkmodules", "pyvista", "pandas", "xarray"})
+
+
+def test_a_page_drawn_again_names_the_versions_that_computed(tmp_path: Path) -> None:
+    vanelock.run(scene(tmp_path), tmp_path / "run", quiet=True)
+    drawn = (tmp_path / "run" / "report.html").read_text("utf-8")
+    (tmp_path / "run" / "report.html").unlink()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vanelock.__version__", "99.9")
+        patch.setattr("vanelock.results.record.versions", dict)
+        heard: list[Event] = []
+        show_again(tmp_path / "run" / "results.h5", heard.append)
+    last = heard[-1]
+    assert isinstance(last, Finished)
+    assert last.page == str(tmp_path / "run" / "report.html")
+    again = (tmp_path / "run" / "report.html").read_text("utf-8")
+    assert again.replace("vanelock 99.9", f"vanelock {vanelock.__version__}") == drawn

@@ -9,21 +9,21 @@ import pytest
 from scipy import stats
 
 from vanelock import cases, parse_study
-from vanelock.common.tables import Table
-from vanelock.input.settings import settings
-from vanelock.nonlinear import linear_response
-from vanelock.quantities.scatter import (
+from vanelock.analyses.scatter import (
     PERCENT,
     correlations,
+    page,
     percentile_table,
     percentiles,
     scattered,
     sensitivity_table,
     spacing,
 )
-from vanelock.report import Page, write_page
+from vanelock.common.tables import Table
+from vanelock.input.settings import settings
+from vanelock.nonlinear import linear_response
+from vanelock.report import Page, Section, write_page
 from vanelock.results.page_sections.inputs import inputs
-from vanelock.results.page_sections.moves import scatter
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.summary import Peak, peak_of
 
@@ -156,9 +156,9 @@ def test_frequencies_on_a_coarse_grid_have_a_note():
 def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
     every, found = sampled(10)
     content: Any = SimpleNamespace(
-        scattered=scattered(every, found), monitor=SimpleNamespace(name="o")
+        scattered=scattered(every, found), monitor=SimpleNamespace(name="o"), pictures=[]
     )
-    section = scatter(content)
+    section = Section("Scatter", page(content))
     text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
     assert "[um]" not in text
     heads = re.findall(r'<th([^>]*)>(?:peak|frequency)\s*<span class="unit">(µm|Hz)</span>', text)

@@ -5,31 +5,38 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.run_results import case_of
 from vanelock import compare_runs, parse_study
-from vanelock.commands.compare.comparison import compared, matched, tables
-from vanelock.commands.compare.page import compare_page
+from vanelock.commands.compare import compare_page, compared, matched
+from vanelock.commands.stored.contents import StoredRun
 from vanelock.common.errors import InputError
 from vanelock.input.settings import as_text, settings
+from vanelock.pipeline.progress import silent
 from vanelock.report import Answers, Text
+from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.files.writer import Results
-from vanelock.results.reading.contents import CaseFound, Loaded
+from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.summary import Peak
 
 
-def case(name, values, peak=1e-5):
+def case(name, values, peak=1e-5, **counts):
     f = np.array([1.0, 2, 3])
-    numbers = {"peak_amplitude": peak, "peak_frequency": 250.0}
-    return CaseFound(name, values, numbers, f, f)
+    own = summary(case=name, values=values, peak=Peak(1, 250.0, peak, False), **counts)
+    return case_of(name, values, (), (f, f, np.ones(3)), summary=own)
 
 
 def run(label, *cases, text="", complete=True, monitor="vane output 1, radial"):
-    return Loaded(
-        folder=Path(label),
+    study = parse_study(text)
+    return StoredRun(
+        study,
+        Monitor(monitor, 0, 0),
+        OutputFiles(Path(label), silent),
         label=label,
         complete=complete,
         date="2026-01-01",
-        settings=parse_study(text).model_dump(mode="json"),
+        settings=study.model_dump(mode="json"),
         versions={"vanelock": "0.1.0"},
-        monitor=monitor,
         sizes={"contacts": 66},
         cases={each.name: each for each in cases},
     )
@@ -48,17 +55,21 @@ def test_cases_are_paired_by_name_values_and_order_and_not_guessed():
         case("force=3", {"excitation.force": 3.0}),
     )
     pairs, notes = matched(one, other)
-    assert [(p.one.name, p.other.name, p.by) for p in pairs] == [
-        ("mu=0.1", "mu=0.1", "name"),
-        ("mu=0.2", "mu=0.2,harmonics=3", "values"),
-        ("nominal", "force=2", "order"),
+    assert [(one.name, other.name) for one, other in pairs] == [
+        ("mu=0.1", "mu=0.1"),
+        ("mu=0.2", "mu=0.2,harmonics=3"),
+        ("nominal", "force=2"),
     ]
-    assert notes[-1] == "force=3 is in B alone"
-    assert "by values" in notes[0]
+    assert [note.rpartition(", ")[2] for note in notes] == [
+        "by values",
+        "by order",
+        "force=3 is in B alone",
+    ]
     one = run("A", case("mu=0.2", {MU: 0.2}))
     other = run("B", *(case(f"mu=0.2,harmonics={h}", {MU: 0.2, H: h}) for h in (1, 3)))
     pairs, notes = matched(one, other)
-    assert [p.by for p in pairs] == ["order"]
+    assert len(pairs) == 1
+    assert notes[0].endswith("by order")
     assert notes[-1] == "mu=0.2,harmonics=3 is in B alone"
 
 
@@ -69,9 +80,9 @@ def test_differences_are_those_of_the_second_over_the_first():
     )
     assert found.inputs == [("vane.thickness", "4.5 mm", "5 mm")]
     peak = found.results[0]
-    assert (peak.one, peak.other) == pytest.approx((40, 30))
+    assert peak.values == pytest.approx((40, 30))
     assert peak.change == pytest.approx(-0.25)
-    rows = next(table for table in tables(found) if table.key == "results").rows
+    rows = next(table for table in found.tables if table.key == "results").rows
     assert rows[0] == ("nominal", "peak", "40 µm", "30 µm", "-25 %")
     assert rows[1] == ("nominal", "peak frequency", "250 Hz", "250 Hz", "same")
 
@@ -81,7 +92,7 @@ def test_the_case_that_changes_most_stands_on_top():
     one = run("A", *(case(f"mu=0.{i}", {}, a) for i, (a, _) in enumerate(peaks)))
     other = run("B", *(case(f"mu=0.{i}", {}, b) for i, (_, b) in enumerate(peaks)))
     found = compared(one, other)
-    top = compare_page(found, tables(found)).sections[0].blocks
+    top = compare_page(found).sections[0].blocks
     assert isinstance(top[0], Answers)
     assert [(each.label, each.value) for each in top[0].items] == [
         ("Peak, μ = 0.2", "-50 %"),
@@ -94,11 +105,12 @@ def test_the_case_that_changes_most_stands_on_top():
 
 
 def test_counts_get_no_percentages_and_what_is_missing_is_said():
-    both = case("nominal", {}), case("nominal", {})
-    for each, (h, points) in zip(both, ((3, 50), (5, 60)), strict=True):
-        each.numbers.update(harmonics=h, points=points, converged=points, seconds=h)
+    both = [
+        case("nominal", {}, harmonics=h, points=points, converged=points, seconds=h)
+        for h, points in ((3, 50), (5, 60))
+    ]
     found = compared(run("A", both[0]), run("B", both[1]))
-    changes = {line.what: line.change for line in found.results}
+    changes = {line.column.head: line.change for line in found.results}
     assert (changes["harmonics"], changes["points"], changes["converged"]) == (None, None, None)
     assert changes["time"] == pytest.approx(2 / 3)
     found = compared(

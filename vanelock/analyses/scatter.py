@@ -8,17 +8,25 @@ part is measured by Spearman's rank correlation, whose limits are Fisher's with 
 variance.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock import report
+from vanelock.analyses.analysis import Analysis
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table, counted
-from vanelock.input.cases.sweep import Case
-from vanelock.stages.response.summary import Summary
 
+if TYPE_CHECKING:
+    from vanelock.input.cases.sweep import Case
+    from vanelock.quantities.run_result import RunResult
+    from vanelock.report import Block, Picture
+    from vanelock.stages.response.summary import Summary
+
+TITLE = "Scatter of the peaks"
 Floats = NDArray[np.float64]
 PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
 CONFIDENCE = 0.95
@@ -74,7 +82,7 @@ class Scattered(Product):
 
 
 def scattered(
-    every: Sequence[Case], found: Sequence[Summary], spacings: Sequence[float] = ()
+    every: "Sequence[Case]", found: "Sequence[Summary]", spacings: Sequence[float] = ()
 ) -> Scattered | None:
     """Percentiles over all cases of a study; None where too few have a peak."""
     keys = tuple(every[0].values)
@@ -186,7 +194,7 @@ def sensitivity_table(found: Scattered) -> Table:
     return Table("What the scatter comes from", columns, rows, notes, "sensitivity")
 
 
-def sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
+def _sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
     """Every sample, as columns."""
     keys = {f"{key} (SI)": found.value[:, i] for i, key in enumerate(found.keys)}
     return {
@@ -195,3 +203,86 @@ def sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
         "peak (µm)": 1e6 * found.amplitude,
         "frequency (Hz)": found.frequency,
     }
+
+
+def _run_tables(run: "RunResult") -> Iterator[Table]:
+    """How far the peaks scatter, and what with, where keys scatter."""
+    if run.scattered is not None:
+        yield percentile_table(run.scattered, run.monitor.name)
+        yield sensitivity_table(run.scattered)
+
+
+def page(run: "RunResult") -> "list[Block]":
+    """The same on the page."""
+    return [*_run_tables(run), *(e for e in run.pictures if e.section == "scatter")]
+
+
+def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
+    """Distribution of the peaks, and the peaks against what scatters."""
+    from vanelock import render
+
+    if (found := run.scattered) is None:
+        return
+    monitor, known = run.monitor.name, found.known
+    shows = [[each.products.key("response"), each.name] for each in run.cases.values()]
+    shows += [[monitor, run.given.name, *found.keys], found.value.tolist()]
+    keys = [_shown(key, found.value[known, i]) for i, key in enumerate(found.keys)]
+    panels = [
+        render.ScatterPanel(
+            "peak (µm)",
+            1e6 * found.amplitude[known],
+            1e6 * found.amplitude_percentile,
+            found.amplitude_correlation[:, 0],
+        ),
+        render.ScatterPanel(
+            "its frequency (Hz)",
+            found.frequency[known],
+            found.frequency_percentile,
+            found.frequency_correlation[:, 0],
+        ),
+    ]
+    title = f"{run.given.name}: {TITLE.lower()}"
+    path = run.output_files.draw(
+        "figures/scatter.png",
+        shows,
+        lambda path: render.scatter_picture(
+            path,
+            keys,
+            panels,
+            found.percent.tolist(),
+            title,
+            f"{known.sum()} samples; {monitor}; bars: {100 * found.confidence:g} % confidence",
+        ),
+    )
+    notes = [f"{title}, {monitor}: half the peak-to-peak"]
+    data = run.table("figures/scatter.csv", shows, lambda: _sample_columns(found), notes)
+    table = run.table(
+        "figures/percentiles.csv", shows, percentile_table(found, monitor).by_head, notes
+    )
+    caption = (
+        "Above: share of the samples whose peak, and its frequency, lies below a value; dots are "
+        "percentiles, bars their confidence limits. Below: the same against each key that "
+        "scatters; a rank correlation near 1 or -1 says that the scatter comes from there."
+    )
+    yield report.Picture(path, TITLE, caption, (data, table))
+
+
+def _shown(key: str, value: NDArray[np.float64]) -> tuple[str, NDArray[np.float64]]:
+    """A key with its unit, and its samples; lengths in µm or mm."""
+    from vanelock.input.settings import unit_of
+
+    unit = unit_of(key)
+    if unit == "m":
+        small = float(np.abs(value).max()) < 1e-3
+        value, unit = (1e6 * value, "µm") if small else (1e3 * value, "mm")
+    return f"{key} ({unit})" if unit else key, value
+
+
+SCATTER: Analysis[Any, Scattered] = Analysis(
+    key="scatter",
+    title="scatter",
+    looked_into=True,
+    page=page,
+    run_tables=_run_tables,
+    run_pictures=_run_pictures,
+)

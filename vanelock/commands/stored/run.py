@@ -1,26 +1,89 @@
-"""A run as one object, read from its folder: its cases, their table, responses and curves."""
+"""A run as one object, read from its folder: its cases, their table, responses and curves.
+
+Tables are pandas' and responses xarray's, which are optional.
+"""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import h5py
 import numpy as np
 
 from vanelock import render
+from vanelock.commands.stored.contents import StoredRun, load_run
+from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.errors import InputError
 from vanelock.common.files.digests import verify
-from vanelock.common.tables import Cell
-from vanelock.quantities.selection import MANY
-from vanelock.results.case_table import case_table
+from vanelock.common.lazy import library
+from vanelock.common.tables import Table
+from vanelock.quantities.selection import MANY, looked_into_of
+from vanelock.results.case_table import case_row, case_table
 from vanelock.results.figures.curves import called, limit_curves, one_order
 from vanelock.results.files.redrawn import REPORT
 from vanelock.results.files.results_file import NAME, load_system, open_results, response_group
-from vanelock.results.reading.contents import CaseFound, Loaded, components, load_run
-from vanelock.results.reading.frames import dataset, frame
 from vanelock.rom import System
+from vanelock.stages.response.monitor import CARTESIAN
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+EXTRA = "frames"
+
+
+def frame(table: Table, more: Mapping[str, Sequence[Any]]) -> "pandas.DataFrame":
+    """A table's columns by their heads, and further ones behind the first of them."""
+    made = library("pandas", EXTRA, "Run.table").DataFrame(table.by_head())
+    for place, (name, values) in enumerate(more.items(), start=1):
+        made.insert(place, name, list(values))
+    return made
+
+
+def dataset(
+    response: h5py.Group,
+    outputs: Sequence[str],
+    directions: Sequence[str],
+    about: Mapping[str, Any],
+) -> "xarray.Dataset":
+    """A stored response of outputs in some directions, frequencies ascending.
+
+    What did not converge is NaN there, since nothing of it is to be trusted.
+    """
+    xarray_library = library("xarray", EXTRA, "Run.response")
+    order = np.argsort(response["frequency"][()], kind="stable")
+    converged = response["converged"][()][order]
+    by_point = ["frequency", "output", "direction"]
+    by_harmonic = ["frequency", "harmonic", "output", "direction"]
+
+    def known(name: str) -> Any:
+        values = response[name][()][order]
+        values[~converged] = np.nan
+        return values
+
+    amplitude, displacement = known("amplitude"), known("output")
+    half = {"units": "m", "long_name": "half the peak-to-peak"}
+    wave = {"units": "m", "long_name": "coefficients q^(h) of q(t) = Re Σ q^(h) exp(i h ω t)"}
+    made: xarray.Dataset = xarray_library.Dataset(
+        {
+            "amplitude": (by_point, amplitude, half),
+            "displacement": (by_harmonic, displacement, wave),
+            "converged": (["frequency"], converged),
+            "residual": (["frequency"], response["residual"][()][order]),
+        },
+        {
+            "frequency": ("frequency", response["frequency"][()][order], {"units": "Hz"}),
+            "harmonic": np.arange(displacement.shape[1]),
+            "output": list(outputs),
+            "direction": list(directions),
+        },
+        dict(about),
+    )
+    return made
+
 
 if TYPE_CHECKING:
     import pandas
@@ -36,12 +99,12 @@ class Run:
     ----------
     folder : Path
         The run's folder.
-    contents : Loaded
+    contents : StoredRun
         What is in its results file but for responses and matrices, SI.
     """
 
     folder: Path
-    contents: Loaded
+    contents: StoredRun
 
     def __repr__(self) -> str:
         """One line: where, how many cases, and whether that is all."""
@@ -65,7 +128,7 @@ class Run:
     @property
     def failed(self) -> Mapping[str, str]:
         """Cases that could not be computed, and why."""
-        return self.contents.failed
+        return {name: each.reason for name, each in self.contents.failed.items()}
 
     @property
     def complete(self) -> bool:
@@ -75,7 +138,7 @@ class Run:
     @property
     def monitor(self) -> str:
         """The displacement that peaks and curves are of, such as "vane output 1, radial"."""
-        return self.contents.monitor
+        return self.contents.monitor.name
 
     @property
     def page(self) -> Path:
@@ -107,7 +170,8 @@ class Run:
         found = self.contents.cases.values()
         keys = dict.fromkeys(key for each in found for key in each.values)
         swept = {key: [each.values.get(key) for each in found] for key in keys}
-        return frame(case_table(list(map(_row, found)), self.monitor), swept)
+        rows = [case_row(each.summary, each.numbers) for each in found]
+        return frame(case_table(rows, self.monitor), swept)
 
     def response(self, case: str | None = None) -> "xarray.Dataset":
         """The response of a case at every output, whose points that did not converge are NaN.
@@ -140,7 +204,7 @@ class Run:
                 about |= self.contents.cases[name].values
                 own = group
             names = own["system/output/name"].asstr()[()].tolist()
-            return dataset(group, names, components(own), about)
+            return dataset(group, names, _directions(self.monitor), about)
 
     def system(self, case: str | None = None) -> System:
         """The system that a case, by default the first one, was solved with.
@@ -173,28 +237,26 @@ class Run:
         InputError
             If there is no such case.
         """
-        found = self.contents.cases
+        run, found = self.contents, self.contents.cases
         for name in cases or (self._first(),):
             if name not in found:
                 self._refuse(name)
-        drawn = [found[name] for name in cases or _shown(found)]
-        lists = self.contents.settings["response"].get("frequencies")
+        shown = [found[name] for name in cases or _shown(run)]
         curves = [
             render.Curve(
-                each.frequency,
-                each.amplitude,
+                *each.line,
                 group=called(each.name),
-                harmonics=int(each.numbers["harmonics"]),
-                joined=lists is None,
+                harmonics=each.summary.harmonics,
+                joined=each.given.response.frequencies is None,
             )
-            for each in drawn
+            for each in shown
         ]
         made: Figure = render.response_figure(
-            [*limit_curves(self.contents.linear), *curves],
-            f"{self.contents.settings['name']}: forced response",
+            [*limit_curves(run.limits), *curves],
+            f"{run.given.name}: forced response",
             self.monitor,
             logarithmic,
-            one_order(each.engine_order for each in drawn),
+            one_order(shown),
         )
         return made
 
@@ -209,6 +271,16 @@ class Run:
         with open_results(self.folder / NAME, whole=False) as file:
             response_group(file, name)
         raise InputError(f"{self.folder}: {name!r} is a linear limit, which every figure shows")
+
+
+def _shown(run: StoredRun) -> list[str]:
+    """All cases if they are few; of many those that the page looks into."""
+    return list(run.cases) if len(run.cases) <= MANY else looked_into_of(run)
+
+
+def _directions(monitor: str) -> tuple[str, ...]:
+    """Directions of outputs: about the engine's axis, or x, y, z of a scene without."""
+    return COMPONENTS if monitor.rpartition(", ")[2] in COMPONENTS else CARTESIAN
 
 
 def load(folder: str | os.PathLike[str]) -> Run:
@@ -228,41 +300,3 @@ def load(folder: str | os.PathLike[str]) -> Run:
     if path.name == NAME:
         path = path.parent
     return Run(path, load_run(path, path.name))
-
-
-def _row(found: CaseFound) -> dict[str, Cell]:
-    """The cells of a case that was read."""
-    of = found.numbers.get
-    return {
-        "case": found.name,
-        "harmonics": int(found.numbers["harmonics"]),
-        "mu": of("mu"),
-        "peak_um": of("peak_amplitude"),
-        "frequency_hz": of("peak_frequency"),
-        "lowest_um": of("lowest_peak_amplitude"),
-        "highest_um": of("highest_peak_amplitude"),
-        "wave": found.wave or None,
-        "growth": of("growth_in_a_period"),
-        "of_free": of("of_free"),
-        "of_stuck": of("of_stuck"),
-        "x": of("position"),
-        "damping": None if found.at_edge else of("damping_ratio"),
-        "work_uj": of("work"),
-        "slipping_percent": of("slipping"),
-        "opening_percent": of("opening"),
-        "stress": of("alternating_stress"),
-        "reserve": None if found.at_edge else of("goodman_reserve"),
-        "converged": f"{found.numbers['converged']:.0f}/{found.numbers['points']:.0f}",
-        "seconds": of("seconds"),
-    }
-
-
-def _shown(cases: Mapping[str, CaseFound]) -> list[str]:
-    """All cases if they are few; of many the first, the last, the lowest and the largest peak."""
-    if len(cases) <= MANY:
-        return list(cases)
-    peaks = {name: each.numbers.get("peak_amplitude", np.nan) for name, each in cases.items()}
-    known = sorted((name for name in peaks if np.isfinite(peaks[name])), key=lambda n: peaks[n])
-    names = list(cases)
-    chosen = {names[0], names[-1], *known[:1], *known[-1:]}
-    return [name for name in names if name in chosen]

@@ -1,0 +1,370 @@
+"""Campbell diagram of a case: natural frequencies, engine orders, crossings and how it responds.
+
+Circles on the lines of the engine orders show how it responds, as measured diagrams do: the
+largest amplitude in each of many narrow ranges of speed. Those of the study's own engine order come
+from its nonlinear response as far as that reaches. All others are of the linear response to the
+same load at each force node, with the interlock free or stuck, whichever frequency of the mode of
+interest the nonlinear peak is nearer to; friction would lower them.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from vanelock.analyses.analysis import Analysis, AnalysisPart
+from vanelock.common.tables import Column, Table, heads
+from vanelock.input.cases.names import of_case, slug, words
+from vanelock.input.schema.comparison import CampbellKeys
+
+if TYPE_CHECKING:
+    from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.input.measured.curve import Measured
+    from vanelock.input.schema.study import Study
+    from vanelock.nonlinear import Response
+    from vanelock.pipeline.step import Step
+    from vanelock.quantities.case_result import CaseResult
+    from vanelock.quantities.run_result import RunResult
+    from vanelock.report import Picture
+    from vanelock.stages.campbell.engine_orders import Along
+    from vanelock.stages.campbell.speed_lines import Campbell, Lines
+    from vanelock.stages.plan import Planned
+    from vanelock.stages.response.limits import Limits
+    from vanelock.stages.response.monitor import Monitor
+    from vanelock.stages.response.responses import Limit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+RANGES = 100
+"""Ranges of speed of which a circle shows the largest amplitude."""
+LEAST = 0.002
+"""Of the largest amplitude, below which no circle is kept."""
+TEXT = (
+    "Natural frequencies against rotor speed, and where engine orders meet them: a resonance of "
+    "each nodal diameter that an engine order excites."
+)
+
+
+def _product() -> "type[Campbell]":
+    from vanelock.stages.campbell.speed_lines import Campbell
+
+    return Campbell
+
+
+def _needs(planned: "Planned", keys: CampbellKeys) -> "Sequence[Step[Lines]]":
+    """Lines and crossings, which cases may share."""
+    from vanelock.stages.campbell.speed_lines import lines_step
+
+    return [lines_step(planned)]
+
+
+def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Campbell":
+    """The diagram of a case."""
+    from vanelock.stages.campbell.engine_orders import along_step
+    from vanelock.stages.campbell.speed_lines import Campbell, lines_step
+
+    planned, study, watched = case.planned, case.planned.case.study, case.monitored
+    lines: Lines = case.get(lines_step(planned))
+    limits: Limits = case.get(planned.linear.limits)
+    linear = _condition(limits, case.response, watched)
+    own = abs(study.excitation.engine_order)
+    circles = []
+    for order in lines.engine_orders.tolist():
+        along = case.get(along_step(planned, order, linear, watched))
+        curve = (case.response, watched) if order == own else None
+        circles.append(_circles(lines, order, along, curve))
+    orders, speed, frequency, amplitude, by_friction = (
+        np.concatenate(each) for each in zip(*circles, strict=True)
+    )
+    shown = amplitude > LEAST * amplitude.max(initial=0.0)
+    return Campbell(
+        lines=lines,
+        order=orders[shown].astype(np.int64),
+        speed=speed[shown],
+        frequency=frequency[shown],
+        amplitude=amplitude[shown],
+        nonlinear=by_friction[shown].astype(bool),
+        own_order=own,
+        monitor=watched.name,
+        linear=linear,
+        loading=_loading(study),
+    )
+
+
+def _condition(limits: "Limits", response: "Response", monitor: "Monitor") -> "Limit":
+    """Which linear limit the nonlinear peak is nearer to."""
+    from vanelock.stages.response.summary import peak_of
+
+    peak = peak_of(response, monitor.amplitude(response))
+    if peak is None or not limits.opens:
+        return "free"
+    return "free" if limits.position(peak.frequency) < 0.5 else "stuck"
+
+
+def _circles(
+    lines: "Lines", order: int, along: "Along", curve: "tuple[Response, Monitor] | None"
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Order, speed, frequency, amplitude and origin of the circles on a line."""
+    speed, amplitude = along.speed, along.amplitude
+    nonlinear = np.zeros(len(speed))
+    if curve is not None:
+        response, monitor = curve
+        own = 60 * response.frequency / order
+        outside = (speed < own.min()) | (speed > own.max())
+        speed = np.concatenate([speed[outside], own])
+        amplitude = np.concatenate([amplitude[outside], monitor.amplitude(response)])
+        nonlinear = np.concatenate([nonlinear[outside], np.ones(len(own))])
+    inside = (speed >= lines.speeds[0]) & (speed <= lines.speeds[-1]) & ~np.isnan(amplitude)
+    speed, amplitude, nonlinear = speed[inside], amplitude[inside], nonlinear[inside]
+    chosen = _largest(lines, speed, amplitude)
+    return (
+        np.full(len(chosen), float(order)),
+        speed[chosen],
+        speed[chosen] * order / 60,
+        amplitude[chosen],
+        nonlinear[chosen],
+    )
+
+
+def _largest(lines: "Lines", speed: Floats, amplitude: Floats) -> Integers:
+    """Places of the largest amplitude in each of many narrow ranges of speed, rpm."""
+    edges = np.linspace(lines.speeds[0], lines.speeds[-1], RANGES + 1)
+    place = np.digitize(speed, edges[1:-1])
+    each = (np.flatnonzero(place == i) for i in range(RANGES))
+    return np.array([own[amplitude[own].argmax()] for own in each if len(own)], np.int64)
+
+
+def _loading(study: "Study") -> str:
+    excitation = study.excitation
+    if excitation.unbalance is not None:
+        return f"unbalance of {1e6 * excitation.unbalance:.4g} g mm"
+    return f"{excitation.force_per_node:.4g} N at each force node"
+
+
+def warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str]:
+    """Whether the diagram shows what the reduced models do not answer."""
+    (diagram,), band = products, case.limits.band
+    lines = diagram.lines
+    highest = max(float(lines.free.max()), float(lines.stuck.max()))
+    driven = float(lines.speeds.max() * np.abs(lines.engine_orders).max() / 60)
+    beyond = []
+    if band is not None and driven > band:
+        beyond.append(f"circles end at {band:.6g} Hz, and engine orders go on to {driven:.6g} Hz")
+    if band is not None and highest > band:
+        beyond.append(f"lines above {band:.6g} Hz, here up to {highest:.6g} Hz, are too high")
+    if beyond:
+        end = "the band of the reduced models: see rom.band"
+        yield f"Campbell diagram: {' and '.join(beyond)}: {end}"
+
+
+def _distinct(cases: "Mapping[str, CaseResult]") -> "dict[str, CaseResult]":
+    """The first of the cases that share lines, which their responses do not change, by case."""
+    first: dict[bytes, CaseResult] = {}
+    for case in cases.values():
+        for diagram in case.found("campbell"):
+            lines = diagram.lines
+            first.setdefault(lines.free.tobytes() + lines.stuck.tobytes(), case)
+    return {case.name: case for case in first.values()}
+
+
+def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+    """Where engine orders meet modes."""
+    for name, case in _distinct(cases).items():
+        yield _crossings("" if len(cases) == 1 else name, case.found("campbell")[0])
+
+
+def run_pictures(run: "RunResult") -> "Iterator[Picture]":
+    """One for each distinct set of lines, of many the first and the last."""
+    from vanelock.quantities.selection import DETAILED
+
+    found = list(_distinct(run.cases).values())
+    for case in found if len(found) <= DETAILED else (found[0], found[-1]):
+        yield _picture(run, case)
+
+
+def _picture(run: "RunResult", case: "CaseResult") -> "Picture":
+    """The diagram of a case and its numbers."""
+    from vanelock.report import Picture
+
+    (diagram,), name = case.found("campbell"), "" if len(run.cases) == 1 else case.name
+    stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
+    title = f"{run.given.name}: Campbell diagram"
+    measured = [[m.label, m.frequency.tolist(), m.amplitude.tolist()] for m in run.measured]
+    shows = [*case.key_of("campbell"), measured, title, name]
+    path = run.output_files.draw(
+        f"{stem}.png",
+        shows,
+        lambda path: _draw(path, diagram, title, words(name), run.measured),
+    )
+    numbers = {
+        "lines": (_line_columns(diagram.lines), "natural frequencies against rotor speed"),
+        "crossings": (_crossings(name, diagram).by_head(), "where engine orders meet modes"),
+        "circles": (_circle_columns(diagram), f"amplitude of {diagram.monitor} along them"),
+    }
+    data = [
+        run.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
+        for kind, (columns, note) in numbers.items()
+    ]
+    return Picture(path, "Campbell diagram", _caption(diagram, name), tuple(data), case=case.name)
+
+
+def _draw(
+    path: str | Path,
+    diagram: "Campbell",
+    title: str,
+    subtitle: str = "",
+    measured: "Sequence[Measured]" = (),
+) -> Path:
+    """Draw a Campbell diagram, and return the path."""
+    from vanelock import render
+    from vanelock.input.measured.units import DISPLACEMENT
+
+    lines = diagram.lines
+    families = [
+        render.LineFamily(int(k), lines.free[i], lines.stuck[i] if lines.interlock else None)
+        for i, k in enumerate(lines.diameters)
+    ]
+    dots = []
+    for each in measured:
+        held = _largest(lines, each.speed, each.amplitude)
+        own_scale = each.quantity != DISPLACEMENT
+        shown = each.speed[held], each.frequency[held], each.amplitude[held], own_scale
+        dots.append(render.Dots(f"measured: {each.label}", *shown))
+    written: Path = render.campbell_picture(
+        path,
+        lines.speeds,
+        families,
+        lines.engine_orders.tolist(),
+        render.Crossings(
+            lines.diameter, lines.speed, lines.frequency, lines.is_stuck, lines.interest
+        ),
+        render.Circles(diagram.speed, diagram.frequency, diagram.amplitude, diagram.nonlinear),
+        dots,
+        title,
+        "; ".join(filter(None, (subtitle, _circles_are(diagram)))),
+        _notes(diagram),
+    )
+    return written
+
+
+def _circles_are(diagram: "Campbell") -> str:
+    return f"Areas of circles: amplitude of {diagram.monitor}, under {diagram.loading}"
+
+
+def _notes(diagram: "Campbell") -> list[str]:
+    held = f", interlock {diagram.linear}" if diagram.lines.interlock else ""
+    notes = [
+        "dots: an engine order meets a mode of the",
+        "nodal diameter that it excites",
+        f"nonlinear: the study's EO {diagram.own_order}",
+        f"linear: no friction{held};",
+        "the same load at each force node",
+    ]
+    heat = diagram.lines.temperatures
+    notes += [
+        f"{part}: {heat[0, i]:.0f} to {heat[-1, i]:.0f} °C"
+        for i, part in enumerate(("vane", "casing"))
+        if not np.isnan(heat[0, i])
+    ]
+    return notes
+
+
+def _caption(diagram: "Campbell", name: str) -> str:
+    """What the picture shows, for someone who did not make the run."""
+    lines = diagram.lines
+    full = "full with the interlock stuck, dashed with it free" if lines.interlock else "full"
+    heated = not np.isnan(lines.temperatures).all()
+    bent = (
+        " They bend with rotor speed as Young's modulus falls with each part's temperature; "
+        "stresses do not stiffen them."
+        if heated
+        else " They are level: no temperatures are given, and rotation does not stiffen a stator."
+    )
+    held = f" with the interlock {diagram.linear}" if lines.interlock else ""
+    return (
+        f"Natural frequencies of the nodal diameters that the engine orders excite, over rotor "
+        f"speed{of_case(name)}: {full}.{bent} Where an engine order meets a line there is a "
+        f"resonance; stars mark engine order {diagram.own_order} on the mode of interest. Circles "
+        f"show the amplitude of {diagram.monitor} by their area: those of engine order "
+        f"{diagram.own_order} around the mode of interest are the computed response with friction; "
+        f"all others are the linear response{held} to the same load at each force node, which "
+        "friction would lower and which need not act in the engine at that order."
+    )
+
+
+def _line_columns(lines: "Lines") -> Mapping[str, ArrayLike]:
+    """Speed, temperatures, and each natural frequency."""
+    found: dict[str, ArrayLike] = {"rotor speed (rpm)": lines.speeds}
+    for i, part in enumerate(("vane", "casing")):
+        if not np.isnan(lines.temperatures[:, i]).all():
+            found[f"{part} temperature (degC)"] = lines.temperatures[:, i]
+    conditions = {"free": lines.free, "stuck": lines.stuck} if lines.interlock else {"": lines.free}
+    for i, k in enumerate(lines.diameters):
+        for held, values in conditions.items():
+            for j in range(values.shape[2]):
+                words = " ".join(filter(None, (f"ND {k} mode {j + 1}", held)))
+                found[f"{words} (Hz)"] = values[i, :, j]
+    return found
+
+
+def _circle_columns(diagram: "Campbell") -> Mapping[str, ArrayLike]:
+    """One row for each circle."""
+    return {
+        "engine order": diagram.order,
+        "rotor speed (rpm)": diagram.speed,
+        "frequency (Hz)": diagram.frequency,
+        "amplitude (µm)": 1e6 * diagram.amplitude,
+        "nonlinear": diagram.nonlinear,
+    }
+
+
+def _crossings(name: str, diagram: "Campbell") -> Table:
+    """Where engine orders meet modes."""
+    lines = diagram.lines
+    columns = (
+        Column("engine order", key="engine_order"),
+        Column("nodal diameter", key="nodal_diameter"),
+        *heads("mode", "interlock"),
+        Column("frequency", "Hz", ".6g", "frequency_hz"),
+        Column("rotor speed", "rpm", ",.0f", "speed_rpm"),
+        Column("of interest", key="interest"),
+    )
+    held = _held(lines)
+    rows = list(
+        zip(
+            *(lines.order, lines.diameter, lines.mode, held, lines.frequency, lines.speed),
+            lines.interest,
+            strict=True,
+        )
+    )
+    low, high = float(lines.speeds[0]), float(lines.speeds[-1])
+    title = f"Crossings of engine orders and modes, {low:,.0f} to {high:,.0f} rpm"
+    note = "the mode of interest is not met in this range of speeds"
+    notes = () if lines.interest.any() else (note,)
+    return Table(f"{title}{name and f', {name}'}", columns, rows, notes, "crossings")
+
+
+def _held(lines: "Lines") -> list[str]:
+    if not lines.interlock:
+        return ["none"] * len(lines.speed)
+    return ["stuck" if each else "free" for each in lines.is_stuck]
+
+
+CAMPBELL = Analysis(
+    key="campbell",
+    title="Campbell diagram",
+    keys=CampbellKeys,
+    product=_product,
+    needs=_needs,
+    compute=_compute,
+    any_law=True,
+    places=lambda product: "campbell",
+    warnings=warnings,
+    tables=tables,
+    run_pictures=run_pictures,
+    text=TEXT,
+)

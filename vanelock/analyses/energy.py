@@ -1,0 +1,244 @@
+"""Where the energy of a vibration goes, the damping it amounts to, and how joints wear by it.
+
+Of the peaks of the cases that are looked into; what is computed: `vanelock.quantities.contacts`.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vanelock import report
+from vanelock.analyses.analysis import Analysis
+from vanelock.common.files.csv_table import short
+from vanelock.common.tables import Cell, Column, Table, heads
+from vanelock.input.cases.names import fixed, of_case, slug, words
+
+if TYPE_CHECKING:
+    from vanelock.quantities.case_result import CaseResult
+    from vanelock.quantities.contacts.wear import Wear
+    from vanelock.quantities.run_result import RunResult
+    from vanelock.report import Answer, Block
+    from vanelock.stages.parts.places import Places
+
+Floats = NDArray[np.float64]
+SHOWN = 16
+"""Contacts in the page's table; the others stand in the CSV file."""
+NOT_SHOWN = ("power", "mean pressure")
+
+
+INDICATORS: dict[Column, Callable[[Floats], np.float64]] = {
+    Column("energy", "µJ/cycle"): np.sum,
+    Column("energy per area", "J/m²/cycle"): np.max,
+    Column("power", "mW"): np.sum,
+    Column("slip", "µm/cycle"): np.max,
+    Column("slip", "m/h", key="slip_per_hour"): np.max,
+    Column("mean load", "N"): np.mean,
+    Column("largest load", "N"): np.max,
+    Column("mean pressure", "MPa"): np.max,
+    Column("largest pressure", "MPa"): np.max,
+    Column("worn volume", "mm³/h"): np.sum,
+    Column("worn depth", "µm/h"): np.max,
+}
+"""Of a contact, and what a joint has of its contacts'."""
+WORN = ("worn volume", "worn depth")
+PLACE = (Column("x", "mm"), Column("y", "mm"), Column("z", "mm"))
+
+
+def contact_table(places: "Places", wear: "Wear") -> Table:
+    """A line for each contact: its place, its area and its indicators."""
+    columns = (Column("contact"), *PLACE, Column("area", "mm²"), *INDICATORS)
+    values = (*places.points.T, wear.area, *_indicators(wear))
+    rows = list(zip(places.names, *values, strict=True))
+    return Table("Contacts", columns, rows).without_empty(*WORN)
+
+
+def joint_table(title: str, cases: "Mapping[str, tuple[Places, Wear]]") -> Table:
+    """A line for each joint of each case, by its name."""
+    rows: list[tuple[Cell, ...]] = []
+    for name, (places, wear) in cases.items():
+        joints = np.array(places.joint)
+        for joint in dict.fromkeys(places.joint):
+            own = joints == joint
+            values = [each[own][np.isfinite(each[own])] for each in _indicators(wear)]
+            pairs = zip(INDICATORS.values(), values, strict=True)
+            values = [function(each) if len(each) else None for function, each in pairs]
+            rows.append((name, joint, f"{np.sum(wear.energy[own] > 0)} of {own.sum()}", *values))
+    columns = (*heads("case", "joint", "slipping"), *INDICATORS)
+    return Table(title, columns, rows).without_empty(*WORN)
+
+
+def _indicators(wear: "Wear") -> tuple[Floats, ...]:
+    return (
+        wear.energy,
+        wear.energy_per_area,
+        wear.power,
+        wear.slip,
+        wear.slip_per_hour,
+        wear.mean_load,
+        wear.largest_load,
+        wear.mean_pressure,
+        wear.largest_pressure,
+        wear.volume_per_hour,
+        wear.depth_per_hour,
+    )
+
+
+def page(run: "RunResult") -> "list[Block]":
+    """Where the energy goes, the damping ratio it amounts to, and wear indicators."""
+    return [*_damping(run), *_wear(run)]
+
+
+def _damping(run: "RunResult") -> "list[Block]":
+    rows: list[tuple[Cell, ...]] = []
+    names = list(dict.fromkeys(j for found in run.looked_into.values() for j in found.places.joint))
+    for found in run.looked_into.values():
+        b, joints = found.balance, _shares(found)
+        rows.append(
+            (
+                fixed(words(found.name)),
+                b.input * found.at_peak.frequency,
+                *(joints.get(name, 0.0) for name in names),
+                b.viscous / b.input if b.input > 0 else None,
+                b.damping_ratio,
+                found.bandwidth,
+                _opinion(found),
+            )
+        )
+    columns = (
+        Column("case"),
+        Column("power", "mW"),
+        *(Column(name, "%") for name in (*names, "structure", "ζ by energy", "ζ by bandwidth")),
+        Column("agreement"),
+    )
+    text = (
+        "At the peak the excitation's work in a period goes into friction at the joints and into "
+        "the structure's own damping. The **equivalent damping ratio by energy** is that work over "
+        "4π times the energy of the vibration, which is exact for a linear mode at resonance; **by "
+        "bandwidth** it is the width of the peak at 1/√2 of its height over twice its frequency. "
+        "The two agree for a linear mode. Where contacts slip, damping changes along the curve and "
+        "the two differ: that by energy gives the height of the peak, that by bandwidth its width."
+    )
+    title = f"Power{_of_sector(run)} at the peak of each case, where it goes, and damping ratios"
+    return [report.Text(text), Table(title, columns, rows)]
+
+
+def _shares(found: "CaseResult") -> dict[str, float]:
+    """Share of each joint's friction in the excitation's work; empty where no work is done."""
+    if found.balance.input <= 0:
+        return {}
+    joint = np.array(found.places.joint)
+    return {
+        name: float(found.wear.energy[joint == name].sum()) / found.balance.input
+        for name in dict.fromkeys(found.places.joint)
+    }
+
+
+def _opinion(found: "CaseResult") -> str:
+    if not np.isfinite(found.bandwidth):
+        return "half-power points are outside the range"
+    ratio = found.bandwidth / found.balance.damping_ratio
+    if abs(ratio - 1) < 0.1:
+        return "agree within 10 %"
+    return f"by bandwidth {ratio:.2f} times that by energy"
+
+
+def _wear(run: "RunResult") -> "list[Block]":
+    """Wear indicators by joint, and the contacts with the most friction work."""
+    title = f"Joints{_of_sector(run)} at the peak: total energy and worn volume, else the maximum"
+    by_case = {}
+    for found in run.looked_into.values():
+        name = fixed(words(found.name))
+        by_case[name] = found.places, found.wear
+        for analysis in run.analyses:
+            if states := found.states(analysis):
+                by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
+    blocks: list[Block] = [report.Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
+    cases = (each for each in run.looked_into.values() if each.wear.energy.any())
+    blocks += run.of_cases({each.name: [_contacts(each, run)] for each in cases})
+    return blocks
+
+
+def _method() -> str:
+    return (
+        "Indicators at the largest response, as if the engine dwelt there: **energy** that "
+        "friction takes in a cycle, alone and over the area that belongs to a contact; **slip**, "
+        "the distance that the two surfaces slide over each other under load, both ways; **load "
+        "and pressure**, the latter a contact's force over its area, not a local one. They compare "
+        "designs and places. A worn depth needs a wear coefficient, measured for the pairing and "
+        "temperature (`joints.*.wear_coefficient`); `[wear]` follows how the joints change with it."
+    )
+
+
+def _of_sector(run: "RunResult") -> str:
+    """Of what numbers are, where there are several sectors."""
+    return " of one sector" if next(iter(run.cases.values())).ring[0] > 1 else ""
+
+
+def _contacts(found: "CaseResult", run: "RunResult") -> Table:
+    table = contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
+    order = np.argsort(-found.wear.energy, kind="stable")
+    chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
+    file = next(iter(run.files.get(("energy", found.name), ())), None)
+    title = f"Contacts with the most friction work{of_case(found.name)}" + (
+        f"; all of them in {file.parent.name}/{file.name}" if file else ""
+    )
+    return replace(table, title=title, rows=chosen)
+
+
+def files(run: "RunResult", found: "CaseResult") -> Iterator[Path]:
+    """CSV of every contact's wear indicators, of which the page shows some."""
+    names, *numbers = contact_table(found.places, found.wear).by_head().items()
+    columns = dict([names, *((head, short(values)) for head, values in numbers)])
+    notes = [
+        f"Contacts at the peak, {found.at_peak.frequency:.4g} Hz{of_case(found.name)}",
+        "slip: distance under load in a cycle, both ways; pressure: force over the contact's area",
+    ]
+    shows = [found.key, [str(k) for k in found.places.coefficient]]
+    yield run.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
+
+
+def answers(main: "CaseResult") -> "Iterator[Answer]":
+    """The damping ratio, and friction's share in it."""
+    if not main.detailed:
+        return
+    joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in _shares(main).items() if s > 0)
+    yield _damping_card(main)
+    yield report.Answer(
+        "Share of friction",
+        f"{100 * main.balance.friction_share:.0f} %",
+        f"of the energy dissipated in a cycle: {joints}" if joints else "no contact slips",
+    )
+
+
+def _structure(main: "CaseResult") -> str:
+    ratio = main.given.damping.ratio
+    return (
+        "structure by its matrix, or 0.3 %"
+        if ratio is None
+        else f"structure alone {100 * ratio:.2g} %"
+    )
+
+
+def _damping_card(main: "CaseResult") -> "Answer":
+    note = _structure(main)
+    if main.at_peak.at_edge:
+        note += "; the largest point is no resonance, so this is no more than its order"
+    elif np.isfinite(main.bandwidth):
+        note += f"; by the half-power bandwidth {100 * main.bandwidth:.2g} %"
+    value = f"{100 * main.balance.damping_ratio:.2g} %"
+    return report.Answer("Equivalent damping", value, note, "warn" if main.at_peak.at_edge else "")
+
+
+ENERGY: Analysis[Any, Any] = Analysis(
+    key="energy",
+    title="energy, damping and wear indicators",
+    looked_into=True,
+    open=False,
+    page=page,
+    files=files,
+    answers=answers,
+)

@@ -1,0 +1,343 @@
+"""High-cycle fatigue of the cases that are looked into: margins by place, feature and gauge.
+
+Stress cycles and criterion: `vanelock.quantities.stress`.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from vanelock import report
+from vanelock.analyses.analysis import Analysis
+from vanelock.common.files.csv_table import short
+from vanelock.common.tables import Column, Flag, Table
+from vanelock.input.cases.names import of_case, slug, words
+
+if TYPE_CHECKING:
+    from vanelock.input.schema.study import Study
+    from vanelock.quantities.case_result import CaseResult
+    from vanelock.quantities.run_result import RunResult
+    from vanelock.quantities.stress.margins import Margin
+    from vanelock.report import Answer, Block, Picture
+    from vanelock.report.blocks import Single
+
+HCF = "HCF safety factor"
+HAIGH = "Haigh diagram"
+"""Title of these pictures."""
+MARKED = 5
+"""Features marked in a Haigh diagram, gauges aside."""
+
+
+WITHOUT = (
+    "A component of matrices has no field of stress: margins need the mesh and the shape functions "
+    "behind it. Displacements of its nodes, forces and wear of its contacts are available."
+)
+SAFE, ENOUGH = 1.0, 1.5
+"""Reserves below which a margin is not met, and below which it is tight."""
+
+COLUMNS = (
+    Column("location"),
+    Column("r, angle, z", "mm, °, mm"),
+    Column("alternating", "MPa"),
+    Column("mean", "MPa", ".2f"),
+    Column("n, hydrostatic mean"),
+    Column("n, von Mises mean"),
+    Column("vibratory stress margin"),
+)
+PARTS = ("vane", "casing")
+
+
+def page(run: "RunResult") -> "list[Block]":
+    """Margins of the cases that are looked into."""
+    if not run.first.has_meshes:
+        return [report.Text(WITHOUT)]
+    cases = run.looked_into.values()
+    by_case = {each.name: [*_case(run, each), *_haigh(run, each)] for each in cases}
+    blocks: list[Block] = [report.Text(_method(run)), *run.of_cases(by_case)]
+    if len(run.looked_into) > 1:
+        blocks.append(_others(run))
+    return [*blocks, report.Text(_limits(run))]
+
+
+def _flag(reserve: float) -> Flag:
+    """Colour of a safety factor."""
+    if reserve < SAFE:
+        return "bad"
+    return "warn" if reserve < ENOUGH else "good"
+
+
+def _case_flag(found: "CaseResult", reserve: float, part: str) -> Flag:
+    """Colour of a safety factor: good only of given strengths and a wave known to be stable."""
+    verdict = _flag(reserve)
+    stable = (wave := found.summary.wave) is not None and wave.verdict == "stable"
+    return "" if verdict == "good" and (_assumed(found, part) or not stable) else verdict
+
+
+def _assumed(found: "CaseResult", part: str) -> bool:
+    """Whether the study leaves the strength of a part to the defaults."""
+    given = getattr(found.study.material, part).model_fields_set
+    return not {"fatigue_limit", "tensile_strength"} <= given
+
+
+def _haigh(run: "RunResult", found: "CaseResult") -> "list[Single]":
+    """The diagram of a case."""
+    return [e for e in run.pictures if e.section == "fatigue" and e.case == found.name]
+
+
+def _method(run: "RunResult") -> str:
+    own = run.study.material
+    bears = "; ".join(
+        f"{part}: fatigue limit {1e-6 * m.fatigue_limit:g} MPa, "
+        f"tensile strength {1e-6 * m.tensile_strength:g} MPa"
+        for part, m in (("vane", own.vane), ("casing", own.casing))
+    )
+    return (
+        "The **safety factor n** is the factor on both stresses at which the Goodman line is "
+        "reached: alternating / fatigue limit + mean / tensile strength = 1/n. Alternating is the "
+        "largest von Mises stress of the vibration in a cycle, mean three times the hydrostatic "
+        "stress at rest (Sines); compression earns no credit. The second n takes the signed von "
+        "Mises stress as the mean. The **vibratory stress margin** is the allowable alternating "
+        "stress at the given mean, relative to the computed one.\n\n"
+        f"**Strengths.** {bears}. They are those of the study; the defaults are assumed for a cast "
+        "nickel alloy at temperature and are **not material data**."
+    )
+
+
+def _limits(run: "RunResult") -> str:
+    return (
+        f"{_corners(run)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
+        "casting defects. The mean stress is of what presses the joints at rest, gas loads and "
+        "heat among it where the study gives them, and what vibration does to it. Stresses of the "
+        "casing are those of rest and first harmonic."
+    )
+
+
+def _corners(run: "RunResult") -> str:
+    from vanelock.mesh import VaneDimensions
+    from vanelock.mesh.geometry.root_fillet import filleted
+
+    main = run.main
+    if main is None:
+        return ""
+    locations, study = main.stress.locations["vane"], run.study
+    sharp, count = int(locations.corner.sum()), int((~locations.clear).sum())
+    places, advice = "", "Real parts have fillets"
+    if isinstance(study.vane, VaneDimensions):
+        found = []
+        if not filleted(study.vane, study.ring.sectors).root_fillet:
+            found.append("roots of the aerofoils")
+            advice += ": give the roots theirs by `vane.root_fillet`"
+        if study.vane.fillet == 0:
+            found.append("legs and feet of the hooks")
+            advice += f"{',' if found[1:] else ':'} give the hooks theirs by `vane.fillet`"
+        places = f": {', '.join(found)}" if found else ""
+    where = (
+        f"**Sharp corners.** The vane has re-entrant corners without a fillet ({sharp} nodes on or "
+        f"beside them{places}). There the linear elastic stress is singular: the value only "
+        "reflects the element size. "
+        if sharp
+        else ""
+    )
+    return (
+        f"{where}Nodes within {1e3 * locations.distance:.2g} mm (0.4 of {_wall(study)}) of such a "
+        f"corner or of a node that carries a point force, {count} of {len(locations.clear)}, are "
+        f"excluded from the critical location. {advice}."
+    )
+
+
+def _wall(study: "Study") -> str:
+    from vanelock.mesh import VaneDimensions
+
+    return "the thinnest wall" if isinstance(study.vane, VaneDimensions) else "an element's edge"
+
+
+def _case(run: "RunResult", found: "CaseResult") -> "list[Single]":
+    case = of_case(found.name)
+    blocks: list[Single] = [_worst(found, "peak")]
+    for analysis in run.analyses:
+        if states := found.states(analysis):
+            blocks.append(_worst(states[-1], f"peak: {analysis.state}"))
+    every = [(part, m) for part in PARTS for m in found.stress.features[part]]
+    rows = [_row(found, m, part, m.where) for part, m in every]
+    flags = [_case_flag(found, m.reserve, part) for part, m in every]
+    title = f"Worst location of each feature{case}, clear of sharp corners and point forces"
+    blocks.append(Table(title, COLUMNS, rows, flags=flags))
+    return blocks
+
+
+def _worst(found: "CaseResult", peak: str) -> Table:
+    """The worst places at a peak of a case."""
+    rows: list[tuple[str | float | None, ...]] = []
+    flags: list[Flag] = []
+    for part in PARTS:
+        for what, m in _merged(found.stress.worst[part]):
+            prefix = "" if m.node is None else f"{part}, "
+            rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
+            flags.append("" if m.doubt else _case_flag(found, m.reserve, part))
+    title = f"Worst locations at the {peak}, {found.at_peak.frequency:.2f} Hz{of_case(found.name)}"
+    return Table(title, COLUMNS, rows, flags=flags)
+
+
+def _merged(margins: "Sequence[Margin]") -> "list[tuple[str, Margin]]":
+    """Margins at the same node once, under all their names."""
+    found: dict[object, tuple[str, Margin]] = {}
+    for i, m in enumerate(margins):
+        key = ("gauge", i) if m.node is None else m.node
+        found[key] = (f"{found[key][0]}; {m.what}", m) if key in found else (m.what, m)
+    return list(found.values())
+
+
+def _others(run: "RunResult") -> Table:
+    """The critical location of every case, in vane or casing."""
+    rows, flags = [], []
+    for found in run.looked_into.values():
+        m = found.stress.governing
+        rows.append(_row(found, m, m.part, f"{words(found.name)}: {m.part}, {m.where}"))
+        flags.append(_case_flag(found, m.reserve, m.part))
+    return Table("The critical location of each case", COLUMNS, rows, flags=flags)
+
+
+def _row(found: "CaseResult", m: "Margin", part: str, place: str) -> tuple[str | float | None, ...]:
+    at = ""
+    if m.node is not None:
+        r, angle, z = found.stress.locations[part].coordinates(m.node)
+        at = f"{1e3 * r:.1f}, {angle:.2f}, {1e3 * z:.1f}"
+    return (
+        f"{place} ({m.doubt})" if m.doubt else place,
+        at,
+        m.amplitude,
+        m.mean,
+        m.reserve,
+        m.reserve_mises,
+        m.growth,
+    )
+
+
+def pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
+    """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
+    from vanelock import render
+
+    if not found.has_meshes:
+        return
+    cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
+    bears = found.stress.worst["vane"][0].strength
+    named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in _marked(found)]
+    title = f"Fatigue of the vane at the peak, {found.at_peak.frequency:.2f} Hz"
+    text = (
+        f"fatigue limit {1e-6 * bears.limit:g} MPa, tensile strength {1e-6 * bears.tensile:g} MPa"
+    )
+    subtitle = "; ".join([*([] if found.name == "nominal" else [words(found.name)]), text])
+    shows = [found.key, title, subtitle, [bears.limit, bears.tensile]]
+    path = run.output_files.draw(
+        f"figures/haigh_{slug(found.name)}.png",
+        shows,
+        lambda path: render.haigh_picture(
+            path,
+            cycle.mean,
+            cycle.amplitude,
+            ~locations.clear,
+            bears.limit,
+            bears.tensile,
+            named,
+            title,
+            subtitle,
+        ),
+    )
+    notes = [
+        f"{title}{of_case(found.name)}; {text}",
+        "amplitude: largest alternating von Mises stress; mean: trace of the mean stress;",
+        "signed: its von Mises stress with the sign of the trace; n: Goodman safety factor",
+        "clear: 0 at sharp re-entrant corners and beside point forces, where stress has no limit",
+    ]
+    data = run.table(f"figures/fatigue_{slug(found.name)}.csv", shows, lambda: _nodes(found), notes)
+    caption = (
+        f"Every node of the vane{of_case(found.name)}: what alternates at the peak over what acts "
+        "at rest, as equivalent stresses (von Mises amplitude and hydrostatic mean, by Sines). "
+        "Below the black Goodman line life is infinite; the safety factor n is the factor on both "
+        "stresses at which they reach it. Marked: the worst locations of some features, away "
+        "from sharp corners and point forces, and the gauges."
+    )
+    yield report.Picture(path, HAIGH, caption, (data,))
+
+
+def _marked(found: "CaseResult") -> "list[Margin]":
+    return [*found.stress.features["vane"][:MARKED], *found.stress.gauges[:3]]
+
+
+def _nodes(found: "CaseResult") -> dict[str, ArrayLike]:
+    cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
+    bears = found.stress.worst["vane"][0].strength
+    x, y, z = 1e3 * locations.part.points.T
+    columns: dict[str, ArrayLike] = {
+        "node": np.arange(len(x)),
+        "x (mm)": short(x),
+        "y (mm)": short(y),
+        "z (mm)": short(z),
+        "feature": locations.feature.tolist(),
+        "clear": locations.clear,
+        "amplitude (MPa)": short(1e-6 * cycle.amplitude),
+        "mean (MPa)": short(1e-6 * cycle.mean),
+        "signed mean (MPa)": short(1e-6 * cycle.mean_mises),
+        "half of the range (MPa)": short(1e-6 * cycle.chord),
+        "n": short(bears.reserve(cycle.amplitude, cycle.mean)),
+    }
+    return columns
+
+
+def answers(main: "CaseResult") -> "Iterator[Answer]":
+    """The critical stress and its safety factor."""
+    if not main.detailed or main.margins is None:
+        return
+    m = main.margins.governing
+    locations = main.margins.locations[m.part]
+    least = min(each.stress.governing.reserve for each in (main, *main.last_states))
+    r, angle, z = locations.coordinates(m.node) if m.node is not None else (0, 0, 0)
+    place = f"r {1e3 * r:.1f} mm, {angle:+.2f}°, z {1e3 * z:.1f} mm"
+    yield report.Answer(
+        "Critical stress",
+        f"{1e-6 * m.amplitude:.3g} MPa",
+        f"alternating, mean {1e-6 * m.mean:.2g} MPa: {m.part}, {m.where} ({place})",
+    )
+    if main.at_peak.at_edge:
+        yield report.withheld(HCF)
+    else:
+        flag = _case_flag(main, least, m.part)
+        yield report.Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), flag)
+
+
+def _reserve(main: "CaseResult") -> str:
+    m, least = main.stress.governing, main.stress.least_growth
+    where = "" if least is m else f", least {least.growth:.3g} ({least.part}, {least.where})"
+    text = (
+        f"{m.part}; Goodman, {'ASSUMED ' if _assumed(main, m.part) else ''}fatigue limit "
+        f"{1e-6 * m.strength.limit:g} MPa; vibratory stress margin {m.growth:.3g}{where}; "
+        f"{_of_wave(main)}. Clear of sharp corners and point forces"
+    )
+    worst = main.stress.worst[m.part][0]
+    if worst.doubt:
+        text += f", where the mesh has n = {worst.reserve:.3g}"
+    for analysis in main.analyses:
+        if states := main.states(analysis):
+            reserve, peak = states[-1].stress.governing.reserve, 1e6 * states[-1].at_peak.amplitude
+            text = f"**n = {reserve:.3g} at {peak:.3g} µm**, {analysis.state}. {text}"
+    return text
+
+
+def _of_wave(main: "CaseResult") -> str:
+    """What is known of the wave that stresses are of."""
+    if (wave := main.summary.wave) is None:
+        return "stability of the wave not checked"
+    return f"the wave is {wave.verdict}"
+
+
+FATIGUE: Analysis[Any, Any] = Analysis(
+    key="fatigue",
+    title="fatigue",
+    looked_into=True,
+    open=False,
+    page=page,
+    pictures=pictures,
+    answers=answers,
+)

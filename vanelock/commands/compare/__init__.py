@@ -1,1 +1,0 @@
-"""`vanelock compare`: two runs side by side."""

@@ -1,0 +1,1 @@
+"""What a run left in its folder, read back: as one object, for a comparison, for its page."""
