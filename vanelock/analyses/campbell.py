@@ -162,12 +162,12 @@ def warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str
 
 
 def _distinct(cases: "Mapping[str, CaseResult]") -> "dict[str, CaseResult]":
-    """The first of the cases that share lines, which their responses do not change, by case."""
+    """The first of the cases that share lines and crossings, whatever their responses, by case."""
     first: dict[bytes, CaseResult] = {}
     for case in cases.values():
         for diagram in case.found("campbell"):
-            lines = diagram.lines
-            first.setdefault(lines.free.tobytes() + lines.stuck.tobytes(), case)
+            shown = (each.tobytes() for each in vars(diagram.lines).values())
+            first.setdefault(b"".join(shown), case)
     return {case.name: case for case in first.values()}
 
 
@@ -193,8 +193,7 @@ def _picture(run: "RunResult", case: "CaseResult") -> "Picture":
     (diagram,), name = case.found("campbell"), "" if len(run.cases) == 1 else case.name
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
     title = f"{run.given.name}: Campbell diagram"
-    measured = [[m.label, m.frequency.tolist(), m.amplitude.tolist()] for m in run.measured]
-    shows = [*case.key_of("campbell"), measured, title, name]
+    shows = [*case.key_of("campbell"), [each.shown for each in run.measured], title, name]
     path = run.output_files.draw(
         f"{stem}.png",
         shows,

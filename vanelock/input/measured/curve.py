@@ -63,6 +63,12 @@ class Measured:
         return self.name if self.load == 1 else f"{self.name}, load × {self.load:g}"
 
     @property
+    def shown(self) -> list[str | list[float]]:
+        """All of it that pictures depend on, as JSON can hold it."""
+        curves = self.frequency, self.speed, self.amplitude
+        return [self.label, self.quantity, *(each.tolist() for each in curves)]
+
+    @property
     def speed(self) -> Floats:
         """(p,) rotor speed, rpm."""
         return 60 * self.frequency / self.engine_order

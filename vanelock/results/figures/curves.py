@@ -58,10 +58,7 @@ def curves(run: RunResult) -> Picture:
     made = all_curves(run)
     keys = [(*each.solved_keys, each.name) for each in run.cases.values()]
     monitor = run.monitor.name
-    shows = [keys, monitor, run.given.name]
-    shows += [
-        [m.label, m.quantity, m.frequency.tolist(), m.amplitude.tolist()] for m in run.measured
-    ]
+    shows = [keys, monitor, run.given.name, *(each.shown for each in run.measured)]
     order = one_order(run.cases.values())
     title = f"{run.given.name}: forced response"
     shade = band(run)

@@ -179,3 +179,23 @@ def test_lines_that_samples_share_are_drawn_whichever_samples_have_pictures():
         patch.setattr(campbell, "_picture", lambda run, case: drawn.append(case.name))
         list(campbell.CAMPBELL.run_pictures(run))
     assert drawn == ["sample=0"]
+
+
+def test_cases_whose_engine_orders_meet_the_same_lines_elsewhere_have_diagrams_of_their_own():
+    """As cases of several engine orders: which crossings are of interest differs."""
+    both = [
+        SimpleNamespace(free=np.ones(2), stuck=np.ones(2), interest=np.array(of))
+        for of in ([True, False], [False, True])
+    ]
+    names = "engine_order=1", "engine_order=2"
+    run: Any = SimpleNamespace(
+        cases={
+            name: case_of(name, None, {"campbell.0": SimpleNamespace(lines=lines)})
+            for name, lines in zip(names, both, strict=True)
+        }
+    )
+    drawn: list[str] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(campbell, "_picture", lambda run, case: drawn.append(case.name))
+        list(campbell.CAMPBELL.run_pictures(run))
+    assert drawn == list(names)
