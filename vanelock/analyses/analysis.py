@@ -13,8 +13,6 @@ from vanelock.common.product import Product
 from vanelock.common.tables import MOST_CASES, Table
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from pydantic import BaseModel
 
     from vanelock.analyses.solved_case import SolvedCase
@@ -125,7 +123,7 @@ class Analysis(Generic[K, P]):
     pictures : callable
         (run, case) to pictures.
     files : callable
-        (run, case) to CSV files that are of no picture.
+        Of (run, case), which writes CSV files that are of no picture.
     run_tables, run_pictures : callable
         The same of a run as a whole.
     page : callable or None
@@ -172,7 +170,7 @@ class Analysis(Generic[K, P]):
     reserve: str = ""
     tables: "Callable[[Mapping[str, CaseResult]], Iterable[Table]]" = _nothing
     pictures: "Callable[[RunResult, CaseResult], Iterable[Picture]]" = _nothing
-    files: "Callable[[RunResult, CaseResult], Iterable[Path]]" = _nothing
+    files: "Callable[[RunResult, CaseResult], object]" = _nothing
     run_tables: "Callable[[RunResult], Iterable[Table]]" = _nothing
     run_pictures: "Callable[[RunResult], Iterable[Picture]]" = _nothing
     page: "Callable[[RunResult], Sequence[Block]] | None" = None

@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock.analyses.analysis import Analysis, AnalysisPart
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.tables import Column, Table, heads
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.schema.comparison import CampbellKeys
+from vanelock.input.schema.structure.temperature import PARTS
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
@@ -32,12 +34,10 @@ if TYPE_CHECKING:
     from vanelock.stages.campbell.engine_orders import Along
     from vanelock.stages.campbell.speed_lines import Campbell, Lines
     from vanelock.stages.plan import Planned
-    from vanelock.stages.response.limits import Limits
+    from vanelock.stages.response.limits import Limit, Limits
     from vanelock.stages.response.monitor import Monitor
-    from vanelock.stages.response.responses import Limit
+    from vanelock.stages.response.summary import Peak
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 RANGES = 100
 """Ranges of speed of which a circle shows the largest amplitude."""
@@ -70,7 +70,7 @@ def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Cam
     planned, study, watched = case.planned, case.planned.case.study, case.monitored
     lines: Lines = case.get(lines_step(planned))
     limits: Limits = case.get(planned.linear.limits)
-    linear = _condition(limits, case.response, watched)
+    linear = _condition(limits, case.peak)
     own = abs(study.excitation.engine_order)
     circles = []
     for order in lines.engine_orders.tolist():
@@ -95,11 +95,8 @@ def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Cam
     )
 
 
-def _condition(limits: "Limits", response: "Response", monitor: "Monitor") -> "Limit":
+def _condition(limits: "Limits", peak: "Peak | None") -> "Limit":
     """Which linear limit the nonlinear peak is nearer to."""
-    from vanelock.stages.response.summary import peak_of
-
-    peak = peak_of(response, monitor.amplitude(response))
     if peak is None or not limits.opens:
         return "free"
     return "free" if limits.position(peak.frequency) < 0.5 else "stuck"
@@ -266,7 +263,7 @@ def _notes(diagram: "Campbell") -> list[str]:
     heat = diagram.lines.temperatures
     notes += [
         f"{part}: {heat[0, i]:.0f} to {heat[-1, i]:.0f} °C"
-        for i, part in enumerate(("vane", "casing"))
+        for i, part in enumerate(PARTS)
         if not np.isnan(heat[0, i])
     ]
     return notes
@@ -298,7 +295,7 @@ def _caption(diagram: "Campbell", name: str) -> str:
 def _line_columns(lines: "Lines") -> Mapping[str, ArrayLike]:
     """Speed, temperatures, and each natural frequency."""
     found: dict[str, ArrayLike] = {"rotor speed (rpm)": lines.speeds}
-    for i, part in enumerate(("vane", "casing")):
+    for i, part in enumerate(PARTS):
         if not np.isnan(lines.temperatures[:, i]).all():
             found[f"{part} temperature (degC)"] = lines.temperatures[:, i]
     conditions = {"free": lines.free, "stuck": lines.stuck} if lines.interlock else {"": lines.free}

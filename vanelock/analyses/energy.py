@@ -5,14 +5,13 @@ Of the peaks of the cases that are looked into; what is computed: `vanelock.quan
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import report
 from vanelock.analyses.analysis import Analysis
+from vanelock.common.arrays import Floats
 from vanelock.common.files.csv_table import short
 from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.input.cases.names import fixed, of_case, slug, words
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from vanelock.report import Answer, Block
     from vanelock.stages.parts.places import Places
 
-Floats = NDArray[np.float64]
 SHOWN = 16
 """Contacts in the page's table; the others stand in the CSV file."""
 NOT_SHOWN = ("power", "mean pressure")
@@ -158,7 +156,7 @@ def _wear(run: "RunResult") -> "list[Block]":
                 by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
     blocks: list[Block] = [report.Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
     cases = (each for each in run.looked_into.values() if each.wear.energy.any())
-    blocks += run.of_cases({each.name: [_contacts(each, run)] for each in cases})
+    blocks += run.of_cases({each.name: [_contacts(each)] for each in cases})
     return blocks
 
 
@@ -175,21 +173,19 @@ def _method() -> str:
 
 def _of_sector(run: "RunResult") -> str:
     """Of what numbers are, where there are several sectors."""
-    return " of one sector" if next(iter(run.cases.values())).ring[0] > 1 else ""
+    return " of one sector" if run.first.ring[0] > 1 else ""
 
 
-def _contacts(found: "CaseResult", run: "RunResult") -> Table:
+def _contacts(found: "CaseResult") -> Table:
     table = contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
     order = np.argsort(-found.wear.energy, kind="stable")
     chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
-    file = next(iter(run.files.get(("energy", found.name), ())), None)
-    title = f"Contacts with the most friction work{of_case(found.name)}" + (
-        f"; all of them in {file.parent.name}/{file.name}" if file else ""
-    )
+    work = f"Contacts with the most friction work{of_case(found.name)}"
+    title = f"{work}; all of them in {_file(found)}"
     return replace(table, title=title, rows=chosen)
 
 
-def files(run: "RunResult", found: "CaseResult") -> Iterator[Path]:
+def files(run: "RunResult", found: "CaseResult") -> None:
     """CSV of every contact's wear indicators, of which the page shows some."""
     names, *numbers = contact_table(found.places, found.wear).by_head().items()
     columns = dict([names, *((head, short(values)) for head, values in numbers)])
@@ -198,7 +194,12 @@ def files(run: "RunResult", found: "CaseResult") -> Iterator[Path]:
         "slip: distance under load in a cycle, both ways; pressure: force over the contact's area",
     ]
     shows = [found.key, [str(k) for k in found.places.coefficient]]
-    yield run.table(f"figures/wear_{slug(found.name)}.csv", shows, lambda: columns, notes)
+    run.table(_file(found), shows, lambda: columns, notes)
+
+
+def _file(found: "CaseResult") -> str:
+    """Where all contacts of a case are listed."""
+    return f"figures/wear_{slug(found.name)}.csv"
 
 
 def answers(main: "CaseResult") -> "Iterator[Answer]":

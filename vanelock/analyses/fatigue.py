@@ -14,6 +14,7 @@ from vanelock.analyses.analysis import Analysis
 from vanelock.common.files.csv_table import short
 from vanelock.common.tables import Column, Flag, Table
 from vanelock.input.cases.names import of_case, slug, words
+from vanelock.input.schema.structure.temperature import PARTS
 
 if TYPE_CHECKING:
     from vanelock.input.schema.study import Study
@@ -46,7 +47,6 @@ COLUMNS = (
     Column("n, von Mises mean"),
     Column("vibratory stress margin"),
 )
-PARTS = ("vane", "casing")
 
 
 def page(run: "RunResult") -> "list[Block]":

@@ -59,7 +59,7 @@ def page(run: "RunResult") -> "list[Block]":
     where = "; ".join(f"gauge {i + 1}: {text}" for i, text in enumerate(names))
     caption = f"Half the peak-to-peak of the strain that the gauges read. {where}."
     made = report.Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)
-    return [*tables(run.cases), made]
+    return [made]
 
 
 GAUGES: Analysis[Any, Any] = Analysis(

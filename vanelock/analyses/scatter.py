@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vanelock import report
 from vanelock.analyses.analysis import Analysis
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table, counted
 
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from vanelock.stages.response.summary import Summary
 
 TITLE = "Scatter of the peaks"
-Floats = NDArray[np.float64]
 PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
 CONFIDENCE = 0.95
 FEWEST = 10
@@ -224,7 +224,7 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
     if (found := run.scattered) is None:
         return
     monitor, known = run.monitor.name, found.known
-    shows = [[each.products.key("response"), each.name] for each in run.cases.values()]
+    shows = [[each.key_at("response"), each.name] for each in run.cases.values()]
     shows += [[monitor, run.given.name, *found.keys], found.value.tolist()]
     keys = [_shown(key, found.value[known, i]) for i, key in enumerate(found.keys)]
     panels = [

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -90,7 +91,7 @@ class Comparison:
     pairs: Sequence[tuple[CaseResult, CaseResult]]
     notes: Sequence[str]
 
-    @property
+    @cached_property
     def inputs(self) -> list[tuple[str, str, str]]:
         """Keys that differ, with both values in words."""
         one, other = (flattened(run.settings) for run in self.runs)
@@ -100,12 +101,12 @@ class Comparison:
         )
         return [(key, both[0], both[1]) for key, both in texts]
 
-    @property
+    @cached_property
     def results(self) -> list[Line]:
         """Numbers of all pairs of cases."""
         return [line for pair in self.pairs for line in _lines(*pair)]
 
-    @property
+    @cached_property
     def sizes(self) -> list[Line]:
         """Model sizes and times."""
         sizes, times = [run.sizes for run in self.runs], [_seconds(run) for run in self.runs]
@@ -116,7 +117,7 @@ class Comparison:
             for what in {**one, **other}
         ]
 
-    @property
+    @cached_property
     def tables(self) -> list[Table]:
         """Differing inputs, results, sizes and times, and programs."""
         both = [

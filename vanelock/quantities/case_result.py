@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.process.memory import latest
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
@@ -14,7 +15,7 @@ from vanelock.mesh import Part
 from vanelock.nonlinear import Audit, Response
 from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
 from vanelock.quantities.contacts.wear import Wear, wear
-from vanelock.quantities.curves import Curves, Drawn, Floats, as_drawn
+from vanelock.quantities.curves import Curves, Drawn, as_drawn
 from vanelock.quantities.products import Products
 from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.quantities.stress.fields import ModeShapes, NodalFields
@@ -26,9 +27,8 @@ from vanelock.stages.accuracy.left_out import LeftOut
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.gauges import Gauges, Strain
 from vanelock.stages.parts.places import Places, places
-from vanelock.stages.response.limits import Limits
+from vanelock.stages.response.limits import LIMITS, Limits
 from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak, Summary
 

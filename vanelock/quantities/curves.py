@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.stages.response.solved import drawn
 
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.products import StepProducts
 
-Floats = NDArray[np.float64]
 Drawn: TypeAlias = tuple[Floats, Floats, NDArray[np.bool_]]
 """Frequencies, Hz, amplitudes, m, and which of them converged."""
 

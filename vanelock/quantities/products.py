@@ -5,7 +5,7 @@ response, lower, preload, system, limits, free, stuck      of the solver; `lower
 mesh/<part>, rom/<part>, component/<name>, gauges          of the structure
 <analysis>.<number>                                        of analyses
 fields, <analysis>/<state>/fields, mode_shapes, audit, sensitivities, neglected,
-mesh_doubt, mesh_error, curves, energy                     of what is shown of the peak
+mesh_doubt, mesh_error, curves                             of what is shown of the peak
 """
 
 from abc import ABC, abstractmethod
@@ -24,8 +24,8 @@ from vanelock.stages.accuracy.error_places import of_own_meshes
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
 from vanelock.stages.accuracy.neglected import neglected_harmonics_step
 from vanelock.stages.plan import Planned
+from vanelock.stages.response.limits import LIMITS
 from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.solved import as_solved
 from vanelock.stages.response.summary import Peak
 
@@ -88,8 +88,6 @@ class StepProducts(Products):
         The steps, as solved.
     stages : Stages
         What runs them.
-    asked : dict of str to str
-        Places that were asked for, with their keys.
     """
 
     def __init__(
@@ -104,7 +102,7 @@ class StepProducts(Products):
         self.planned, self.stages = planned, stages
         self._monitor, self._peak = monitor, peak
         self._steps: dict[str, Step[Any] | None] = {**_steps(planned)}
-        self.asked: dict[str, str] = {}
+        self._asked: dict[str, None] = {}
         self._given: dict[str, Product] = {}
 
     def __contains__(self, place: str) -> bool:
@@ -113,7 +111,7 @@ class StepProducts(Products):
     def stored(self) -> list[str]:
         """Places of all that is known before the peak, and of what was asked for."""
         solved = [e for e in self._steps if e.startswith(ALWAYS) or "." in e]
-        return [*dict.fromkeys([*solved, *self.asked]), *self._given]
+        return [*dict.fromkeys([*solved, *self._asked]), *self._given]
 
     def get(self, place: str) -> Any:
         """The product of a place."""
@@ -121,7 +119,7 @@ class StepProducts(Products):
             return self._given[place]
         found = self._step(place)
         assert found is not None
-        self.asked[place] = found.key
+        self._asked[place] = None
         return self.stages.get(found)
 
     def key(self, place: str) -> str:

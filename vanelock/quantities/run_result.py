@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from vanelock.common.arrays import Floats
 from vanelock.common.files.csv_table import write_columns
 from vanelock.input.cases.names import words
 from vanelock.input.cases.values import Given
@@ -15,15 +16,13 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.progress import Done
 from vanelock.pipeline.tasks import Failure
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.curves import Floats
 from vanelock.report import OfCase, Picture
 from vanelock.report.blocks import Single
 from vanelock.results.files.redrawn import OutputFiles
 from vanelock.stages.accuracy.errors import Errors
 from vanelock.stages.accuracy.left_out import LeftOut
-from vanelock.stages.parts.gauges import Strain
+from vanelock.stages.response.limits import Limit
 from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.responses import Limit
 from vanelock.stages.response.summary import Peak, Summary
 
 if TYPE_CHECKING:
@@ -66,8 +65,6 @@ class RunResult:
         Percentiles of the peaks, where keys scatter.
     pictures : list of Picture
         In their order.
-    files : dict of (str, str) to list of Path
-        CSV files of analyses of cases, of no picture.
     shared : dict
         What its cases have in common.
     """
@@ -87,7 +84,6 @@ class RunResult:
     limits: dict[tuple[str, Limit], tuple[Floats, Floats]] = field(default_factory=dict)
     scattered: "Scattered | None" = None
     pictures: list[Picture] = field(default_factory=list)
-    files: dict[tuple[str, str], list[Path]] = field(default_factory=dict)
     shared: dict[str, Any] = field(default_factory=dict, repr=False)
 
     @property
@@ -95,6 +91,11 @@ class RunResult:
         """What is given, where only a study has what is drawn."""
         assert isinstance(self.given, Study)
         return self.given
+
+    @property
+    def shapes(self) -> bool:
+        """Whether pictures of shapes are asked for."""
+        return bool(getattr(self.given.outputs, "shapes", False))
 
     @property
     def first(self) -> CaseResult:
@@ -125,15 +126,6 @@ class RunResult:
     def errors(self) -> dict[str, tuple[Errors, Sequence[LeftOut]]]:
         """Estimated errors by case, where an accuracy is asked for."""
         return {name: each.errors for name, each in self.cases.items() if each.errors is not None}
-
-    @property
-    def strains(self) -> dict[str, tuple[Strain, Peak]]:
-        """What gauges read, by case."""
-        return {
-            name: (each.strain, each.peak)
-            for name, each in self.cases.items()
-            if each.strain is not None and each.peak is not None
-        }
 
     @property
     def looked_into(self) -> dict[str, CaseResult]:

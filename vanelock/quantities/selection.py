@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.input.cases.sweep import SAMPLE
 from vanelock.quantities.case_result import CaseResult
@@ -13,7 +12,6 @@ from vanelock.quantities.run_result import RunResult
 from vanelock.render import Band
 from vanelock.stages.response.summary import Peak
 
-Floats = NDArray[np.float64]
 MANY = 24
 """More cases than that are drawn as a band; each has a line of its own otherwise."""
 DETAILED = 8
@@ -25,7 +23,7 @@ SHARE = 0.5
 """Of the cases, how many a band needs at a frequency."""
 
 
-def looked_into(case: CaseResult) -> CaseResult:
+def with_details(case: CaseResult) -> CaseResult:
     """A case with all numbers at its peak, and what moves and checks it made."""
     for place in ("audit", "sensitivities"):
         if place in case.products:
@@ -70,7 +68,7 @@ def _lowest_first(peaks: Mapping[str, Peak]) -> list[str]:
     return sorted(peaks, key=lambda name: peaks[name].amplitude)
 
 
-def looked_into_of(run: RunResult) -> list[str]:
+def looked_into_names(run: RunResult) -> list[str]:
     """Names of the cases that are looked into, in order.
 
     All if they are few; of samples those that have pictures, of other sweeps the first, the last

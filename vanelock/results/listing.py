@@ -182,7 +182,7 @@ def tables(run: RunResult) -> Iterator[Table]:
         yield left_out_table(name, without)
     for analysis in run.analyses:
         yield from analysis.run_tables(run)
-    if getattr(run.given.outputs, "shapes", False) and "mesh_error" in run.first.products:
+    if run.shapes and "mesh_error" in run.first.products:
         yield run.first.products.get("mesh_error").table
     if run.failed:
         yield _failed_table(run.failed)

@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 
 import vanelock
+from vanelock.common.arrays import Floats
 from vanelock.common.process.signals import raise_dropped
 from vanelock.common.process.version import installed
 from vanelock.common.product import Product
@@ -19,7 +20,6 @@ from vanelock.pipeline.step import Stages
 from vanelock.pipeline.tasks import Failure
 from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.curves import Floats
 from vanelock.quantities.products import structure_steps
 from vanelock.quantities.run_result import RunResult
 from vanelock.results.files import writer
@@ -29,7 +29,7 @@ from vanelock.results.files.writer import Results
 from vanelock.rom import Component
 from vanelock.stages.linear import Linear
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.responses import LIMITS, Limit
+from vanelock.stages.response.limits import LIMITS, Limit
 from vanelock.stages.response.summary import figures
 
 LIBRARIES = (

@@ -6,8 +6,8 @@ from vanelock.input.cases.values import diameter_of
 from vanelock.nonlinear import HarmonicModes, Response
 from vanelock.pipeline.step import Step
 from vanelock.rom import System
-from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.responses import LIMITS, Limit, limits_step, linear_step
+from vanelock.stages.response.limits import LIMITS, Limit, Limits
+from vanelock.stages.response.responses import limits_step, linear_step
 from vanelock.stages.structure import CaseStructure
 
 

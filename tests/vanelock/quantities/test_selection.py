@@ -9,7 +9,7 @@ import pytest
 
 from tests.vanelock.run_results import run_of
 from vanelock import cases, parse_study, render
-from vanelock.quantities.selection import looked_into_of, named
+from vanelock.quantities.selection import looked_into_names, named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
 from vanelock.results.figures.pictures import detailed
@@ -52,10 +52,10 @@ def test_samples_looked_into_are_those_with_pictures_and_of_a_sweep_ends_and_ext
     many, _ = run_data(SAMPLES.format(30))
     peaks = many.peaks
     order = sorted(peaks, key=lambda name: peaks[name].amplitude)
-    assert set(looked_into_of(many)) == {order[0], order[15], order[-1]}
-    assert looked_into_of(many) == [each.name for each in named(many)]
+    assert set(looked_into_names(many)) == {order[0], order[15], order[-1]}
+    assert looked_into_names(many) == [each.name for each in named(many)]
     many, _ = run_data(SWEEP)
-    assert looked_into_of(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
+    assert looked_into_names(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
     assert [each.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
 
 
@@ -68,7 +68,7 @@ def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
         many.cases[name] = replace(case, summary=replace(case.summary, peak=peak))
     most = many.largest
     assert most is not None
-    assert most.case in looked_into_of(many)
+    assert most.case in looked_into_names(many)
     assert many.peaks[most.case].amplitude == 1e-3
 
 

@@ -40,8 +40,8 @@ from vanelock.stages.linear import Linear
 from vanelock.stages.matrices.scene_structure import at_rest, motions_step
 from vanelock.stages.parts.temperatures import described
 from vanelock.stages.plan import Planned, plan
+from vanelock.stages.response.limits import LIMITS
 from vanelock.stages.response.monitor import monitor
-from vanelock.stages.response.responses import LIMITS
 from vanelock.stages.response.rest import constant_loads, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
 from vanelock.stages.sweep.time_left import Clock, attempt

@@ -19,7 +19,7 @@ from vanelock.pipeline.step import Stages, Step
 from vanelock.pipeline.tasks import Task, TaskQueue, Work, Workers
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.plan import Planned, plan
-from vanelock.stages.response.responses import LIMITS
+from vanelock.stages.response.limits import LIMITS
 
 
 @contextmanager

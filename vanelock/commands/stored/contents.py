@@ -5,7 +5,7 @@ import os
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,8 @@ from vanelock.results.files.redrawn import OutputFiles
 from vanelock.results.files.results_file import NAME, open_results
 from vanelock.results.record import STORED
 from vanelock.stages.parts.components import PARTS
+from vanelock.stages.response.limits import LIMITS
 from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.responses import LIMITS
 
 REMEMBERED = 32
 """Products of a file that are remembered."""
@@ -73,6 +73,7 @@ def _product(path: Path, where: str) -> Product:
         return _kinds()[kind].load(file[where])
 
 
+@lru_cache
 def _kinds() -> dict[str, type[Product]]:
     """All products by their names."""
     for analysis in ANALYSES:

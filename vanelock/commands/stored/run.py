@@ -20,7 +20,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.digests import verify
 from vanelock.common.lazy import library
 from vanelock.common.tables import Table
-from vanelock.quantities.selection import MANY, looked_into_of
+from vanelock.quantities.selection import MANY, looked_into_names
 from vanelock.results.case_table import case_row, case_table
 from vanelock.results.figures.curves import called, limit_curves, one_order
 from vanelock.results.files.redrawn import REPORT
@@ -275,7 +275,7 @@ class Run:
 
 def _shown(run: StoredRun) -> list[str]:
     """All cases if they are few; of many those that the page looks into."""
-    return list(run.cases) if len(run.cases) <= MANY else looked_into_of(run)
+    return list(run.cases) if len(run.cases) <= MANY else looked_into_names(run)
 
 
 def _directions(monitor: str) -> tuple[str, ...]:

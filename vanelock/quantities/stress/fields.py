@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import fem, rom
+from vanelock.common.arrays import Complex
 from vanelock.common.product import Product
 from vanelock.fem.gauges import skin
 from vanelock.mesh import Part
@@ -23,11 +24,9 @@ from vanelock.stages.parts.components import PARTS, model_step, recovery_step
 from vanelock.stages.parts.loads import growth
 from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.responses import LIMITS, Limit
+from vanelock.stages.response.limits import LIMITS, Limit, Limits
 from vanelock.stages.response.solved import as_solved
 
-Complex = NDArray[np.complex128]
 Get = Callable[[Step[Any]], Any]
 
 CASING_HARMONICS = 1
@@ -166,9 +165,9 @@ def mode_shapes_step(planned: Planned) -> Step[ModeShapes]:
 def _modes(system: System, limits: Limits) -> list[Complex]:
     """The mode of interest in reduced coordinates, contacts free and, where they open, stuck."""
     k, found = limits.nodal_diameter, []
-    places = {"free": limits.free_mode, "stuck": limits.stuck_mode}
-    for which in LIMITS if limits.opens else LIMITS[:1]:
+    for which in limits.conditions:
+        place, _ = limits.of_interest(which)
         closed = ~system.contacts.opens if which == "free" else None
-        modes = rom.linear_modes(system, k, places[which] + 1, closed)[1]
-        found.append(np.asarray(modes[:, places[which]], complex))
+        modes = rom.linear_modes(system, k, place + 1, closed)[1]
+        found.append(np.asarray(modes[:, place], complex))
     return found

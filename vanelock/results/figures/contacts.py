@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock import nonlinear, render
+from vanelock.common.arrays import Floats
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.contacts.wear import exact
-from vanelock.quantities.curves import Floats
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import DETAILED, named
 from vanelock.report import Picture
@@ -174,7 +174,7 @@ def loops(run: RunResult, each: CaseResult) -> list[Picture]:
     frequency = each.at_peak.frequency
     heading = f"contact {contacts.joints[: contact + 1].count(joint)} of {joint}"
     title = f"C{heading[1:]} at {frequency:.2f} Hz"
-    shows = [each.products.key("response"), title, name, run.monitor.name]
+    shows = [each.key_at("response"), title, name, run.monitor.name]
     given: dict[str, Any] = {"isotropic": loop.isotropic, "tangents": loop.tangents}
 
     def draw(path: Path) -> None:
@@ -240,7 +240,7 @@ def contacts(run: RunResult, each: CaseResult) -> Picture:
     response = each.response
     around = Around.of(response, run.monitor.amplitude(response), each.at_peak.point)
     title = f"{run.study.name}: contacts around the resonance"
-    shows = [each.products.key("response"), title, name, run.monitor.name]
+    shows = [each.key_at("response"), title, name, run.monitor.name]
 
     def places() -> tuple[Integers, Floats, Floats, tuple[str, ...]]:
         """The vane's node of each contact, its place and frame, and its joint."""

@@ -5,15 +5,16 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from vanelock import render
+from vanelock.common.arrays import Floats
 from vanelock.input.cases.names import merged, words
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.curves import Drawn, Floats
+from vanelock.quantities.curves import Drawn
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import band, drawn_alone, in_words, named
 from vanelock.report import Picture
 from vanelock.results.figures.curve_table import NOTE, columns
-from vanelock.stages.response.responses import Limit
+from vanelock.stages.response.limits import Limit
 
 RESPONSE = "Forced response"
 MOST = 16

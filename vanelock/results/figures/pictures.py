@@ -3,16 +3,15 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from vanelock.input.schema.outputs import Outputs
 from vanelock.pipeline.progress import Notice
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import (
     energies,
     in_words,
-    looked_into,
-    looked_into_of,
+    looked_into_names,
     named,
+    with_details,
 )
 from vanelock.report import Picture
 from vanelock.results.figures.contacts import contacts, loops, preloads
@@ -34,13 +33,12 @@ FEW = 60
 
 def look_into(run: RunResult) -> None:
     """Have all that pictures and page show made, be they drawn anew or not."""
-    outputs = run.given.outputs
-    shapes = isinstance(outputs, Outputs) and outputs.shapes
-    if outputs.report:
-        chosen = looked_into_of(run)
+    shapes = run.shapes
+    if run.given.outputs.report:
+        chosen = looked_into_names(run)
         for name, case in run.cases.items():
             if name in chosen:
-                run.cases[name] = looked_into(case)
+                run.cases[name] = with_details(case)
             elif case.peak is not None and len(run.cases) <= FEW:
                 run.cases[name] = replace(case, numbers=energies(case))
     wanted = [(case, "mode_shapes") for case, _ in few(distinct_modes(run))] if shapes else []
@@ -56,13 +54,11 @@ def look_into(run: RunResult) -> None:
 
 def draw(run: RunResult) -> None:
     """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
-    outputs = run.given.outputs
-    shapes = isinstance(outputs, Outputs) and outputs.shapes
-    run.pictures = [*_drawn(run, shapes), *_of_analyses(run)]
-    run.output_files.tidy(keep=[REPORT] if outputs.report else [])
+    run.pictures = [*_drawn(run), *_of_analyses(run)]
+    run.output_files.tidy(keep=[REPORT] if run.given.outputs.report else [])
 
 
-def _drawn(run: RunResult, shapes: bool) -> list[Picture]:
+def _drawn(run: RunResult) -> list[Picture]:
     """All but those of analyses."""
     outputs = run.given.outputs
     made = [curves(run), *preloads(run)]
@@ -71,7 +67,7 @@ def _drawn(run: RunResult, shapes: bool) -> list[Picture]:
     if outputs.loops:
         for each in chosen:
             made += _own(each, loops(run, each))
-    if shapes:
+    if run.shapes:
         modes = all_modes(run)
         made.append(mesh(run, run.first, modes[0].data if modes else ()))
         made += mesh_errors(run, run.first)
@@ -91,7 +87,7 @@ def _of_analyses(run: RunResult) -> Iterator[Picture]:
         for each in cases:
             if analysis.looked_into or each.products.of_analysis(analysis.key):
                 made += _own(each, analysis.pictures(run, each))
-                run.files[analysis.key, each.name] = [*analysis.files(run, each)]
+                analysis.files(run, each)
         yield from (replace(picture, section=analysis.key) for picture in made)
 
 

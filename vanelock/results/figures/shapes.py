@@ -7,24 +7,24 @@ from pathlib import Path
 from typing import Any
 
 from vanelock import render
+from vanelock.common.arrays import Complex
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.cases.sweep import Case, label
 from vanelock.pipeline.progress import Notice
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.selection import DETAILED
-from vanelock.quantities.stress.fields import Complex
 from vanelock.report import Picture
 from vanelock.stages.accuracy.error_places import ErrorPlaces
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.response.responses import LIMITS, Limit
+from vanelock.stages.response.limits import Limit
 
 MASS_NORMALISED = "kg^-0.5"
 """Unit of modes."""
 
 
 @dataclass(frozen=True)
-class Drawn:
+class ShownField:
     """A field to be drawn, recovered when it is first needed.
 
     Attributes
@@ -115,10 +115,8 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
     limits = each.limits
     k = limits.nodal_diameter
     made = []
-    wanted = LIMITS if limits.opens else LIMITS[:1]
-    for which in wanted:
-        place = limits.free_mode if which == "free" else limits.stuck_mode
-        frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
+    for which in limits.conditions:
+        place, frequency = limits.of_interest(which)
         wave = render.wave_name(k, run.study.ring.sectors)
         held = f", interlock {which}" if limits.opens else ""
         title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
@@ -128,7 +126,7 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
 
         shows = [each.key_at("limits"), title, name]
         file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
-        drawn = Drawn(file, title, words(name), k, recover, shows, MASS_NORMALISED)
+        drawn = ShownField(file, title, words(name), k, recover, shows, MASS_NORMALISED)
         caption = (
             f"Linear mode of interest{held}{of_case(name)}: natural frequency {frequency:.2f} Hz, "
             f"{wave} on the full ring, all other contacts stuck. Deformation is exaggerated as "
@@ -137,13 +135,13 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
         )
         data = _data(run, each, drawn)
         made.append(_picture(run, each, drawn, render.mode_picture, caption, data))
-        if animated and which == wanted[-1]:
+        if animated and which == limits.conditions[-1]:
             caption = (
                 f"The same mode over one period{of_case(name)}: a wave that travels round the ring "
                 "as the load does. Colours are the displacement at the instant."
             )
 
-            def animate(path: Path, drawn: Drawn = drawn) -> None:
+            def animate(path: Path, drawn: ShownField = drawn) -> None:
                 render.mode_animation(
                     path, each.parts, drawn.fields, k, drawn.title, drawn.subtitle
                 )
@@ -159,9 +157,11 @@ def response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]:
     top, peak = each.top, each.at_peak
     k = int(top.harmonic_diameters[1])
     title = f"Response at its peak, {peak.frequency:.2f} Hz"
-    shows = [each.products.key("response"), title, name, run.monitor.name]
+    shows = [each.key_at("response"), title, name, run.monitor.name]
     subtitle = f"{words(name)}, first harmonic"
-    drawn = Drawn(f"response_{slug(name)}", title, subtitle, k, lambda: each.fields.shape(1), shows)
+    drawn = ShownField(
+        f"response_{slug(name)}", title, subtitle, k, lambda: each.fields.shape(1), shows
+    )
     caption = (
         f"First harmonic of the vibration with friction at the largest response, "
         f"{peak.frequency:.2f} Hz{of_case(name)}. Left: the amplitude that each point reaches in "
@@ -196,7 +196,7 @@ def stress(run: RunResult, each: CaseResult) -> Picture:
     peak = each.at_peak
     title = f"Largest von Mises stress in a period, {peak.frequency:.2f} Hz"
     placed = None if (gauges := each.gauges) is None else gauges.positions
-    shows = [each.products.key("response"), title, name, [] if placed is None else placed.tolist()]
+    shows = [each.key_at("response"), title, name, [] if placed is None else placed.tolist()]
 
     def picture(path: Path) -> None:
         marked = () if placed is None else placed
@@ -224,7 +224,7 @@ def stress(run: RunResult, each: CaseResult) -> Picture:
 def _picture(
     run: RunResult,
     each: CaseResult,
-    drawn: Drawn,
+    drawn: ShownField,
     draw: Callable[..., Path],
     caption: str,
     data: tuple[Path, ...],
@@ -237,7 +237,7 @@ def _picture(
     return Picture(path, drawn.title, caption, data)
 
 
-def _data(run: RunResult, each: CaseResult, drawn: Drawn) -> tuple[Path, ...]:
+def _data(run: RunResult, each: CaseResult, drawn: ShownField) -> tuple[Path, ...]:
     """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):

@@ -80,8 +80,7 @@ def _not_estimated(run: RunResult) -> str:
     missing += [
         text
         for analysis in run.analyses
-        if analysis.keys_of(given) is None
-        and (text := analysis.absent(next(iter(run.cases.values()))))
+        if analysis.keys_of(given) is None and (text := analysis.absent(run.first))
     ]
     if given.response.samples is not None:
         missing.append("**Samples**: contact forces are sampled, their error is not estimated.")

@@ -26,7 +26,7 @@ NOT_SHOWN = ("volume_cm3", "against_cad", "smallest_jacobian", "sicn_1_percent")
 
 def models(run: RunResult) -> Section:
     """Meshes, reduced parts, system, contacts and linear limits."""
-    first = next(iter(run.cases.values()))
+    first = run.first
     if first.has_meshes:
         tables = [_meshes(run), _reduced(run)]
     else:
@@ -42,7 +42,7 @@ def models(run: RunResult) -> Section:
 
 def _contacts(run: RunResult) -> Table:
     """Properties of the first case's contacts by joint."""
-    contacts = next(iter(run.cases.values())).system.contacts
+    contacts = run.first.system.contacts
     rows: list[tuple[Cell, ...]] = []
     for name in dict.fromkeys(contacts.joints):
         own = np.array([joint == name for joint in contacts.joints])
@@ -67,7 +67,7 @@ def _range(values: np.ndarray) -> str:
 
 
 def _meshes(run: RunResult) -> Table:
-    first = next(iter(run.cases.values()))
+    first = run.first
     parts, material = {part.name: part for part in first.parts}, run.study.material
     seconds = (run.times[key].seconds for key in first.mesh_keys)
     table = quality_table(
@@ -82,7 +82,7 @@ def _meshes(run: RunResult) -> Table:
 
 
 def _reduced(run: RunResult) -> Table:
-    first = next(iter(run.cases.values()))
+    first = run.first
     rows: list[tuple[Cell, ...]] = []
     for part in PARTS:
         component = first.component(part)

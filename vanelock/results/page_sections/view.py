@@ -1,12 +1,11 @@
 """Modes and responses on a run's page, to turn and to play."""
 
+from vanelock.common.arrays import Complex
 from vanelock.input.cases.names import words
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.run_result import RunResult
-from vanelock.quantities.stress.fields import Complex
 from vanelock.report import Motion, Section, View, body_of
 from vanelock.report.blocks import Block
-from vanelock.stages.response.responses import LIMITS
 
 MOST = 4
 """Responses shown besides the modes."""
@@ -18,7 +17,7 @@ def shapes(run: RunResult) -> Section:
     None where the study wants no shapes.
     """
     main = run.main
-    wanted = main is not None and main.margins and run.study.outputs.shapes
+    wanted = main is not None and main.margins and run.shapes
     blocks: list[Block] = [view(run, _same_mesh(run))] if wanted else []
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
@@ -52,9 +51,8 @@ def view(run: RunResult, cases: list[CaseResult]) -> View:
             )
         )
     limits = cases[0].limits
-    for which in LIMITS if limits.opens else LIMITS[:1]:
-        place = limits.free_mode if which == "free" else limits.stuck_mode
-        frequency = limits.free_frequency if which == "free" else limits.stuck_frequency
+    for which in limits.conditions:
+        place, frequency = limits.of_interest(which)
         motions.append(
             Motion(
                 f"Mode {place + 1}{f', interlock {which}' if limits.opens else ''}",

@@ -21,9 +21,8 @@ from vanelock.stages.parts.segment import Segment
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.limits import fine
+from vanelock.stages.response.limits import Limit, fine
 from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.responses import Limit
 
 Floats = NDArray[np.float64]
 

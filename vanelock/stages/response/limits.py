@@ -8,6 +8,7 @@ their coordinates, so their shapes compare directly.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,9 @@ from vanelock.rom import (
 from vanelock.rom.errors import ReducedPart
 from vanelock.rom.system.system import Matrix
 
+Limit: TypeAlias = Literal["free", "stuck"]
+LIMITS: tuple[Limit, ...] = ("free", "stuck")
+"""Of the contacts that open, in linear limits."""
 SHOWN = 6
 """Frequencies in the table."""
 RIGID = 1e-5
@@ -87,6 +91,17 @@ class Limits(Product):
     stuck_damping: float = float("nan")
     free_lowered: float = float("nan")
     stuck_lowered: float = float("nan")
+
+    @property
+    def conditions(self) -> tuple[Limit, ...]:
+        """Contacts free and, where they open, stuck."""
+        return LIMITS if self.opens else LIMITS[:1]
+
+    def of_interest(self, which: Limit) -> tuple[int, float]:
+        """Place of the mode of interest, from 0, and its frequency, Hz."""
+        if which == "free":
+            return self.free_mode, self.free_frequency
+        return self.stuck_mode, self.stuck_frequency
 
     @property
     def free_frequency(self) -> float:

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -13,10 +13,8 @@ from vanelock.input.schema.scene import DAMPING
 from vanelock.nonlinear import HarmonicModes, PointStore, Response, StaticBounds
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import System
-from vanelock.stages.response.limits import Limits, dense, frequencies, limits
+from vanelock.stages.response.limits import Limit, Limits, dense, frequencies, limits
 
-Limit: TypeAlias = Literal["free", "stuck"]
-LIMITS: tuple[Limit, ...] = ("free", "stuck")
 SHARPEST = 1e-6
 """Smallest damping ratio of a mode that a linear response resolves."""
 FIRST = {"up": "up", "down": "down", "both": "up"}
