@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.analyses import damped_modes
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Picture
 
-Floats = NDArray[np.float64]
 TEXT = (
     "Each mode is followed from contacts that stick to gross slip, as damped modes are. Its energy "
     "is that of the vibration of one sector: the sum of kinetic and strain energy of a travelling "

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import Check
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from vanelock.report import Answer, Picture
     from vanelock.rom import System
 
-Floats = NDArray[np.float64]
 PERCENTILES = (5, 50, 95)
 """Of the rings drawn."""
 APART = 0.01

@@ -13,11 +13,10 @@ from pathlib import Path
 from struct import Struct
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.files.files import writing
 
-Floats = NDArray[np.float64]
 HEAD = b"vanelock-points 1\n"
 _BEFORE = Struct("<QI")
 

@@ -5,16 +5,14 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.mesh import Part
 from vanelock.render.scenes.surface import surface
 from vanelock.report.blocks import Body
 from vanelock.report.thinning import thinned
 
-Real = NDArray[np.float64]
-Index = NDArray[np.int64]
 
-
-def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[Body, Index]:
+def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[Body, Integers]:
     """Skin of a part as a body, and the part's nodes (m,) that it took.
 
     A shape of the part (n, 3) becomes the body's by `shape[nodes]`.
@@ -43,14 +41,14 @@ def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[
 
 
 def shaded(
-    points: Real, triangles: NDArray[np.integer], bend: float = 35.0
-) -> tuple[Index, Index, Real]:
+    points: Floats, triangles: NDArray[np.integer], bend: float = 35.0
+) -> tuple[Integers, Integers, Floats]:
     """Points doubled along edges that bend by more than `bend` degrees, and their normals.
 
     The corners of triangles that meet in a point are one point where a chain of blunt edges joins
     them: shading is smooth there and crisp across sharp edges.
     """
-    faces: Index = triangles.astype(np.int64)
+    faces: Integers = triangles.astype(np.int64)
     a, b, c = (points[faces[:, i]] for i in range(3))
     area = np.cross(b - a, c - a)  # twice the area, along the normal
     length = np.linalg.norm(area, axis=1, keepdims=True)
@@ -77,5 +75,5 @@ def shaded(
     normals = np.zeros((len(split), 3))
     np.add.at(normals, numbered, np.repeat(area, 3, axis=0))
     size = np.linalg.norm(normals, axis=1, keepdims=True)
-    corners: Index = numbered.astype(np.int64).reshape(-1, 3)
+    corners: Integers = numbered.astype(np.int64).reshape(-1, 3)
     return split, corners, normals / np.where(size > 0, size, 1)

@@ -6,15 +6,13 @@ of a thin wall stay apart, since only points that face the same octant are gathe
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
-Index = NDArray[np.int64]
+from vanelock.common.arrays import Floats, Integers
 
 
 def thinned(
-    points: Real, triangles: Index, outline: Index, most: int
-) -> tuple[Index, Index, Index]:
+    points: Floats, triangles: Integers, outline: Integers, most: int
+) -> tuple[Integers, Integers, Integers]:
     """At most so many triangles."""
     a, b, c = (points[triangles[:, i]] for i in range(3))
     area = np.cross(b - a, c - a)
@@ -37,7 +35,7 @@ def thinned(
     return kept, place[drawn], lines[np.all(lines >= 0, axis=1)]
 
 
-def _representatives(points: Real, octant: Index, edges: Index, size: float) -> Index:
+def _representatives(points: Floats, octant: Integers, edges: Integers, size: float) -> Integers:
     """(m,) the point that stands for each: where most outlines meet, else nearest the middle."""
     cells = np.floor((points - points.min(axis=0)) / size).astype(np.int64)
     keys = np.column_stack([cells, octant])
@@ -51,7 +49,7 @@ def _representatives(points: Real, octant: Index, edges: Index, size: float) -> 
     return np.asarray(first[cell])
 
 
-def _distinct(faces: Index) -> Index:
+def _distinct(faces: Integers) -> Integers:
     """Faces whose corners differ, each once, in their own sense."""
     ordered = np.sort(faces, axis=1)
     whole = np.all(ordered[:, 1:] != ordered[:, :-1], axis=1)

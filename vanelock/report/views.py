@@ -11,18 +11,18 @@ import numpy as np
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.render import style
 from vanelock.render.scenes import annulus
 from vanelock.render.scenes import views as cameras
 from vanelock.render.scenes.scene import Camera
-from vanelock.report.blocks import Body, Complex, Motion, View
+from vanelock.common.arrays import Complex
+from vanelock.report.blocks import Body, Motion, View
 from vanelock.report.bodies import shaded
 
 _DRAWN: Final = 0.05  # largest displacement as first drawn, as a share of the ring's outer radius
 _STOPS: Final = 11  # of the colour map
-
-Real = NDArray[np.float64]
 
 
 def scene(view: View) -> dict[str, Any]:
@@ -61,7 +61,7 @@ def _check(view: View) -> None:
 
 
 def _body(
-    body: Body, split: NDArray[np.int64], triangles: NDArray[np.int64], normals: Real
+    body: Body, split: NDArray[np.int64], triangles: NDArray[np.int64], normals: Floats
 ) -> dict[str, Any]:
     points = np.asarray(body.points, float)
     low = points.min(axis=0)
@@ -111,7 +111,7 @@ def _shape(shape: Complex) -> dict[str, str]:
     }
 
 
-def _ring_camera(points: Real) -> dict[str, Any]:
+def _ring_camera(points: Floats) -> dict[str, Any]:
     """Right, up and backward direction, and centre and radius of what is to be seen."""
     low, high = points[:, 2].min(), points[:, 2].max()
     radius = float(np.hypot(points[:, 0], points[:, 1]).max())
@@ -119,7 +119,7 @@ def _ring_camera(points: Real) -> dict[str, Any]:
     return _framed(_rows(cameras.ring_camera(points)), middle, radius)
 
 
-def _sector_camera(points: Real) -> dict[str, Any]:
+def _sector_camera(points: Floats) -> dict[str, Any]:
     rows = _rows(cameras.sector_camera(points))
     seen = points @ rows.T
     low, high = seen.min(axis=0), seen.max(axis=0)
@@ -127,7 +127,7 @@ def _sector_camera(points: Real) -> dict[str, Any]:
     return _framed(rows, (low + high) / 2 @ rows, radius)
 
 
-def _rows(camera: Camera) -> Real:
+def _rows(camera: Camera) -> Floats:
     """Right, up and backward direction of a camera, as rows."""
     backward = -np.asarray(camera.direction, float)
     backward = backward / np.linalg.norm(backward)
@@ -136,7 +136,7 @@ def _rows(camera: Camera) -> Real:
     return np.vstack([right, np.cross(backward, right), backward])
 
 
-def _framed(rows: Real, centre: Real, radius: float) -> dict[str, Any]:
+def _framed(rows: Floats, centre: Floats, radius: float) -> dict[str, Any]:
     return {"rows": rows.tolist(), "centre": centre.tolist(), "radius": radius}
 
 

@@ -24,7 +24,8 @@ from markupsafe import Markup
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import placed
 from vanelock.common.tables import Table
-from vanelock.report import pictures, plots, views, wording
+from vanelock.report import plots, views, wording
+from vanelock.report.pictures import embedded
 from vanelock.report.blocks import Block, OfCase, Page, Picture, Plot, Section, Text, View
 
 Packed: TypeAlias = tuple[str, tuple[int, int]]
@@ -75,7 +76,7 @@ def _html(page: Page, folder: Path) -> str:
     paths = [Path(block.path) for block in (*blocks, *inner) if isinstance(block, Picture)]
     with ThreadPoolExecutor() as pool:  # packing lets other threads run
         plotly = pool.submit(_plotly) if "Plot" in kinds else None
-        packed = dict(zip(paths, pool.map(pictures.embedded, paths), strict=True))
+        packed = dict(zip(paths, pool.map(embedded, paths), strict=True))
     sections = list(_sections(page.sections, folder, packed))
     cases = list(dict.fromkeys(block.case for block in blocks if isinstance(block, OfCase)))
     return environment.get_template("page.html").render(

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from vanelock.commands.check.stored import Row
 from vanelock.analyses import ANALYSES
 from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.common.errors import raised
@@ -18,7 +19,6 @@ from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.accuracy.cost_estimate import estimated
 from vanelock.stages.parts.load_lines import load_lines
 
-Row = tuple[str, str]
 
 
 def planned_study(path: Path, outside: bool) -> Iterator[Row]:

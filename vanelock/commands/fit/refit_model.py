@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundsKeys
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured.curve import Measured
@@ -33,8 +33,6 @@ from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
-
-Floats = NDArray[np.float64]
 
 KEPT = 8
 """Responses that are kept, for their slopes."""

@@ -22,9 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom, chi2, t
 
+from vanelock.common.arrays import Floats
 from vanelock.common.tables import counted
-
-Floats = NDArray[np.float64]
 
 LEVEL = 0.05
 """Share of fits of a right model to noise that all tests together call a miss, at most."""

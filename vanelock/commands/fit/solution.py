@@ -3,12 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.fit.residuals import NoiseTest
-
-Floats = NDArray[np.float64]
+from vanelock.common.arrays import Floats
 
 UNDETERMINED = 0.3
 """Standard error of x along a direction above which the data are said not to determine it."""

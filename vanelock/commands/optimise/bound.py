@@ -11,17 +11,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.analyses.bounds import HIGH
 from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.optimise.minimax import Functions
 from vanelock.commands.optimise.peaks import Peaks
 from vanelock.commands.optimise.search import TRIALS, Optimum, Progress, on_bounds, searched
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear import PeakBounds
 from vanelock.pipeline.progress import Listener, silent
-
-Floats = NDArray[np.float64]
 
 AGREE = 1e-2
 """Relative difference between bound and known peaks that ends the search; bounds are that exact."""

@@ -15,7 +15,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.optimise.minimax import Functions
@@ -29,12 +28,11 @@ from vanelock.commands.optimise.search import (
     searched,
     spread,
 )
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.following.peak import CurvePoint
 from vanelock.nonlinear.fourier import TURN
 from vanelock.pipeline.progress import Listener, silent
 from vanelock.rom.system.system import Contacts
-
-Floats = NDArray[np.float64]
 
 RATIO = np.sqrt(2.0)
 """Of one point's r to that of the one before."""

@@ -14,10 +14,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize, nnls
 
-Floats = NDArray[np.float64]
+from vanelock.common.arrays import Floats
 
 WIDEST, FIRST, LEAST = 1.0, 0.5, 1e-4
 """Of the step: at most, at first, and where the search ends."""

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.commands.optimise.minimax import Functions
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear import amplitude_gradient
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint, Resonance
@@ -17,8 +17,6 @@ from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.newton.preconditioner import Kept
 from vanelock.quantities.sensitivities import effects
-
-Floats = NDArray[np.float64]
 
 LOWEST = 0.5
 """Of the highest peak, below which others do not count."""

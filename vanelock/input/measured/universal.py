@@ -22,7 +22,8 @@ from vanelock.common.files.limited import by_library
 from vanelock.common.lazy import library
 from vanelock.common.quantities import si
 from vanelock.common.tables import counted
-from vanelock.input.measured.points import Floats, Points
+from vanelock.common.arrays import Floats
+from vanelock.input.measured.points import Points
 from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, TURN, UNITS
 
 NAMES = {3: STRAIN, 8: DISPLACEMENT, 11: "velocity", 12: "acceleration"}

@@ -24,12 +24,10 @@ Where the two differ the peak is not that of a linear mode: friction damps less 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear import Response
 from vanelock.rom import System
-
-Floats = NDArray[np.float64]
 
 TURN = 2 * np.pi
 

@@ -17,11 +17,9 @@ damage, Wear 200 (1996) 186-205). Both surfaces together lose that volume.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear import ELEMENT, Response, contact_loop
-
-Floats = NDArray[np.float64]
 
 SAMPLES = 2048
 """Steps of a period; an event inside a step misplaces a part of that step's slip."""

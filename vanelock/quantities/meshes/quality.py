@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import mesh
+from vanelock.common.arrays import Floats
 from vanelock.fem.elements import reference_element, shape_functions
 from vanelock.mesh import Part
-
-Array = NDArray[np.float64]
 
 # Edges of a perfect element over those of the reference one, as columns.
 _REGULAR: Final = np.array(
@@ -91,7 +89,7 @@ def figures(part: Part) -> Figures:
     )
 
 
-def _jacobians(part: Part, gradients: Array) -> Array:
+def _jacobians(part: Part, gradients: Floats) -> Floats:
     """Derivative of place by reference coordinates, (e, q, 3, 3) m, from gradients (q, k, 3).
 
     Of the elements, or with the gradients of fewer nodes of those that the first k nodes span.
@@ -100,7 +98,7 @@ def _jacobians(part: Part, gradients: Array) -> Array:
     return np.asarray(np.einsum("eia,qib->eqab", points, gradients, optimize=True))
 
 
-def _inverse_condition(jacobians: Array, perfect: Array) -> Array:
+def _inverse_condition(jacobians: Floats, perfect: Floats) -> Floats:
     """3 det A / (|A| |adj A|), Frobenius norms, A from the perfect element; 0 if it is flat."""
     A = jacobians @ np.linalg.inv(perfect)
     adjugate = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])

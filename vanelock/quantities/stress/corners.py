@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vanelock.common.arrays import Floats
 from vanelock.mesh import Part
 from vanelock.render.scenes.surface import surface
-
-Floats = NDArray[np.float64]
 
 SHARP = 35.0
 """Degrees by which the skin turns at an edge: a meshed fillet turns by less in one step."""

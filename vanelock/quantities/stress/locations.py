@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import rotation
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, VaneDimensions
 from vanelock.mesh.geometry.aerofoil import angles, around, ends, outline
 from vanelock.quantities.stress.corners import READ_OUT, reentrant_edges, within
-
-Floats = NDArray[np.float64]
 
 CONTACTS = ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "force")
 ON = 1e-5

@@ -7,11 +7,10 @@ from typing import Final
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.render import style
 
-Floats = NDArray[np.float64]
 _SHOWN: Final = 6  # keys that a figure has room for
 _ROW: Final = 2.2  # inches
 _GAP: Final = 0.95

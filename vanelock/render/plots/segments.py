@@ -4,12 +4,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock.common.errors import InputError
 from vanelock.render import style
-
-Floats = NDArray[np.float64]
 
 
 def segments_picture(

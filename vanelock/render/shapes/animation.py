@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.cyclic import phase_factor
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
@@ -33,9 +33,6 @@ from vanelock.render.shapes.shapes import (
     sentences,
     skins_of,
 )
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 FRAMES: Final = 24
 MILLISECONDS: Final = 80
@@ -79,7 +76,7 @@ class Moving:
     skin: DeformedSkin
     waves: tuple[tuple[int, int, Complex], ...]
 
-    def displacement(self, sector: int, angle: float) -> Real:
+    def displacement(self, sector: int, angle: float) -> Floats:
         """(m, 3) displacement on a sector at a phase angle, in the frame of sector 0."""
         sectors = self.skin.part.sectors
         total = np.zeros(self.skin.points.shape)
@@ -107,7 +104,7 @@ class ColourBar:
     unit: float
     top: float
 
-    def colours(self, length: Real) -> Real:
+    def colours(self, length: Floats) -> Floats:
         """(m, 3) of lengths in m."""
         return scene.colours(self.unit * length, style.AMPLITUDE_MAP, 0, self.top)
 

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import placed
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import annulus
 
-Real = NDArray[np.float64]
 Data = dict[str, NDArray[np.float64] | NDArray[np.int32]]
 
 
@@ -63,7 +63,7 @@ def write_vtu(
 
 
 def _written(
-    path: style.PathLike, points: Real, cell_type: str, cells: NDArray[np.int64], data: Data
+    path: style.PathLike, points: Floats, cell_type: str, cells: NDArray[np.int64], data: Data
 ) -> Path:
     """The file, whole or not at all."""
     import meshio
@@ -81,7 +81,7 @@ def _fits(part: Part, shape: NDArray[np.complex128]) -> None:
         raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
 
 
-def _moving(points: Real, shape: NDArray[np.complex128], unit: str) -> Data:
+def _moving(points: Floats, shape: NDArray[np.complex128], unit: str) -> Data:
     """Point data of a shape."""
     radial = annulus.cylindrical(points, shape)[:, 0]
     return {

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import scene, views, window
 
-Real = NDArray[np.float64]
 LOW, HIGH = -2.0, 2.0
 """Powers of ten of the mean between which colours lie."""
 
@@ -18,7 +17,7 @@ LOW, HIGH = -2.0, 2.0
 def mesh_error_picture(
     path: style.PathLike,
     parts: Sequence[Part],
-    densities: Sequence[Real],
+    densities: Sequence[Floats],
     title: str,
     subtitle: str = "",
 ) -> Path:

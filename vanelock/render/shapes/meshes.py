@@ -12,11 +12,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import annulus, offscreen, scene, views, window
-
-Real = NDArray[np.float64]
 
 # Sets that belong together share a colour; an entry without nodes in any part is left out.
 SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
@@ -167,7 +166,7 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
     axes.grid(False)
 
 
-def meridional_section(part: Part, angle: float) -> tuple[list[Real], Real]:
+def meridional_section(part: Part, angle: float) -> tuple[list[Floats], Floats]:
     """Cut of a part's elements by the half plane at `angle` radians about z.
 
     Quadratic tetrahedra are cut in eight pieces each, so that their curved sides show.

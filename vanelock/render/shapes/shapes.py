@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.cyclic import COMPONENTS, phase_factor
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
@@ -16,9 +17,8 @@ from vanelock.render import style
 from vanelock.render.scenes import annulus, scene, views, window
 from vanelock.render.scenes.surface import Surface
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Paint = Callable[[Real, Complex], Real]  # (m, 3) points and shape of one sector -> (m, 3) colours
+# (m, 3) points and shape of one sector -> (m, 3) colours
+Paint = Callable[[Floats, Complex], Floats]
 
 DRAWN: Final = 0.05
 """Largest displacement in a picture, as a share of the ring's outer radius."""
@@ -50,9 +50,9 @@ class DeformedSkin:
     triangles: NDArray[np.int64]
 
     @property
-    def points(self) -> Real:
+    def points(self) -> Floats:
         """(m, 3) undeformed coordinates of the skin's nodes, m."""
-        points: Real = self.part.points[self.surface.nodes]
+        points: Floats = self.part.points[self.surface.nodes]
         return points
 
 
@@ -95,7 +95,7 @@ def mode_picture(
     scale = drawn / largest
     angle = annulus.largest_instant(*shapes)
 
-    def paint(_: Real, shape: Complex) -> Real:
+    def paint(_: Floats, shape: Complex) -> Floats:
         length = np.linalg.norm(annulus.at(shape, angle), axis=1) / largest
         return scene.colours(length, style.AMPLITUDE_MAP, 0, 1)
 
@@ -170,10 +170,10 @@ def response_picture(
         for part, shape in zip(parts, shapes, strict=True)
     )
 
-    def by_amplitude(_: Real, shape: Complex) -> Real:
+    def by_amplitude(_: Floats, shape: Complex) -> Floats:
         return scene.colours(1e6 * annulus.peak(shape), style.AMPLITUDE_MAP, 0, 1e6 * amplitude)
 
-    def by_phase(points: Real, shape: Complex) -> Real:
+    def by_phase(points: Floats, shape: Complex) -> Floats:
         moved = annulus.cylindrical(points, shape)[:, component]
         degrees = np.degrees(np.angle(moved))
         degrees[np.abs(moved) < _FAINT * strongest] = np.nan

@@ -5,14 +5,12 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import scene, views, window
-
-Real = NDArray[np.float64]
 
 _SHOWN: Final = 0.995
 """Share of the surface's nodes within the colours: what stands out there are point forces."""
@@ -21,11 +19,11 @@ _SHOWN: Final = 0.995
 def stress_picture(
     path: style.PathLike,
     part: Part,
-    total: Real,
-    vibration: Real,
+    total: Floats,
+    vibration: Floats,
     title: str,
     subtitle: str = "",
-    gauges: Sequence[Sequence[float]] | Real = (),
+    gauges: Sequence[Sequence[float]] | Floats = (),
 ) -> Path:
     """Draw stresses on a part, and return the path.
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock import nonlinear, render
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
 from vanelock.quantities.case_result import CaseResult
@@ -191,9 +191,6 @@ def loops(run: RunResult, each: CaseResult) -> list[Picture]:
     )
     file, heading = f"figures/loop_{slug(name)}", f"Hysteresis of {heading}"
     return [run.picture(file, heading, shows, draw, loop.columns, notes, caption)]
-
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import nonlinear
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.cases.values import diameter_of
@@ -30,8 +31,6 @@ from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits, frequencies
 from vanelock.stages.response.responses import frequency_keys
-
-Floats = NDArray[np.float64]
 
 AMPLITUDE = {"none": 1.5, "modal": 3.0}
 """Error of the peak's amplitude over that of its frequency, by `mesh.correction`, in the example:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
@@ -32,8 +32,6 @@ from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits
 
-Floats = NDArray[np.float64]
-
 ORDER = 0.93
 """Order at which errors fall with the element size, from the coarse mesh on: that of the example
 from 30 to 7.6 mm. Two meshes give their own."""
@@ -49,7 +47,7 @@ RISE, WORK = 2.2, np.array([1.0, 4.0])
 """Power of 1/size with which dofs rise where walls are a few elements thick, and work a dof of each
 part, mesh to stress: a casing is reduced at each nodal diameter (docs/benchmarks/memory.md)."""
 TINY = 1e-12
-COARSE = "the mesh is too coarse"
+TOO_COARSE = "the mesh is too coarse"
 """What a reduction says of patches that its mesh cannot tell apart."""
 ROUGHEST = 1e-2
 """Largest `rom.accuracy` chosen: rougher reductions cost as much."""
@@ -149,7 +147,7 @@ def _meshed(
             tried, limits = _tried(chosen, stages)
         except InputError as refused:
             finer = _fitting(study, lengths, lengths / 2**0.5, most)
-            if COARSE not in str(refused) or np.all(finer >= lengths):
+            if TOO_COARSE not in str(refused) or np.all(finer >= lengths):
                 raise
             size = tuple(finer.tolist())
             continue

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import fem, rom
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.input.cases.values import diameter_of
@@ -20,8 +21,6 @@ from vanelock.rom import System
 from vanelock.stages.parts.components import PARTS, recovery_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
-
-Floats = NDArray[np.float64]
 
 COUNT = 6
 """Places listed."""

@@ -4,13 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
+from vanelock.common.arrays import Floats
 from vanelock.common.tables import Column, Table, heads
 from vanelock.nonlinear import Response
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -52,9 +50,9 @@ def left_out(
         found.append(
             LeftOut(
                 "nodal diameters",
-                _listed(never),
+                _listed_harmonics(never),
                 f"never reduced: harmonics 0 to {response.estimates.tried}, kept or tried, have "
-                f"nodal diameters {_listed(used)}",
+                f"nodal diameters {_listed_harmonics(used)}",
             )
         )
     for part, hertz in above.items():
@@ -124,7 +122,7 @@ def left_out_table(case: str, found: Sequence[LeftOut]) -> Table:
     return Table(title, columns, rows, key="left_out")
 
 
-def _listed(numbers: Sequence[int]) -> str:
+def _listed_harmonics(numbers: Sequence[int]) -> str:
     """Whole numbers in words: "0, 1, 4 to 8"."""
     runs: list[list[int]] = []
     for number in sorted(numbers):

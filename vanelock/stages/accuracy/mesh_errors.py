@@ -13,9 +13,9 @@ The nodal diameters of higher harmonics get the errors of the same frequencies a
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, rom
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.study import Study
@@ -25,8 +25,6 @@ from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.parts.components import PARTS, recovery_step
 from vanelock.stages.parts.mesh_excess import ESTIMATED
 from vanelock.stages.response.limits import Limits
-
-Floats = NDArray[np.float64]
 
 MODES = 5
 """Modes of the stuck structure that are expanded, the mode of interest and its next ones."""

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
@@ -23,8 +23,6 @@ from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limit, fine
 from vanelock.stages.response.monitor import Monitor
-
-Floats = NDArray[np.float64]
 
 EVEN = 120
 """Speeds between those that resolve the peaks."""

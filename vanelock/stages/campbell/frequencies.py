@@ -17,9 +17,9 @@ import scipy.linalg as sl
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from vanelock.common.arrays import Floats
 from vanelock.rom import Component, MeshExcess, System
 
-Floats = NDArray[np.float64]
 Factors = Callable[[float], tuple[float, float]]
 """Moduli of vane and casing at a speed, rpm, over those of the parts given."""
 

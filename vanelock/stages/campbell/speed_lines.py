@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -27,9 +28,6 @@ from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 BEYOND = 1.25
 """Highest speed over that of the crossings of interest, unless the study says otherwise."""

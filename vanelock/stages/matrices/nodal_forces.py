@@ -12,15 +12,12 @@ from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import load_pairs
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.pipeline.cache import content_digest
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 COLUMNS = ("fx", "fy", "fz")
 

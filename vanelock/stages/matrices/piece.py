@@ -6,14 +6,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.rom.component import Reduced
 from vanelock.rom.joining.connections import Load, Output
 from vanelock.stages.matrices.nodal_forces import NodalForces
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Integers
 from vanelock.rom import ReducedRows
 
-Integers = NDArray[np.int64]
 Followed: TypeAlias = tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]
 """Sets of nodes that are loaded, and nodes that are shown, which nothing joins to others."""
 

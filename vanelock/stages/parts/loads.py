@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.fem.loads import centroid, faces_of
@@ -28,8 +28,6 @@ from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.files.nodal_field import nodal_field
 from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 from vanelock.pipeline.cache import content_digest
-
-Array = NDArray[np.float64]
 
 HEAT = "heat"
 
@@ -102,7 +100,7 @@ def _uniform(study: Study) -> float:
     return float(found[0] - found[1])
 
 
-def growth(study: Study, name: str, part: Part) -> float | Array | None:
+def growth(study: Study, name: str, part: Part) -> float | Floats | None:
     """Thermal strain of a part over the casing's, (nodes,) where its temperature is a field.
 
     At the temperatures of the response; None where nothing grows.
@@ -115,11 +113,11 @@ def growth(study: Study, name: str, part: Part) -> float | Array | None:
     return np.asarray(whole + expansion * _temperatures(study.temperature.field, part))
 
 
-def _temperatures(file: str, part: Part) -> Array:
+def _temperatures(file: str, part: Part) -> Floats:
     return nodal_field(Path(file), "temperature", "degC", part.points)
 
 
-def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -> Array:
+def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -> Floats:
     """Nodal loads (n,) of a unit: 1 N or 1 N m on each aerofoil, 1 Pa, thermal strain 1.
 
     Of a field of pressure in Pa, or of the thermal strain that a field of degC is for 1/K.
@@ -128,7 +126,7 @@ def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -
     if load.cause == HEAT:
         found = fem.thermal(model, _temperatures(load.file, part) if load.file else 1.0)
     elif load.faces:
-        value: float | Array = 1.0
+        value: float | Floats = 1.0
         if load.file:
             value, on = np.zeros(len(part.points)), np.unique(faces_of(part, load.faces))
             value[on] = nodal_field(Path(load.file), "pressure", "Pa", part.points[on])
@@ -141,7 +139,7 @@ def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -
     return found
 
 
-def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Array:
+def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Floats:
     found, none = np.zeros(model.K.shape[0]), np.zeros(3)
     for faces in aerofoil_faces(model.part, dimensions):
         x, y, _ = centroid(model, faces)

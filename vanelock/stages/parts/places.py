@@ -10,13 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, Part, VaneDimensions
 from vanelock.mesh.contact_patches import hook_overlap, hook_patches, interlock_patches
 from vanelock.rom import Contacts
-
-Floats = NDArray[np.float64]
 
 HOOKS = ("hook_front", "hook_rear")
 TANGENTS = {"hook": ("circumferential", "axial"), "interlock": ("radial", "along the slant")}

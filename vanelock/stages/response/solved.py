@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear import Response
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
-
-Floats = NDArray[np.float64]
 
 PARTS = 12
 """Pieces of the curve drawn between neighbouring points."""

@@ -10,10 +10,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.render import style
-
-Real = NDArray[np.float64]
 
 STICKS, SLIPS, OPEN = 0, 1, 2
 BROKEN: Final = (0, (4, 3))  # of the bounds' lines
@@ -101,10 +100,10 @@ class LoopPeriod:
     """
 
     direction: str
-    sliding: Real
-    friction: Real
-    normal: Real
-    bound: Real
+    sliding: Floats
+    friction: Floats
+    normal: Floats
+    bound: Floats
     state: NDArray[np.int64]
     taken: str
 
@@ -145,13 +144,13 @@ def _period(
     return LoopPeriod(name, u[:, k], f[:, k], f[:, 0], bound, state, taken)
 
 
-def dissipated(displacement: Real, friction: Real) -> float:
+def dissipated(displacement: Floats, friction: Floats) -> float:
     """Energy ∮ t du that friction takes in a cycle of equal steps, J (trapezoidal, closed)."""
     step = np.roll(displacement, -1) - displacement
     return float(np.sum((friction + np.roll(friction, -1)) / 2 * step))
 
 
-def states(normal: Real, friction: Real, mu: float) -> NDArray[np.int64]:
+def states(normal: Floats, friction: Floats, mu: float) -> NDArray[np.int64]:
     """STICKS, SLIPS or OPEN at each instant: |t| at its bound μn, or no normal force."""
     bound = mu * normal
     slack = 1e-6 * max(float(np.abs(bound).max()), np.finfo(float).tiny)
@@ -167,7 +166,7 @@ def _energy(joules: float) -> str:
     return f"{style.number(1e9 * joules)} nJ"
 
 
-def _coloured(axes: Axes, x: Real, y: Real, state: NDArray[np.int64], width: float) -> Any:
+def _coloured(axes: Axes, x: Floats, y: Floats, state: NDArray[np.int64], width: float) -> Any:
     """Broken line whose pieces have the colour of the state at their ends (the later one's)."""
     points = np.column_stack([x, y])
     pieces = np.stack([points[:-1], points[1:]], axis=1)
@@ -218,7 +217,7 @@ def _histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
     friction.set_xlabel("time / period (–)")
 
 
-def _history(axes: Axes, force: Real, state: NDArray[np.int64], title: str, label: str) -> None:
+def _history(axes: Axes, force: Floats, state: NDArray[np.int64], title: str, label: str) -> None:
     time = np.linspace(0, 1, len(force) + 1)
     _coloured(axes, time, closed(force), closed(state), 2.4)
     axes.set(xlim=(0, 1), ylabel=label, title=title)

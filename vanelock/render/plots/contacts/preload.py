@@ -9,11 +9,10 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
 from vanelock.render import style
-
-Real = NDArray[np.float64]
 
 
 def preload_picture(
@@ -98,7 +97,7 @@ def preload_picture(
         return style.write(figure, path)
 
 
-def utilisation(force: Real, mu: Real, isotropic: bool = False) -> Real:
+def utilisation(force: Floats, mu: Floats, isotropic: bool = False) -> Floats:
     """(c,) |t|, or the larger of |t1|, |t2|, over μn, at most 1; NaN where the contact is open.
 
     A bound of 0 is always reached: without friction what is left of t is round-off.
@@ -111,7 +110,7 @@ def utilisation(force: Real, mu: Real, isotropic: bool = False) -> Real:
     return np.where(closed, ratio, np.nan)
 
 
-def _range(normal: Real) -> str:
+def _range(normal: Floats) -> str:
     low, high = float(normal.min()), float(normal.max())
     ends = style.number(low), style.number(high)
     return f"{ends[0]} N" if ends[0] == ends[1] else f"{ends[0]} to {ends[1]} N"
@@ -124,19 +123,19 @@ def _number(axes: Axes, count: int) -> NDArray[np.int64]:
     return np.arange(1, count + 1)
 
 
-def _state_colours(used: Real) -> list[str]:
+def _state_colours(used: Floats) -> list[str]:
     slid = np.nan_to_num(used) >= 1 - 1e-6
     return [style.VERMILION if one else style.BLUE for one in slid]
 
 
-def _bars(axes: Axes, normal: Real, used: Real) -> None:
+def _bars(axes: Axes, normal: Floats, used: Floats) -> None:
     axes.bar(_number(axes, len(normal)), normal, width=0.75, color=_state_colours(used))
     if not normal.any():
         axes.set_ylim(0, 1)
     axes.set_xlabel("")
 
 
-def _ratios(axes: Axes, used: Real) -> None:
+def _ratios(axes: Axes, used: Floats) -> None:
     at = _number(axes, len(used))
     axes.bar(at, np.nan_to_num(used), width=0.75, color=_state_colours(used))
     opened = np.isnan(used)
