@@ -30,7 +30,7 @@ TEXT = (
 )
 
 
-class EnergyFrequencyKeys(damped_modes.ModeKeys):
+class _EnergyFrequencyKeys(damped_modes.ModeKeys):
     """Natural frequency and damping ratio against the energy of the vibration."""
 
 
@@ -64,9 +64,9 @@ class EnergyFrequency(Product):
         return f"mode {self.number}, ND {self.nodal_diameter}"
 
 
-def _compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
+def _compute(case: "SolvedCase", keys: _EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
     """One mode of one nodal diameter."""
-    from vanelock.quantities.contacts.energy import balance
+    from vanelock.quantities.contacts import balance
 
     followed = damped_modes.compute(case, keys, part)
     number, k, mode = followed.number, followed.nodal_diameter, followed.mode
@@ -168,8 +168,8 @@ TEMPLATE = """\
 ENERGY_FREQUENCY = Analysis(
     key="energy_frequency",
     title="energy-frequency diagram",
-    keys=EnergyFrequencyKeys,
-    scene_keys=EnergyFrequencyKeys,
+    keys=_EnergyFrequencyKeys,
+    scene_keys=_EnergyFrequencyKeys,
     product=lambda: EnergyFrequency,
     compute=_compute,
     parts=damped_modes.parts,

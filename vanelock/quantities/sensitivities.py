@@ -18,8 +18,7 @@ from vanelock.rom import System
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.solved import as_solved
+from vanelock.stages.response.responses import Monitor, as_solved
 from vanelock.stages.response.summary import Peak
 
 Moduli: TypeAlias = dict[str, dict[int, Array]]

@@ -33,10 +33,10 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
-from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
-from vanelock.stages.parts.temperatures import described
+from vanelock.stages.campbell.frequencies import with_temperature_speeds
+from vanelock.stages.parts.loads import described
 from vanelock.stages.plan import Planned, plan
-from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.responses import monitor
 
 NAME = "fit"
 FINE = 160

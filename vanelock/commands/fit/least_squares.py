@@ -22,8 +22,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.residuals import noise_tests
-from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitSolution, Start
+from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitSolution, Start, noise_tests
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 

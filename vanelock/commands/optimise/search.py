@@ -15,8 +15,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.optimise.minimax import Functions, Minimax, minimax
-from vanelock.commands.optimise.peaks import Peaks
+from vanelock.commands.optimise.peaks import Functions, Minimax, Peaks, minimax
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Listener, Trial, silent

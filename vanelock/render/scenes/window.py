@@ -178,7 +178,7 @@ def _add_lines(plotter: Any, lines: SceneLines, shift: Floats) -> Any:
 
 
 @dataclass(frozen=True)
-class CameraView:
+class _CameraView:
     """A parallel view, aimed.
 
     Attributes
@@ -202,7 +202,7 @@ class CameraView:
         return np.column_stack([size[0] / 2 + fine * across, size[1] / 2 - fine * up])
 
 
-def aimed(camera: Camera, fit: Floats, size: Sequence[int]) -> CameraView:
+def aimed(camera: Camera, fit: Floats, size: Sequence[int]) -> _CameraView:
     """A camera's view in which points (m, 3) fill a picture of that size."""
     forward = np.asarray(camera.direction, float)
     forward = forward / np.linalg.norm(forward)
@@ -212,7 +212,7 @@ def aimed(camera: Camera, fit: Floats, size: Sequence[int]) -> CameraView:
     seen = fit @ frame.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     half = (high - low) / 2 * camera.margin
-    return CameraView(frame, (low + high) / 2 @ frame, max(half[1], half[0] * size[1] / size[0]))
+    return _CameraView(frame, (low + high) / 2 @ frame, max(half[1], half[0] * size[1] / size[0]))
 
 
 def _aim(plotter: Any, scene: DrawnScene, size: Sequence[int]) -> tuple[Floats, float]:

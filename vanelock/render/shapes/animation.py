@@ -62,7 +62,7 @@ class Wave:
 
 
 @dataclass(frozen=True)
-class Moving:
+class _Moving:
     """A part's skin with its waves.
 
     Attributes
@@ -87,7 +87,7 @@ class Moving:
 
 
 @dataclass(frozen=True)
-class ColourBar:
+class _ColourBar:
     """Colours of displacement.
 
     Attributes
@@ -126,7 +126,7 @@ def mode_animation(
     moving = moving_parts(parts, [Wave(1, nodal_diameter, shapes)])
     largest, drawn = _largest(moving), mode_size(parts)
     stated = f"Largest displacement drawn as {1e3 * drawn:.3g} mm"
-    bar = ColourBar("displacement / largest displacement (–)", 1 / largest, 1.0)
+    bar = _ColourBar("displacement / largest displacement (–)", 1 / largest, 1.0)
     heading = ring_and_wave(parts, nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
     return _animate(path, moving, drawn / largest, bar, texts, frames)
@@ -167,13 +167,13 @@ def response_animation(
     amplitude = max(float(annulus.peak(shape).max()) for shape in waves[0].shapes)
     scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
     stated = f"Deformation drawn {scale:,.10g} times as large"
-    bar = ColourBar("displacement at the instant (µm)", 1e6, 1e6 * _largest(moving))
+    bar = _ColourBar("displacement at the instant (µm)", 1e6, 1e6 * _largest(moving))
     heading = ring_and_wave(parts, waves[0].nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
     return _animate(path, moving, scale, bar, texts, frames)
 
 
-def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[Moving]:
+def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[_Moving]:
     """Parts with their waves, on skins of few triangles."""
     for wave in waves:
         if wave.harmonic < 1:
@@ -185,7 +185,7 @@ def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[Moving]:
         of_skin = [np.asarray(wave.shapes[i])[thin.surface.nodes] for wave in waves]
         each = zip(waves, of_skin, strict=True)
         found.append(
-            Moving(thin, tuple((w.harmonic, w.nodal_diameter, shape) for w, shape in each))
+            _Moving(thin, tuple((w.harmonic, w.nodal_diameter, shape) for w, shape in each))
         )
     return found
 
@@ -224,7 +224,7 @@ def thinned(skin: DeformedSkin, triangles: int = TRIANGLES) -> DeformedSkin:
 
 
 def _ring_at(
-    moving: Sequence[Moving], angle: float, scale: float, bar: ColourBar
+    moving: Sequence[_Moving], angle: float, scale: float, bar: _ColourBar
 ) -> scene.DrawnScene:
     """Scene of all sectors at a phase angle α in rad, coloured by the length of displacement."""
     bodies, lines = [], []
@@ -251,7 +251,7 @@ def _ring_at(
     return scene.DrawnScene(camera, bodies, lines)
 
 
-def _largest(moving: Sequence[Moving]) -> float:
+def _largest(moving: Sequence[_Moving]) -> float:
     """Largest displacement in a period, which is the same in every sector, m."""
     angles = 2 * np.pi * np.arange(72) / 72
     return max(
@@ -263,9 +263,9 @@ def _largest(moving: Sequence[Moving]) -> float:
 
 def _animate(
     path: style.PathLike,
-    moving: Sequence[Moving],
+    moving: Sequence[_Moving],
     scale: float,
-    bar: ColourBar,
+    bar: _ColourBar,
     texts: tuple[str, str, str],
     frames: int,
 ) -> Path:

@@ -14,13 +14,12 @@ from vanelock.common.arrays import Floats, Integers
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.contacts.wear import exact
-from vanelock.quantities.run_result import RunResult
-from vanelock.quantities.selection import DETAILED, named
+from vanelock.quantities.contacts import exact
+from vanelock.quantities.run_result import DETAILED, RunResult, named
 from vanelock.report import Picture
 from vanelock.rom.joining.connections import properties
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.places import tangents
+from vanelock.stages.parts.outputs import tangents
 from vanelock.stages.parts.segment import segment_of
 
 

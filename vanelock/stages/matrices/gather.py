@@ -21,7 +21,7 @@ from vanelock.input.schema.scene import (
 )
 from vanelock.rom import Element
 from vanelock.rom.joining.connections import Load, Output, Tie, Touching
-from vanelock.stages.matrices.nodal_forces import NodalForces, read_forces
+from vanelock.stages.matrices.piece import NodalForces, read_forces
 
 COLUMNS = {
     "node": (),

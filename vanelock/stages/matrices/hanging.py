@@ -23,7 +23,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import Matrices
 from vanelock.stages.matrices.gather import Gathered
-from vanelock.stages.matrices.nodal_forces import NodalForces, on_rows
+from vanelock.stages.matrices.piece import NodalForces, on_rows
 from vanelock.stages.matrices.pieces import WORDS
 
 SOFT = 1e-14

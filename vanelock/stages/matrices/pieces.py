@@ -27,9 +27,7 @@ from vanelock.rom import (
 )
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
-from vanelock.stages.matrices.nodal_forces import NodalForces, on_rows
-from vanelock.stages.matrices.piece import Piece
-from vanelock.stages.matrices.seen import Followed, Seen, seen_from
+from vanelock.stages.matrices.piece import Followed, NodalForces, Piece, Seen, on_rows, seen_from
 
 LARGEST = 5000
 """Most coordinates of a superelement: its matrices are dense."""
