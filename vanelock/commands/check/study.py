@@ -8,7 +8,6 @@ from functools import cache, partial
 from pathlib import Path
 
 from vanelock.analyses import ANALYSES
-from vanelock.commands.check.stored import Row, stored
 from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.common.errors import InputError, raised
 from vanelock.common.tables import counted
@@ -31,6 +30,8 @@ from vanelock.stages.matrices.pieces import refuse_unknown
 from vanelock.stages.matrices.scene_structure import SceneStructure, at_rest, clamped, matrices
 from vanelock.stages.parts.loads import load_lines
 from vanelock.stages.response.responses import output_of
+
+Row = tuple[str, str]
 
 
 def planned_study(path: Path, outside: bool) -> Iterator[Row]:
@@ -146,6 +147,9 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
     curves = () if mistakes else load_measured(scene)
     if scene.system is not None:
         system = SceneStructure(scene).system(()).compute()
+        # Opening what is stored loads the solver.
+        from vanelock.commands.check.stored import stored
+
         rows, _ = stored(Path(scene.system.file))
         names = system.output_names
         mistakes += raised(lambda: output_of(scene.outputs.monitor, names, system.sectors))
