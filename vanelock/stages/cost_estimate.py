@@ -22,11 +22,7 @@ from vanelock.pipeline.progress import PointDone
 from vanelock.pipeline.step import Stages
 from vanelock.pipeline.tasks import ATTEMPTS, Failure, TaskFailed, failure_of
 from vanelock.stages.accuracy.budget import budget, pins
-from vanelock.stages.accuracy.choose_mesh import (
-    most_dofs,
-    peak_memory,
-    unknowns,
-)
+from vanelock.stages.accuracy.mesh_sizes import most_dofs, peak_memory, unknowns
 
 if TYPE_CHECKING:
     from vanelock.analyses.analysis import Analysis

@@ -29,7 +29,7 @@ PATIENCE = 120
 LOADED = (
     "ansys.mapdl.reader", "meshio", "pyuff", "vanelock.__main__", "vanelock.commands.check.file",
     "vanelock.commands.check.study", "vanelock.mesh", "vanelock.mesh.files.read",
-    "vanelock.mesh.matching.pairing", "vanelock.commands.check.study",
+    "vanelock.mesh.matching.pairing", "vanelock.commands.check.scene",
     "vanelock.commands.compare", "vanelock.pipeline.display", "vanelock.pipeline.progress",
     "vanelock.report.writer", "pint", "h5py", "scipy.io", "scipy.sparse.csgraph",
     "vanelock.fem.matrix_files.load",

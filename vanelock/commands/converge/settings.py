@@ -22,7 +22,7 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.nonlinear.contact.sampling import least_samples
-from vanelock.stages.accuracy.choose_mesh import unknowns
+from vanelock.stages.accuracy.mesh_sizes import unknowns
 
 DOFS = 150_000
 """Default limit of the estimated degrees of freedom of the meshes of both parts."""

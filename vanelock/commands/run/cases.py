@@ -31,8 +31,9 @@ from vanelock.results import listing
 from vanelock.results.files import results_file
 from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.record import Record, versions
-from vanelock.stages.accuracy.choose_mesh import choose_mesh, most_dofs
+from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.accuracy.evidence import judged
+from vanelock.stages.accuracy.mesh_sizes import most_dofs
 from vanelock.stages.campbell.frequencies import with_temperature_speeds
 from vanelock.stages.cost_estimate import Clock, attempt
 from vanelock.stages.matrices.scene_structure import at_rest, motions_step

@@ -26,7 +26,7 @@ from vanelock.results.files import results_file
 from vanelock.results.files.run_folder import REPORT, OutputFiles, claimed
 from vanelock.results.listing import tables
 from vanelock.results.page import show
-from vanelock.stages.accuracy.choose_mesh import processes
+from vanelock.stages.accuracy.mesh_sizes import processes
 from vanelock.stages.cost_estimate import estimated
 from vanelock.stages.response.summary import Summary
 

@@ -9,8 +9,6 @@ A vane is reduced with each load in unit size, and scaled loads act on the syste
 loads nor other temperatures reduce anything again, but for those that a file holds, nor do limits
 without them change.
 
-What a study or a scene is excited with, in words: directions as they act, and resultants.
-
 Young's modulus of the parts at their temperatures.
 """
 
@@ -20,16 +18,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem
-from vanelock.common.arrays import Floats, unit_vectors
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.common.tables import counted
 from vanelock.fem import Model
 from vanelock.fem.loads import centroid, faces_of
-from vanelock.input.cases.values import Given, ring_of
-from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.structure.loads import GAS, grows
 from vanelock.input.schema.structure.piecewise import at
 from vanelock.input.schema.structure.temperature import PARTS
@@ -40,7 +34,7 @@ from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 from vanelock.pipeline.cache import content_digest
 
 if TYPE_CHECKING:
-    from vanelock.stages.matrices.gather import Gathered
+    pass
 
 
 HEAT = "heat"
@@ -167,45 +161,6 @@ def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Floats
 def strained(loads: Iterable[RestLoad]) -> tuple[str, ...]:
     """Names of those that grow with the modulus."""
     return tuple(load.name for load in loads if load.cause == HEAT)
-
-
-UNIT = 1e-9
-"""Difference of a vector's length from 1 that is rounding."""
-
-
-def load_lines(given: Given, nodes: int | None, lists: "Gathered | None" = None) -> Iterator[str]:
-    """A line for each load."""
-    sectors, _ = ring_of(given)
-    if not isinstance(given, Scene):
-        if (force := given.excitation.force_per_node) and nodes:
-            yield f"excitation: {_each(force, nodes, sectors)}, radial"
-        return
-    if lists is None:
-        return
-    tables = {f"loads[{i}]": keys for i, keys in enumerate(given.loads)}
-    for load in lists.loads:
-        keys = tables[load.where]
-        direction = np.array(keys.direction, float)
-        text = f"{load.where}: {_each(keys.amplitude or 0.0, len(load.nodes), sectors)}, along "
-        text += _vector(unit_vectors(direction, load.where))
-        if abs(np.linalg.norm(direction) - 1) > UNIT:
-            text += f", the direction {_vector(direction)} at length 1"
-        yield text
-    for each in lists.forces:
-        total = abs(each.factor) * each.forces.sum(axis=0)
-        yield f"{each.where}: forces on {counted(len(each.nodes), 'node')}, sum {_vector(total)} N"
-
-
-def _vector(values: NDArray[np.float64]) -> str:
-    return f"[{', '.join(f'{value:.4g}' for value in values.tolist())}]"
-
-
-def _each(force: float, nodes: int, sectors: int) -> str:
-    """A force on each of some nodes, and what it comes to."""
-    text = f"{force:,.6g} N on {'each of ' if nodes > 1 else ''}{counted(nodes, 'node')}"
-    if nodes > 1:
-        text += f", {force * nodes:,.6g} N together"
-    return text if sectors == 1 else f"{text}, {force * nodes * sectors:,.6g} N around the ring"
 
 
 def modulus(study: Study, part: str, speed: float | None = None) -> float:

@@ -13,7 +13,7 @@ from vanelock.mesh.element_size import element_size
 from vanelock.mesh.refinement import casing_dofs, vane_dofs
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.accuracy import choose_mesh
+from vanelock.stages.accuracy import choose_mesh, mesh_sizes
 from vanelock.stages.accuracy.budget import budget
 from vanelock.stages.accuracy.mesh_errors import MeshErrors
 
@@ -103,7 +103,7 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     assert all(0.003 < each < 0.009 for each in size)
     vane, casing = found.study.vane, found.study.casing
     dofs = vane_dofs(vane, 16, size[0]) + casing_dofs(casing, vane.hook, 16, size[1], 3)
-    assert 0.9 * choose_mesh.DOFS < dofs <= 1.001 * choose_mesh.DOFS
+    assert 0.9 * mesh_sizes.DOFS < dofs <= 1.001 * mesh_sizes.DOFS
     assert f"estimated error {found.rounds[-1].amplitude:.1e} at" in found.short
     assert "was its share" in found.short
 
@@ -111,16 +111,16 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
 def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
     monkeypatch.setattr(process, "bounds", lambda: [process.Bound(4e9, 1e9, "a test's memory")])
-    most = choose_mesh.most_dofs()
-    assert choose_mesh.peak_memory(most) == pytest.approx(choose_mesh.SHARE * 4e9)
+    most = mesh_sizes.most_dofs()
+    assert mesh_sizes.peak_memory(most) == pytest.approx(mesh_sizes.SHARE * 4e9)
     found = choice_of("accuracy = 0.001")
-    dofs = choose_mesh.unknowns(found.study, found.study.mesh.size)
+    dofs = mesh_sizes.unknowns(found.study, found.study.mesh.size)
     assert 0.9 * most < dofs <= 1.001 * most
     assert f"none larger than {most:,.0f} fit the memory" in found.short
-    assert choose_mesh.most_dofs(2e9) < most
-    assert choose_mesh.most_dofs(8e9) == most
+    assert mesh_sizes.most_dofs(2e9) < most
+    assert mesh_sizes.most_dofs(8e9) == most
     with pytest.raises(InputError, match=r"^memory = 1 GB: a coarse mesh takes 1\.\d GB$"):
-        choose_mesh.most_dofs(1e9)
+        mesh_sizes.most_dofs(1e9)
 
 
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
