@@ -97,7 +97,7 @@ def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatc
 
 def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
-    monkeypatch.setattr(choose_mesh, "DOFS", 250_000)
+    monkeypatch.setattr(mesh_sizes, "DOFS", 250_000)
     found = choice_of("accuracy = 0.001")
     size = found.study.mesh.size
     assert all(0.003 < each < 0.009 for each in size)
