@@ -17,7 +17,7 @@ GENERAL = [
     "fem", "nonlinear", "rom/fixed_interface", "rom/full_fields.py", "rom/routes",
     "vanelock/common", "vanelock/pipeline",
     "vanelock/render/scenes", "vanelock/report",
-    "vanelock/stages/matrices", "vanelock/stages/response", "vanelock/stages/sweep",
+    "vanelock/stages/matrices", "vanelock/stages/response",
 ]  # fmt: skip
 """What knows no vane, casing or interlock: of these a study alone has any."""
 

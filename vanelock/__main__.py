@@ -297,7 +297,7 @@ def init(
         written = write_example(example, path)
         print(f"{written} written; {how_to_use(written)}")
         return
-    from vanelock.commands.installed import write_template
+    from vanelock.commands.template import write_template
 
     path = path or Path("study.toml")
     write_template(path, "scene" if scene else "study", all_keys)

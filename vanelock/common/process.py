@@ -16,7 +16,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator, MutableMapping
 from contextlib import contextmanager, suppress
-from importlib.metadata import distributions
 from io import TextIOWrapper
 from pathlib import Path
 from types import FrameType
@@ -360,6 +359,8 @@ def installed(distribution: str) -> str:
     A build leaves vanelock.egg-info in the source, which is found first from there; only what was
     installed has a RECORD.
     """
+    from importlib.metadata import distributions  # too slow for every command
+
     found = [*distributions(name=distribution)]
     recorded = (each for each in found if each.read_text("RECORD") is not None)
     chosen = next(recorded, found[0] if found else None)

@@ -30,7 +30,8 @@ import numpy as np
 
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.common.files.files import file_digest, writing
+from vanelock.common.files.digests import file_digest
+from vanelock.common.files.files import writing
 from vanelock.common.files.hdf5 import written
 from vanelock.common.process import __version__, held, installed, release
 from vanelock.common.product import Product

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import vanelock
-from vanelock.common.files.files import file_digest
+from vanelock.common.files.digests import file_digest
 from vanelock.common.tables import Table
 from vanelock.input.cases.names import fixed, words
 from vanelock.input.schema.study import Study

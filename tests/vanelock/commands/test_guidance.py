@@ -1,6 +1,8 @@
 """Every command teaches by `--help`, and the Tab key knows commands, study files and settings."""
 
 import re
+import subprocess
+import sys
 
 import pytest
 from typer.testing import CliRunner
@@ -20,6 +22,11 @@ def printed(*words: str) -> str:
     done = CliRunner().invoke(app, [*words, "--help"], prog_name="vanelock", terminal_width=200)
     assert done.exit_code == 0
     return done.output
+
+
+def test_help_is_quick_since_it_loads_neither_arrays_nor_files_nor_the_schema() -> None:
+    code = "import sys, vanelock.__main__; print({'numpy', 'h5py', 'pydantic'} & {*sys.modules})"
+    assert subprocess.check_output([sys.executable, "-c", code], text=True) == "set()\n"
 
 
 @pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS)])

@@ -10,7 +10,7 @@ be trusted to the scatter (the scale factor of the Particle Data Group, Review o
 section 5.2.2). The singular vectors of J show which products of powers of parameters the data
 determine, and how well.
 
-The covariance is worth something only if residuals are noise (`commands.fit.residuals`) and the
+The covariance is worth something only if residuals are noise (`commands.fit.solution`) and the
 model is linear as far as its own errors reach: Σ r² must rise by s² one standard error away along
 each singular vector, which is evaluated.
 """

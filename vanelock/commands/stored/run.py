@@ -20,7 +20,7 @@ from vanelock import render
 from vanelock.commands.stored.contents import StoredRun, load_run
 from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.errors import InputError
-from vanelock.common.files.files import verify
+from vanelock.common.files.digests import verify
 from vanelock.common.lazy import library
 from vanelock.common.process import largest
 from vanelock.common.tables import Table

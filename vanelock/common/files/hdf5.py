@@ -18,7 +18,8 @@ import h5py
 import numpy as np
 
 from vanelock.common.errors import InputError, printable
-from vanelock.common.files.files import NAMED, Fallen, limited, regular
+from vanelock.common.files.digests import NAMED
+from vanelock.common.files.files import Fallen, limited, regular
 from vanelock.common.process import held
 
 UNPACKED = 256_000_000

@@ -36,7 +36,7 @@ to which this file, the index, has links; these have links to files of single pr
 may share. What the cache keeps, too, is one file on the disk with a name there and one here.
 
 Each file in the folder has the digest of its bytes in its name, the index in its first block, see
-`vanelock.common.files.files`.
+`vanelock.common.files.digests`.
 
 Plain data and dataclasses of them as JSON, and back; NaN stays so.
 """
@@ -54,7 +54,8 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from vanelock.common.errors import InputError
-from vanelock.common.files.files import beside, needs, verify_file
+from vanelock.common.files.digests import needs, verify_file
+from vanelock.common.files.files import beside
 from vanelock.common.files.hdf5 import opened
 from vanelock.rom import Component, System
 

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from vanelock.common.errors import InputError, printable
-from vanelock.common.files.files import file_digest, placed
+from vanelock.common.files.digests import file_digest
+from vanelock.common.files.files import placed
 from vanelock.common.process import held
 from vanelock.pipeline.cache import code_of, key_of
 from vanelock.pipeline.progress import Begun, Done, Listener

@@ -14,7 +14,8 @@ import h5py
 import numpy as np
 
 from vanelock.common.errors import FolderError, InputError
-from vanelock.common.files.files import BLOCK, NAMED, NEEDS, file_digest, stamp, writing
+from vanelock.common.files.digests import BLOCK, NAMED, NEEDS, file_digest, stamp
+from vanelock.common.files.files import writing
 from vanelock.common.files.hdf5 import written
 from vanelock.common.process import held
 from vanelock.common.product import Product
