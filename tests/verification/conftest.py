@@ -21,7 +21,7 @@ from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
 from tests.conftest import scene_of
 from tests.golden.runs import made_once
-from tests.verification import small_vane
+from tests.verification import vane
 from vanelock import rom
 from vanelock.fem import Material, assemble, cyclic_transform, eigenpairs
 from vanelock.mesh import Part
@@ -38,15 +38,15 @@ if not FULL:
     @pytest.fixture(scope="session")
     def scene(shared: Path) -> SimpleNamespace:
         """The scene with few elements and contacts; at full count it is the common one."""
-        made = made_once(shared / "small_vane.pickle", small_vane.small_parts)
-        return scene_of(*made, small_vane.JOINTS)
+        made = made_once(shared / "small_vane.pickle", vane.small_parts)
+        return scene_of(*made, vane.JOINTS)
 
 
 @pytest.fixture(scope="session")
 def ring_of_vanes(scene: SimpleNamespace, shared: Path) -> rom.System:
     """The scene's system with all nodal diameters of its ring."""
     place = shared / "ring_of_vanes.pickle"
-    return made_once(place, lambda: small_vane.with_all_diameters(scene))
+    return made_once(place, lambda: vane.with_all_diameters(scene))
 
 
 @pytest.fixture(scope="session")

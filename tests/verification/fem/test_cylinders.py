@@ -1,16 +1,15 @@
 """Cylinders, modelled as one sector, against exact elasticity at every nodal diameter."""
 
 import dataclasses
-import os
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from tests.verification.conftest import FULL
 from vanelock.fem import Material
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
 THICK = {"walls": (0.35, 0.5), "length": 0.6, "sectors": 8}
 

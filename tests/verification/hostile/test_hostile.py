@@ -21,6 +21,7 @@ from tests.fem.matrix_files import test_formats
 from tests.fem.matrix_files.conftest import Model
 from tests.mesh.conftest import ring_sectors
 from tests.vanelock.results.one_file import in_one_file
+from tests.verification.conftest import FULL
 from tests.verification.hostile import mutations
 from tests.verification.hostile.hdf5 import mutated_hdf5
 from tests.verification.hostile.server import COMPUTING, SECONDS, Here, Outcome, Server
@@ -30,7 +31,6 @@ from vanelock.mesh.matching.pairing import pair
 from vanelock.mesh.matching.side import own_part
 from vanelock.nonlinear import System
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 ROOT = Path(__file__).resolve().parents[3]
 FEW, MANY = 9, int(os.environ.get("VANELOCK_HOSTILE", 2510 if FULL else 80))
 """Mutations of each kind of files, in this process and in children."""

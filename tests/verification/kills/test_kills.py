@@ -5,7 +5,6 @@ command, until it is done. Finished stages must not be computed again, files be 
 and all datasets of results.h5 in the end be those of an uninterrupted run, times aside.
 """
 
-import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.verification.conftest import FULL
 from tests.verification.kills import killing
 from tests.verification.kills.killing import Moment
 from tests.verification.kills.victim import Victim, finish
 
 pytestmark = pytest.mark.system
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEED = 20
 EACH = 5 if FULL else 1
 """Kills in each stage."""

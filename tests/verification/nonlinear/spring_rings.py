@@ -1,8 +1,7 @@
 """Rings of a few masses and contacts a sector, and loads under which friction damps them most."""
 
 import json
-import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -10,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import scipy.linalg as la
 
+from tests.verification.conftest import FULL
+from tests.verification.vane import loaded
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, System, frequency_response, linear_response
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 LOADS = json.loads(Path(__file__).with_name("ring_loads.json").read_text())
 """What `search` finds for rings 0 to 23: where tests load them, not what they should find."""
 MASSES, CONTACTS = 3, 2
@@ -75,10 +75,6 @@ def spring_ring(seed, force=1.0):
     return System(sectors, order, diameters, contacts, {1: Force(force * load)}, ("masses",), 0.015)
 
 
-def loaded(system, force):
-    return replace(system, force={1: Force(force * system.force[1].vector)})
-
-
 @lru_cache
 def worst_of(seed):
     """Of each kind of motion, the force at which friction holds the peak down most.
@@ -93,6 +89,13 @@ def worst_of(seed):
     for kind, each in known.items():
         np.testing.assert_allclose(found[kind], each, rtol=1e-6)
     return found
+
+
+def worst_ring(seed, kind):
+    """A ring under such a force, or that of the other kind where one is not found; its peak, Hz."""
+    kinds = worst_of(seed)
+    _, force, frequency = kinds.get(kind) or next(iter(kinds.values()))
+    return spring_ring(seed, force), frequency
 
 
 def search(seed):

@@ -1,17 +1,16 @@
 """The whole ring, assembled, against one sector with cyclic symmetry, at every nodal diameter."""
 
 import dataclasses
-import os
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from tests.verification.conftest import FULL
 from vanelock import mesh
 from vanelock.fem import Material, assemble, eigenpairs, modes
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
 
 def turn(sectors, steps=1):

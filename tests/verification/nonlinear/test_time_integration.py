@@ -5,13 +5,13 @@ nor that the sectors repeat each other, so it tests the balance, the nodal diame
 harmonics, and whether the wave that it finds is stable.
 """
 
-import os
 import time
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from tests.verification.conftest import FULL
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     RINGS,
@@ -20,7 +20,9 @@ from tests.verification.nonlinear.spring_rings import (
     spring_ring,
     springs,
     worst_of,
+    worst_ring,
 )
+from tests.verification.vane import highest
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
@@ -29,8 +31,6 @@ from vanelock.nonlinear import (
     frequency_response,
     time_response,
 )
-
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
 H_MAX = 15
 PERIODS = 300 if FULL else 150
@@ -80,15 +80,14 @@ def errors(system, found, responses, of="contact"):
 
 
 def compare(seed, kind):
-    ratio, force, frequency = worst_of(seed)[kind]
-    system = loaded(spring_ring(seed), force)
+    system, frequency = worst_ring(seed, kind)
     responses = [frequency_response(system, [frequency], Options(H)) for H in ORDERS]
     assert all(response.converged.all() for response in responses)
     steady = time_response(
         system, frequency, PERIODS, 512, H_MAX, start=(responses[-1], 0), tolerance=1e-7
     )
     assert steady.unsolved == 0
-    return Comparison(ratio, steady, *errors(system, steady, responses))
+    return Comparison(worst_of(seed)[kind][0], steady, *errors(system, steady, responses))
 
 
 SAMPLE = {"slip": (0, 3), "lift": (4, 8)}
@@ -185,7 +184,7 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     # Ring 0 settles on the wave. Ring 1 leaves it, whichever way it is integrated: an unstable
     # solution, in which the sectors cease to repeat each other.
     _, force, frequency = worst_of(seed)[kind]
-    system = loaded(spring_ring(seed), force)
+    system = spring_ring(seed, force)
     response = frequency_response(system, [frequency], Options(9))
     found = time_response(system, frequency, periods, 512, 9, start=(response, 0)).departure
     other = by_central_differences(
@@ -204,18 +203,13 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
 NEAR = (255.0, 280.0) if FULL else (268.0, 294.0)
 
 
-def peak_of(system):
-    response = frequency_response(system, NEAR, Options(1), find_jumps=False)
-    return float(response.frequency[response.amplitude[:, 0].max(axis=1).argmax()])
-
-
 INERTIA = 60  # modes of each nodal diameter that keep their inertia
 
 
 @pytest.mark.parametrize("beside", (-1.5, 0.0, 1.5) if FULL else (0.0,))
 def test_vane_stays_with_the_balance(ring_of_vanes, beside, record_property):
     system = loaded(ring_of_vanes, GENTLE)
-    frequency = peak_of(system) + beside
+    frequency = highest(system, NEAR)[0] + beside
     orders = (1, 3, 5, 9, HIGHEST)
     responses = [frequency_response(system, [frequency], Options(H)) for H in orders]
     assert all(response.converged.all() for response in responses)
@@ -248,7 +242,7 @@ def test_vane_stays_with_the_balance(ring_of_vanes, beside, record_property):
 
 def test_vane_at_full_force_leaves_the_balance_at_any_step(ring_of_vanes, record_property):
     vane = ring_of_vanes
-    frequency = peak_of(vane)
+    frequency, _ = highest(vane, NEAR)
     response = frequency_response(vane, [frequency], Options(9))
     assert response.converged.all()
     rates = []

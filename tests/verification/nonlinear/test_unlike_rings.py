@@ -1,6 +1,5 @@
 """Rings of unlike sectors against alike ones, dense matrices, a bound, and the ring in time."""
 
-import os
 from dataclasses import replace
 from itertools import pairwise
 
@@ -8,16 +7,17 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
+from tests.verification.conftest import FULL
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     MASSES,
     RINGS,
     FollowedRing,
     assembled,
-    loaded,
     spring_ring,
     springs,
     worst_of,
+    worst_ring,
 )
 from vanelock.nonlinear import (
     Contacts,
@@ -32,7 +32,6 @@ from vanelock.nonlinear import (
     whitehead,
 )
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEEDS = range(24) if FULL else (0, 4)
 QUANTITIES = ("interference", "mu", "kn", "kt")
 
@@ -53,8 +52,7 @@ def kinds_of(seeds):
 def test_ring_of_alike_sectors_is_one_sector(record_property):
     worst, count = 0.0, 0
     for seed, kind in kinds_of(SEEDS):
-        _, force, frequency = worst_of(seed)[kind]
-        system = loaded(spring_ring(seed), force)
+        system, frequency = worst_ring(seed, kind)
         hertz = frequency + np.array([-0.02, -0.01, 0.0, 0.01])
         options = Options(5, tolerance=1e-12)
         one = frequency_response(system, hertz, options, find_jumps=False)
@@ -237,7 +235,7 @@ def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
             continue
         rings += 1
         _, force, frequency = worst_of(seed)[kind]
-        system = loaded(spring_ring(seed), force)
+        system = spring_ring(seed, force)
         unlike = drawn(system, seed, 0.1)
         found = ring_response(system, [frequency], unlike, Options(9))
         assert found.converged.all()
@@ -267,8 +265,7 @@ def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
 def test_turned_pattern_turns_the_answer(record_property):
     worst = 0.0
     for seed, kind in kinds_of(SEEDS):
-        _, force, frequency = worst_of(seed)[kind]
-        system = loaded(spring_ring(seed), force)
+        system, frequency = worst_ring(seed, kind)
         unlike = drawn(system, seed, 0.05)
         found = ring_response(system, [frequency], unlike, Options(3))
         turned = ring_response(system, [frequency], unlike.turned(2), Options(3))

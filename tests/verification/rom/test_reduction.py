@@ -1,6 +1,5 @@
 """Reduced models of vane and casing against the unreduced sector, and of a whole bladed ring."""
 
-import os
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
@@ -12,11 +11,11 @@ from scipy.spatial import KDTree
 
 from benchmarks.rom.direct import direct
 from benchmarks.unreduced import unreduced_segment as unreduced
+from tests.verification.conftest import FULL
 from vanelock import fem, mesh, rom
 from vanelock.common.cyclic import turn
 from vanelock.stages.parts.segment import Segment
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
 SHARED = ("hook_front", "hook_rear", "key", "output")
 VANE = (*SHARED, "interlock_left", "interlock_right")

@@ -1,6 +1,5 @@
 """Damped nonlinear modes against closed forms, linear limits, forced vibration and sweeps."""
 
-import os
 from dataclasses import replace
 from time import process_time
 
@@ -9,6 +8,7 @@ import pytest
 import scipy.linalg as la
 from scipy.interpolate import PchipInterpolator
 
+from tests.verification.conftest import FULL
 from tests.verification.nonlinear.spring_rings import MASSES, loaded, spring_ring
 from vanelock import rom
 from vanelock.nonlinear import STUCK, Options, damped_mode, frequency_response, linear_response
@@ -18,7 +18,6 @@ from vanelock.nonlinear.fourier import to_complex, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEEDS = range(5 if FULL else 2)
 K, C, KT, SLIP = 1.0, 0.01, 0.25, 0.2
 RANGE = (1e-7, 1e-3)
