@@ -4,7 +4,6 @@ A test gives its figures by `record_property(name, text)`.
 """
 
 import dataclasses
-import os
 import subprocess
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
-from tests.conftest import scene_of
+from tests.conftest import FULL, scene_of
 from tests.golden.runs import made_once
 from tests.verification import vane
 from vanelock import rom
@@ -29,7 +28,6 @@ from vanelock.mesh import Part
 Array = NDArray[np.float64]
 
 ROOT = Path(__file__).resolve().parents[2]
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 rows: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
 
 

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from tests.conftest import CASING_MASTERS, VANE_MASTERS
+from tests.verification.nonlinear.spring_rings import loaded
 from vanelock import fem, mesh, rom
 from vanelock.nonlinear import Options, frequency_response
 from vanelock.stages.parts.segment import Joint, Segment
@@ -38,11 +39,6 @@ def with_all_diameters(scene: SimpleNamespace) -> rom.System:
     """The system of a scene with all nodal diameters of its ring."""
     casing = rom.reduce(scene.casing_model, CASING_MASTERS, modes=10, nodal_diameters=range(9))
     return Segment(scene.joints, 1, 30.0, damping_ratio=0.003).join(scene.vane, casing)
-
-
-def loaded(system: rom.System, factor: float) -> rom.System:
-    """A system under so many times its vibrating force."""
-    return replace(system, force={1: rom.Force(factor * system.force[1].vector)})
 
 
 def interlocked(

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock.fem import factorise
 
 COUNTS = (4, 8, 16) if FULL else (4, 8)

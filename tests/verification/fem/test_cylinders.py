@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock.fem import Material
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

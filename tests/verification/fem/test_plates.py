@@ -14,7 +14,7 @@ import scipy.linalg
 from numpy.polynomial import Legendre
 from scipy.optimize import brentq
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock.fem import Material
 
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)

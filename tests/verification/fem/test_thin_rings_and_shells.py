@@ -9,7 +9,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock.fem import Material, assemble, modes
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

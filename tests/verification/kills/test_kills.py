@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.kills import killing
 from tests.verification.kills.killing import Moment
 from tests.verification.kills.victim import Victim, finish

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.mesh import designs
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
 

@@ -1,7 +1,7 @@
 """Rings of a few masses and contacts a sector, and loads under which friction damps them most."""
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 import scipy.linalg as la
 
-from tests.verification.conftest import FULL
-from tests.verification.vane import loaded
+from tests.conftest import FULL
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, System, frequency_response, linear_response
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
@@ -73,6 +72,11 @@ def spring_ring(seed, force=1.0):
             K=K.real if real else K, M=M, own=own, next=beyond, output=np.eye(MASSES)[None]
         )
     return System(sectors, order, diameters, contacts, {1: Force(force * load)}, ("masses",), 0.015)
+
+
+def loaded(system, factor):
+    """A system under so many times its vibrating force."""
+    return replace(system, force={1: Force(factor * system.force[1].vector)})
 
 
 @lru_cache

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock import mesh
 from vanelock.fem import Material, assemble, eigenpairs, modes
 

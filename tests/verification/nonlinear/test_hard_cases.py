@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock.nonlinear import (
     OPEN,
     SLIP,

@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from skfem import MeshTet
 
 from benchmarks.unreduced import unreduced_segment as unreduced
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock import fem, mesh
 from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions

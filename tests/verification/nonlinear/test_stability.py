@@ -9,7 +9,7 @@ import pytest
 import scipy.linalg as la
 from scipy.optimize import fsolve
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.nonlinear.kicked_ring import parting, refined
 from tests.verification.nonlinear.spring_rings import (
     FollowedRing,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     RINGS,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     MASSES,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.vane import highest, interlocked, second_mode
 from vanelock.nonlinear import STUCK, Options, frequency_response, static_response
 

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from benchmarks.rom.direct import direct
 from benchmarks.unreduced import unreduced_segment as unreduced
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock import fem, mesh, rom
 from vanelock.common.cyclic import turn
 from vanelock.stages.parts.segment import Segment

@@ -4,7 +4,7 @@ On the coarsest mesh at full count; on a yet coarser one with fewer contacts els
 as stiff as a whole, with fewer seeds and harmonics.
 """
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 
 from functools import lru_cache
 

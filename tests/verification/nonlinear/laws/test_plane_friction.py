@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from tests.conftest import FULL
 from tests.nonlinear.contact.sampled_plane import sampled_plane
-from tests.verification.conftest import FULL
-from tests.verification.vane import highest, loaded, second_mode
+from tests.verification.nonlinear.spring_rings import loaded
+from tests.verification.vane import highest, second_mode
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options
 from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.contact.law import contact_law

@@ -5,8 +5,9 @@ from time import process_time
 import numpy as np
 import pytest
 
-from tests.verification.conftest import FULL
-from tests.verification.vane import loaded, second_mode
+from tests.conftest import FULL
+from tests.verification.nonlinear.spring_rings import loaded
+from tests.verification.vane import second_mode
 from vanelock.nonlinear import (
     STUCK,
     Options,

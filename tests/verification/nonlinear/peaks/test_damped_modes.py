@@ -8,7 +8,7 @@ import pytest
 import scipy.linalg as la
 from scipy.interpolate import PchipInterpolator
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import MASSES, loaded, spring_ring
 from vanelock import rom
 from vanelock.nonlinear import STUCK, Options, damped_mode, frequency_response, linear_response

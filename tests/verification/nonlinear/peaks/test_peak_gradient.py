@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import MASSES, worst_ring
 from vanelock.nonlinear import AmplitudeGradient, Options
 from vanelock.nonlinear.following.parameter_response import Parameter

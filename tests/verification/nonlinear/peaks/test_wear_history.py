@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import worst_ring
 from vanelock.nonlinear import (
     Contact,
