@@ -16,8 +16,8 @@ import pytest
 import pyuff
 
 from tests.conftest import FULL
-from tests.fem.matrix_files import test_formats
 from tests.fem.matrix_files.conftest import Model
+from tests.fem.matrix_files.test_formats import WRITERS
 from tests.mesh.conftest import ring_sectors
 from tests.vanelock.results.one_file import in_one_file
 from tests.verification.conftest import ROOT
@@ -216,16 +216,13 @@ report = false
 """
 
 
-def scenes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+def scenes(folder: Path) -> list[Path]:
     """A scene in each format of matrices; folders."""
-    given: list[tuple[tuple[Path, ...], dict[str, Path]]] = []
-    monkeypatch.setattr(test_formats, "load_matrices", lambda *a, **k: given.append((a, k)))
     found = []
-    for i, (name, write) in enumerate(test_formats.WRITERS.items()):
+    for i, (name, write) in enumerate(WRITERS.items()):
         place = folder / f"{i:02d}"
         place.mkdir()
-        write(place, Model())
-        paths, named = given.pop()
+        paths, named = write(place, Model())
         keys = dict(zip(("stiffness", "mass", "damping"), paths, strict=False)) | named
         text = f'name = "{name}"\n[components.a]\n'
         for key, value in keys.items():
@@ -239,13 +236,12 @@ def scenes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
         (place / "pairs.csv").write_text("node\n7\n")
         (place / "scene.toml").write_text(text + SCENE)
         found.append(place)
-    monkeypatch.undo()
     return found
 
 
-def test_matrices(trial, tmp_path, monkeypatch, record_property):
+def test_matrices(trial, tmp_path, record_property):
     """Scenes and their matrices, labels and node lists; some that pass are run as a whole."""
-    folders, passed = scenes(tmp_path, monkeypatch), 0
+    folders, passed = scenes(tmp_path), 0
     usable = [f for f in folders if trial.run(["check", "scene.toml"], f).faults((0,)) == []]
     assert len(usable) >= len(folders) - 3
     record_property("formats", str(len(usable)))
@@ -272,9 +268,9 @@ def test_matrices(trial, tmp_path, monkeypatch, record_property):
 
 
 @pytest.fixture
-def ran(server, tmp_path, monkeypatch, lattice, write_mesh):
+def ran(server, tmp_path, lattice, write_mesh):
     """The folder of a scene's run, with a mesh in its results too, and a system of its own."""
-    folder = scenes(tmp_path, monkeypatch)[0]
+    folder = scenes(tmp_path)[0]
     with open(folder / "scene.toml", "a") as file:
         file.write('loops = false\n[sweep]\n"contacts.pad.mu" = [0.1, 0.2]\n')
     command = ["run", "scene.toml", "-q", "--workers", "1", "-o", str(tmp_path / "ran")]

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from tests.fem.conftest import CELLS
 from vanelock import mesh
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble, free_rows, gauge, strain
 from vanelock.fem.elements import reference_element, shape_functions
 from vanelock.fem.gauges import skin
 
-CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
 GRADIENT = np.array([[0.3, -0.2, 0.5], [0.7, -0.4, 0.1], [0.9, -0.8, 0.6]])
 
 
