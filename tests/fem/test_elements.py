@@ -118,30 +118,6 @@ def test_unusable_part_is_refused(lattice):
         assemble(part, STEEL).rows("hub")
 
 
-DEGREE = {"tetra": 1, "tetra10": 2, "hexahedron": 1, "hexahedron20": 2, "hexahedron27": 2}
-
-
-@pytest.mark.parametrize("cell_type", DEGREE)
-def test_basis_reproduces_polynomials_from_their_values_at_the_nodes(cell_type):
-    # This fixes which basis function belongs to which node.
-    e = reference_element(cell_type)
-    points = e.values @ e.nodes
-    for powers in itertools.product(range(3), repeat=3):
-        if sum(powers) > DEGREE[cell_type]:
-            continue
-        np.testing.assert_allclose(
-            e.values @ np.prod(e.nodes**powers, axis=1), np.prod(points**powers, axis=1), atol=1e-14
-        )
-        for axis in range(3):
-            lower = np.maximum(np.array(powers) - np.eye(3, dtype=int)[axis], 0)
-            np.testing.assert_allclose(
-                e.gradients[:, :, axis] @ np.prod(e.nodes**powers, axis=1),
-                powers[axis] * np.prod(points**lower, axis=1),
-                atol=1e-13,
-            )
-    assert e.weights.sum() == pytest.approx(1 / 6 if cell_type.startswith("tetra") else 1)
-
-
 def test_unknown_cell_type_is_refused():
     with pytest.raises(InputError, match=r"cell_type = 'wedge': the solid elements are tetra"):
         reference_element("wedge")

@@ -158,21 +158,6 @@ def test_opposite_waves_are_conjugate(lattice):
     assert abs(cyclic_transform(model, -2) - cyclic_transform(model, 3)).max() == 0
 
 
-def test_columns_are_the_dofs_that_do_not_belong_to_the_right_face(lattice):
-    part = wedge(lattice, 5)
-    model = assemble(part, STEEL)
-    T = cyclic_transform(model, 1).toarray()
-    right = np.unique(model.rows("right"))
-    others = np.setdiff1d(np.arange(len(T)), right)
-    np.testing.assert_array_equal(T[others], np.eye(len(others)))
-    u_left = np.array([0.3, -0.2j, 1.1])
-    y = np.zeros(len(others), complex)
-    node = 3
-    y[np.searchsorted(others, model.rows("left")[node])] = u_left
-    expected = turn(5) @ u_left * np.exp(-2j * np.pi / 5)
-    np.testing.assert_allclose((T @ y)[model.rows("right")[node]], expected, atol=1e-15)
-
-
 def test_clamped_nodes_on_the_faces(lattice):
     part = wedge(lattice, 6, counts=(2, 2, 2))
     left, right = part.node_sets["left"], part.node_sets["right"]
