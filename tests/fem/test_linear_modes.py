@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse as sp
-from scipy.spatial import KDTree
 
 from tests.fem.conftest import STEEL
+from tests.verification.conftest import whole_ring
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, Modes, assemble, cyclic_transform, eigenpairs, factorise, modes
@@ -110,27 +110,10 @@ def wedge(lattice, sectors, counts=(1, 2, 1), fixed=None):
     return dataclasses.replace(part, node_sets=sets)
 
 
-def ring(part):
-    """All sectors merged, and the (sectors, nodes) numbers of each sector's nodes in it."""
-    n = part.sectors
-    points = np.concatenate([part.points @ turn(n, j).T for j in range(n)])
-    tree = KDTree(points)
-    mates = tree.query_ball_point(points, 1e-9)
-    lowest = np.array([min(near) for near in mates])
-    first, number = np.unique(lowest, return_inverse=True)
-    number = number.reshape(n, -1)
-    sets = {}
-    if "fixed" in part.node_sets:
-        sets["fixed"] = np.unique(number[:, part.node_sets["fixed"]])
-    cells = np.concatenate([number[j][part.cells] for j in range(n)])
-    whole = dataclasses.replace(part, points=points[first], cells=cells, node_sets=sets, sectors=1)
-    return whole, number
-
-
 @pytest.mark.parametrize("nodal_diameter", [0, 1, 2, 3, 4, 5, -1])
 def test_wave_spread_over_the_ring_is_a_mode_of_it(lattice, nodal_diameter):
     part = wedge(lattice, 6, counts=(2, 2, 2), fixed="x0")
-    whole, number = ring(part)
+    whole, number = whole_ring(part)
     full = assemble(whole, STEEL)
     found = modes(assemble(part, STEEL), 4, nodal_diameter)
     assert found.nodal_diameter == nodal_diameter

@@ -16,12 +16,14 @@ import pytest
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.optimize import brentq
+from scipy.spatial import KDTree
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
 from tests.conftest import FULL, scene_of
 from tests.golden.runs import made_once
 from tests.verification import vane
 from vanelock import rom
+from vanelock.common.cyclic import turn
 from vanelock.fem import Material, assemble, cyclic_transform, eigenpairs
 from vanelock.mesh import Part
 
@@ -99,6 +101,24 @@ def hollow_cylinder(lattice: Callable[..., Part]) -> Callable[..., Part]:
         return dataclasses.replace(part, node_sets=sets)
 
     return build
+
+
+def merged(points, within=1e-9):
+    """The first node (k,) at each place, and the number (n,) of each node's place."""
+    near = KDTree(points).query_ball_point(points, within)
+    return np.unique([min(mates) for mates in near], return_inverse=True)
+
+
+def whole_ring(part):
+    """All sectors merged into one part, and the numbers (N, n) of each sector's nodes in it."""
+    n = part.sectors
+    points = np.concatenate([part.points @ turn(n, j).T for j in range(n)])
+    first, number = merged(points)
+    number = number.reshape(n, -1)
+    sets = {name: np.unique(number[:, nodes]) for name, nodes in part.node_sets.items()}
+    cells = np.concatenate([nodes[part.cells] for nodes in number])
+    ring = dataclasses.replace(part, points=points[first], cells=cells, node_sets=sets, sectors=1)
+    return ring, number
 
 
 def potential(square, n, r):
