@@ -13,12 +13,10 @@ import pytest
 
 from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import (
-    CONTACTS,
-    RINGS,
-    assembled,
+    FollowedRing,
+    harmonics_of,
     loaded,
     spring_ring,
-    springs,
     worst_of,
     worst_ring,
 )
@@ -122,55 +120,13 @@ def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record_property):
     assert max(one.by_history[-1] for one in found) < 1e-3
 
 
-def slide(w, u, v, reach):
-    """Sliders after a step to u, v (..., c, 2), (..., c): along where open, within reach if not."""
-    return np.where(v[..., None] < 0, u, np.clip(w, u - reach, u + reach))
-
-
-def by_central_differences(seed, force, frequency, response, steps, periods):
-    """By period, how far the contacts of a spring ring leave a wave: another integrator.
-
-    All sectors' coordinates, central differences, the contacts' forces of the last instant.
-    """
-    N, order = RINGS[seed % len(RINGS)]
-    contacts, load = springs(seed)[-2:]
-    K, M, B, stiffness, C = assembled(seed)
-    omega, tau = 2 * np.pi * frequency, 1 / frequency / steps
-    lag = np.exp(-2j * np.pi * order * np.outer(np.arange(10), np.arange(N)) / N)
-    wave = {h: (lag[h][:, None] * response.x[h][0]).ravel() for h in range(10)}
-
-    def at(i):
-        return sum((q * np.exp(1j * h * omega * tau * i)).real for h, q in wave.items())
-
-    offset = np.tile(np.column_stack([contacts.v0, 0 * contacts.kt]).ravel(), N)
-    alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-
-    def displaced(x):
-        u = (B @ x + offset).reshape(N, CONTACTS, 3)
-        return u[..., 0], u[..., 1:], alpha * np.maximum(u[..., :1], 0)
-
-    w = np.zeros((N, CONTACTS, 2))
-    for i in range(-2 * steps, 1):
-        v, u, reach = displaced(at(i))
-        w = slide(w, u, v, reach)
-    left = np.linalg.inv(M / tau**2 + C / (2 * tau))
-    A, back = left @ (2 * M / tau**2 - K), left @ (M / tau**2 - C / (2 * tau))
-    angles = 2 * np.pi * np.arange(steps) / steps
-    push = np.kron(lag[1], force * load) * np.exp(1j * angles)[:, None]
-    push, pull = push.real @ left.T, left @ (B.T * stiffness)
-    expected = np.array([B @ wave[h] for h in range(10)])
-    expected[0] += offset
-    x, before, apart = at(0), at(-1), []
+def by_central_differences(ring, response, periods):
+    """By period, how far the contacts of a spring ring leave a wave: another integrator."""
+    wave, apart = ring.wave(response), []
+    (z, _), expected = ring.start(wave), wave @ ring.B
     for _ in range(periods):
-        history = np.empty((steps, len(stiffness)))
-        for i in range(steps):
-            v, u, reach = displaced(x)
-            w = slide(w, u, v, reach)
-            history[i] = B @ x + offset
-            held = np.concatenate([np.maximum(v, 0)[..., None], u - w], axis=2).ravel()
-            x, before = A @ x - back @ before + push[i] - pull @ held, x
-        q = np.fft.rfft(history, axis=0)[:10] / steps
-        q[1:] *= 2
+        history, z = ring.period(z)
+        q = harmonics_of(history, len(wave) - 1) @ ring.B
         apart.append(np.abs(q - expected).max() / np.abs(expected[1:]).max())
     return np.array(apart)
 
@@ -187,9 +143,8 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     system = spring_ring(seed, force)
     response = frequency_response(system, [frequency], Options(9))
     found = time_response(system, frequency, periods, 512, 9, start=(response, 0)).departure
-    other = by_central_differences(
-        seed, force, frequency, response, 2000 if FULL else 1000, periods
-    )
+    ring = FollowedRing(seed, force, frequency, 8000 if FULL else 4000)
+    other = by_central_differences(ring, response, periods)
     record_property("departure", f"{found[0]:.1e} to {found[-1]:.1e}")
     record_property("by central differences", f"{other[0]:.1e} to {other[-1]:.1e}")
     if seed == UNSTABLE:

@@ -1,7 +1,6 @@
 """Rings of unlike sectors against alike ones, dense matrices, a bound, and the ring in time."""
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,6 +13,7 @@ from tests.verification.nonlinear.spring_rings import (
     RINGS,
     FollowedRing,
     assembled,
+    harmonics_of,
     spring_ring,
     springs,
     worst_of,
@@ -199,30 +199,9 @@ def followed(seed, force, frequency, unlike, steps):
 
 def settled(ring, output, periods, harmonics):
     """Harmonics of all masses in the last of some periods, from a motion (H + 1, N n)."""
-    h = np.arange(len(output))
-    angles = ring.angle * np.arange(-2 * ring.steps, 1)
-    path = (np.exp(1j * np.outer(angles, h)) @ output).real
-    w = np.zeros((ring.sectors * CONTACTS, 2))
-    for one, other in pairwise(path):
-        w = ring.slid(w, ring.displaced(one), ring.displaced(other))
-    z = np.concatenate([path[-1], path[-2], w.ravel()])
-    z = ring.followed(z, periods * ring.steps)
-    n, history = len(ring.ahead), np.empty((ring.steps, len(ring.ahead)))
-    for i in range(ring.steps):
-        history[i] = z[:n]
-        z = moved_on(ring, z, i)
-    q = np.fft.rfft(history, axis=0)[: harmonics + 1] / ring.steps
-    q[1:] *= 2
-    return q, np.abs(z[:n] - history[0]).max()
-
-
-def moved_on(ring, z, i):
-    """One step, the i-th of the period."""
-    push, ring.push = ring.push, ring.push * np.exp(1j * ring.angle * i)
-    try:
-        return ring.followed(z, 1)
-    finally:
-        ring.push = push
+    z = ring.followed(ring.start(output)[0], periods * ring.steps)
+    history, z = ring.period(z)
+    return harmonics_of(history, harmonics), np.abs(z[: history.shape[1]] - history[0]).max()
 
 
 @pytest.mark.parametrize("kind", ["slip", "lift"])
