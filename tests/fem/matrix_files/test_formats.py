@@ -22,9 +22,9 @@ Given = tuple[tuple[Path, ...], dict[str, Any]]
 """What `load_matrices` is given: files of stiffness and mass, and options."""
 
 
-def check(given: Given, model: Model) -> None:
+def check(written: Given, model: Model) -> None:
     """Labels in any order; entries exactly."""
-    found = load_matrices(*given[0], **given[1])
+    found = load_matrices(*written[0], **written[1])
     order = np.lexsort((found.direction, found.node))
     wanted = np.lexsort((model.direction, model.node))
     assert found.node[order].tolist() == model.node[wanted].tolist()

@@ -146,23 +146,23 @@ def numbers(path: Path) -> dict[str, Any]:
     """All datasets and attributes of a results file by their places, times and dates aside."""
     found: dict[str, Any] = {}
 
-    def take(place: str, value: Any) -> None:
+    def take(name: str, value: Any) -> None:
         if isinstance(value, h5py.Group | h5py.Dataset):
-            inside(f"{place}@", value.attrs)
+            inside(f"{name}@", value.attrs)
         if isinstance(value, h5py.Dataset):
-            value = json.loads(value[()]) if place.endswith("/about") else value[()]
+            value = json.loads(value[()]) if name.endswith("/about") else value[()]
         if isinstance(value, list):
             value = {str(i): each for i, each in enumerate(value)}
         if isinstance(value, h5py.Group | dict):
-            inside(f"{place}/", value)
+            inside(f"{name}/", value)
         else:
             array = np.asarray(value)
-            found[place] = array.tolist() if array.dtype == object else array
+            found[name] = array.tolist() if array.dtype == object else array
 
-    def inside(place: str, values: Any) -> None:
+    def inside(above: str, values: Any) -> None:
         for name, value in values.items():
             if name not in TIMES:
-                take(place + name, value)
+                take(above + name, value)
 
     with h5py.File(path) as file:
         take("", file)
@@ -264,18 +264,18 @@ class Victim:
             path.write_bytes(content[: -int(rng.integers(1, 2000))])
         self._points = {}
 
-    def finish(self, whole: Path) -> None:
+    def finish(self, uninterrupted: Path) -> None:
         """Run to the end, which must be that of the run that was not killed.
 
         All numbers are; those of a response under way agree to 1e-9 of the largest.
         """
         found = self.look(None)
         assert found.status == 0, found.errors
-        one, other = (numbers(each / "results.h5") for each in (self.folder, whole))
+        one, other = (numbers(each / "results.h5") for each in (self.folder, uninterrupted))
         assert one.keys() == other.keys()
         assert [name for name in one if not same(one[name], other[name])] == []
         assert one["@complete"]
-        tables = [sorted(each.glob("figures/*.csv")) for each in (self.folder, whole)]
+        tables = [sorted(each.glob("figures/*.csv")) for each in (self.folder, uninterrupted)]
         for pair in zip(*tables, strict=True):
             texts = [path.name + path.read_text() for path in pair]
             assert DECIMAL.sub("", texts[0]) == DECIMAL.sub("", texts[1])

@@ -292,19 +292,15 @@ def sized(size):
     return mesh.vane_segment(DESIGN, size=size), mesh.casing_sector(size=size)
 
 
+@lru_cache
+def of_coarse(joints, averaged):
+    return frequencies(list(sized(COARSE)), joints, averaged)
+
+
 def frequencies(parts, joints, averaged):
     """Of the unreduced sector, Hz; those of the coarse parts are kept for the next test."""
     if parts is sized(COARSE):
         return of_coarse(tuple(joints), averaged)
-    return computed(parts, joints, averaged)
-
-
-@lru_cache
-def of_coarse(joints, averaged):
-    return computed(sized(COARSE), joints, averaged)
-
-
-def computed(parts, joints, averaged):
     steel = fem.Material(E=170e9, nu=0.3, rho=8200.0)
     models = [fem.assemble(part, steel) for part in parts]
     squared, _ = fem.eigenpairs(*unreduced(*models, joints, 1, averaged), MODES)
