@@ -23,6 +23,7 @@ from vanelock.pipeline.step import Stages, Step
 from vanelock.stages.parts.segment import Joint, Segment
 
 Place = Callable[[np.ndarray], np.ndarray]
+FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
 
 @pytest.fixture(scope="session")
@@ -191,7 +192,7 @@ def scene_of(models, vane, casing, joints) -> SimpleNamespace:
 def scene(coarse):
     """Models, components and system of the scene: coarse, or medium at full count."""
     parts = coarse
-    if os.environ.get("VANELOCK_VERIFY") == "full":
+    if FULL:
         parts = mesh.vane_segment(size="medium"), mesh.casing_sector(size="medium")
     steel = fem.Material(E=170e9, nu=0.3, rho=8200)
     vane_model, casing_model = (fem.assemble(part, steel) for part in parts)

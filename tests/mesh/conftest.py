@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.mesh import read_mesh
+from vanelock.mesh import quality, read_mesh
 from vanelock.mesh.matching.side import own_part
 
 SECTORS = 12
@@ -27,17 +27,25 @@ def refusal(build):
     return line
 
 
+def sound(part):
+    """Figures of a mesh, none of whose elements is bad."""
+    figures = quality(part)
+    assert figures.smallest_jacobian > 0
+    assert figures.smallest_sicn > 0.02
+    return figures
+
+
 def ring_sectors(lattice):
     """Function that meshes a sector: the vane's inside the casing's, which meet at a cylinder."""
 
-    def build(name, cell_type="tetra10", counts=(1, 3, 4)):
+    def build(name, cell_type="tetra10", counts=(1, 3, 4), sectors=SECTORS):
         inner = {"vane": RADIUS - 0.1, "casing": RADIUS}[name]
 
         def place(p):
-            r, angle = inner + 0.1 * p[:, 0], 2 * np.pi / SECTORS * (p[:, 1] - 0.5)
+            r, angle = inner + 0.1 * p[:, 0], 2 * np.pi / sectors * (p[:, 1] - 0.5)
             return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2]])
 
-        part = lattice(counts, place, cell_type, curved=True, sectors=SECTORS)
+        part = lattice(counts, place, cell_type, curved=True, sectors=sectors)
         sets = part.node_sets
         edge = np.concatenate([sets[side] for side in ("y0", "y1", "z0", "z1")])
         contact = np.setdiff1d(sets["x1" if name == "vane" else "x0"], edge)

@@ -4,7 +4,6 @@ A test gives its figures by `record_property(name, text)`.
 """
 
 import dataclasses
-import os
 import subprocess
 from collections import defaultdict
 from collections.abc import Callable, Sequence
@@ -17,19 +16,20 @@ import pytest
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.optimize import brentq
+from scipy.spatial import KDTree
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
-from tests.conftest import scene_of
+from tests.conftest import FULL, scene_of
 from tests.golden.runs import made_once
-from tests.verification import small_vane
+from tests.verification import vane
 from vanelock import rom
+from vanelock.common.cyclic import turn
 from vanelock.fem import Material, assemble, cyclic_transform, eigenpairs
 from vanelock.mesh import Part
 
 Array = NDArray[np.float64]
 
 ROOT = Path(__file__).resolve().parents[2]
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 rows: dict[str, list[tuple[str, str, str]]] = defaultdict(list)
 
 
@@ -38,15 +38,15 @@ if not FULL:
     @pytest.fixture(scope="session")
     def scene(shared: Path) -> SimpleNamespace:
         """The scene with few elements and contacts; at full count it is the common one."""
-        made = made_once(shared / "small_vane.pickle", small_vane.small_parts)
-        return scene_of(*made, small_vane.JOINTS)
+        made = made_once(shared / "small_vane.pickle", vane.small_parts)
+        return scene_of(*made, vane.JOINTS)
 
 
 @pytest.fixture(scope="session")
 def ring_of_vanes(scene: SimpleNamespace, shared: Path) -> rom.System:
     """The scene's system with all nodal diameters of its ring."""
     place = shared / "ring_of_vanes.pickle"
-    return made_once(place, lambda: small_vane.with_all_diameters(scene))
+    return made_once(place, lambda: vane.with_all_diameters(scene))
 
 
 @pytest.fixture(scope="session")
@@ -101,6 +101,24 @@ def hollow_cylinder(lattice: Callable[..., Part]) -> Callable[..., Part]:
         return dataclasses.replace(part, node_sets=sets)
 
     return build
+
+
+def merged(points, within=1e-9):
+    """The first node (k,) at each place, and the number (n,) of each node's place."""
+    near = KDTree(points).query_ball_point(points, within)
+    return np.unique([min(mates) for mates in near], return_inverse=True)
+
+
+def whole_ring(part):
+    """All sectors merged into one part, and the numbers (N, n) of each sector's nodes in it."""
+    n = part.sectors
+    points = np.concatenate([part.points @ turn(n, j).T for j in range(n)])
+    first, number = merged(points)
+    number = number.reshape(n, -1)
+    sets = {name: np.unique(number[:, nodes]) for name, nodes in part.node_sets.items()}
+    cells = np.concatenate([nodes[part.cells] for nodes in number])
+    ring = dataclasses.replace(part, points=points[first], cells=cells, node_sets=sets, sectors=1)
+    return ring, number
 
 
 def potential(square, n, r):

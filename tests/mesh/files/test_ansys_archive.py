@@ -32,22 +32,6 @@ def write(path: Path, part: Part) -> Path:
     return path
 
 
-def component(path: Path, name: str) -> list[int]:
-    """Nodes of a component by the rule of the block: a negative number ends a range."""
-    lines = path.read_text().splitlines()
-    begin = next(i for i, line in enumerate(lines) if line.startswith(f"CMBLOCK,{name} "))
-    count = int(lines[begin].split("!")[0].split(",")[3])
-    words: list[str] = []
-    for line in lines[begin + 2 :]:
-        words += line.split()
-        if len(words) >= count:
-            break
-    found: list[int] = []
-    for number in map(int, words[:count]):
-        found += [number] if number > 0 else range(found[-1] + 1, 1 - number)
-    return found
-
-
 @pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron", "hexahedron20", "degenerated"])
 def test_reads_back(tmp_path, lattice, cell_type):
     """Tetrahedra that Ansys degenerated are tetrahedra."""
@@ -66,8 +50,6 @@ def test_a_beam_has_the_frequencies_that_ansys_found():
     assert found.cell_type == "hexahedron20"
     assert (len(found.points), len(found.cells)) == (321, 40)
     assert set(found.node_sets) == {"NCOMP2", "NODE_SELECTION", "ECOMP1", "ECOMP2"}
-    numbers = found.numbers[found.node_sets["NCOMP2"]]
-    assert numbers.tolist() == component(Path(examples.hexarchivefile), "NCOMP2")
     elements = found.cells[np.isin(found.elements, [17, 18, *range(21, 41)])]
     assert set(found.node_sets["ECOMP1"].tolist()) == set(elements.ravel().tolist())
     results = reader.read_binary(examples.rstfile)

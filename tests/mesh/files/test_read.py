@@ -9,7 +9,6 @@ from tests.mesh.files.conftest import GRIDS, complaint, same
 from vanelock.mesh import read_mesh, write_msh
 from vanelock.mesh.cells import SOLIDS, solid, surface
 from vanelock.mesh.files.nastran import read_nastran
-from vanelock.mesh.gmsh_session import session
 
 TYPES = {
     ".inp": SOLIDS, ".bdf": ("tetra", "tetra10", "hexahedron", "hexahedron20"), ".msh": SOLIDS,
@@ -31,37 +30,6 @@ def test_reads_back(tmp_path, ring, write_mesh, ending, cell_type):
     assert found.cell_type == cell_type
     same(part, found, called, 1e-13 * 0.6)
     assert ending != ".gmsh.msh" or found.numbers.min() >= 1000  # gmsh's own numbers
-
-
-def test_meshio_and_gmsh_number_tetra10_alike(tmp_path, ring):
-    """Middle nodes of a file by gmsh's own mesher lie between the corners they belong to."""
-    path = tmp_path / "ball.msh"
-    with session("ball") as gmsh:
-        gmsh.model.occ.addBox(0, 0, 0, 1, 2, 3)
-        gmsh.model.occ.synchronize()
-        gmsh.model.addPhysicalGroup(3, [1], name="all")
-        low = next(
-            tag
-            for _, tag in gmsh.model.getEntities(2)
-            if gmsh.model.occ.getCenterOfMass(2, tag)[2] < 1e-9
-        )
-        gmsh.model.addPhysicalGroup(2, [low], name="floor")
-        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.8)
-        gmsh.model.mesh.generate(3)
-        gmsh.model.mesh.setOrder(2)
-        gmsh.write(str(path))
-    found = read_mesh(path)
-    edges = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
-    for middle, (a, b) in enumerate(edges, start=4):
-        ends = found.points[found.cells[:, [a, b]]]
-        assert np.abs(found.points[found.cells[:, middle]] - ends.mean(axis=1)).max() < 1e-12
-    floor = np.flatnonzero(np.abs(found.points[:, 2]) < 1e-12)
-    assert set(found.node_sets["floor"].tolist()) == set(floor.tolist())
-    corners = found.points[found.face_sets["floor"]]
-    area = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
-    assert area.sum() / 2 == pytest.approx(2.0, rel=1e-12)
 
 
 def test_middle_nodes_in_another_order_are_put_right(tmp_path, ring):

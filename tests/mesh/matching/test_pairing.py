@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.mesh.conftest import RADIUS, SECTORS, complaints, refusal
+from tests.mesh.conftest import RADIUS, SECTORS, complaints, refusal, ring_sectors
 from vanelock import fem
 from vanelock.common.cyclic import turn
 from vanelock.mesh import pair, read_mesh, read_sector
 from vanelock.mesh.cells import SOLIDS
 from vanelock.mesh.matching.pairing import _mates
-from vanelock.mesh.matching.side import own_part
 from vanelock.rom.component import choose
 
 
@@ -206,26 +205,15 @@ def test_something_must_be_clamped(given, held):
     assert line.endswith("FORCE, HOOK_FRONT, HOOK_REAR, KEY, LEFT, OUTPUT, RIGHT, SOLID")
 
 
-def test_faces_must_be_opposed(given, ring, tmp_path, write_mesh):
+def test_faces_must_be_opposed(given, ring):
     """The casing laid over the vane instead of around it: its faces look the same way."""
-    found = given()
     inside = ring("vane")
-    casing = replace(
-        inside,
-        name="casing",
-        node_sets={
-            **{name: inside.node_sets[name] for name in ("hook_front", "hook_rear", "key")},
-            "left": inside.node_sets["interlock_left"],
-            "right": inside.node_sets["interlock_right"],
-            "force": inside.node_sets["output"],
-            "output": inside.node_sets["output"],
-            "fixed": np.flatnonzero(inside.points[:, 2] < 1e-9),
-        },
-    )
-    path = tmp_path / "wrong.inp"
-    write_mesh(path, casing)
-    other = own_part(read_mesh(path, "mm"), "casing")
-    lines = complaints(lambda: pair(found.vane(), other, SECTORS))
+    names = {"left": "interlock_left", "right": "interlock_right", "force": "output"}
+    sets = inside.node_sets | {name: inside.node_sets[own] for name, own in names.items()}
+    sets["fixed"] = np.flatnonzero(inside.points[:, 2] < 1e-9)
+    casing = replace(inside, name="casing", node_sets=sets)
+    found = given(change=lambda part: part if part.name == "vane" else casing)
+    lines = complaints(lambda: matched(found))
     assert len(lines) == 2
     assert "hook_front: at " in lines[0]
     assert "the faces are not opposed to those of vane (" in lines[0]
@@ -271,3 +259,76 @@ def test_two_nodes_cannot_share_a_mate():
     assert mistakes(own, other) == ["A: own 0 and own 1 both meet other 0 of B"]
     assert mistakes(other, own) == ["B: other 1 lies where another one meets A"]
     assert mistakes(own[[0, 2]], other) == []
+
+
+@pytest.fixture
+def read(tmp_path, write_mesh):
+    """Function that writes a sector with the given sets and reads it as a user's."""
+
+    def back(part, **sets):
+        path = tmp_path / "sector.inp"
+        faces = {name: part.node_sets[name] for name in ("left", "right")}
+        write_mesh(path, replace(part, node_sets=faces | sets))
+        return read_sector(path, part.sectors, "mm"), read_mesh(path, "mm")
+
+    return back
+
+
+def test_all_nodes_of_a_face_are_needed(ring, read, tmp_path):
+    """Corner nodes alone, or half a face, are refused with their count and a pair of mates."""
+    part = ring("casing")
+    left, right = part.node_sets["left"], part.node_sets["right"]
+    corners = np.unique(part.cells[:, :4])
+    for kept in (np.isin(left, corners), np.arange(len(left)) < len(left) // 2):
+        line = refusal(lambda kept=kept: read(part, left=left[kept], right=right[kept]))
+        lost = len(left) - kept.sum()
+        assert f", left and right: {lost} nodes of either face are missing, such as node" in line
+        assert line.endswith("2π/12: all nodes of the cut faces are needed")
+        found = read_mesh(tmp_path / "sector.inp", "mm")
+        pair = line.split("such as node ")[1].split(", which meets node ")
+        numbers = [int(pair[0]), int(pair[1].split()[0])]
+        own, mate = (found.points[found.numbers == number][0] for number in numbers)
+        assert np.linalg.norm(turn(12) @ own - mate) < 1e-7
+        assert np.arctan2(own[1], own[0]) == pytest.approx(-np.pi / 12, abs=1e-7)
+    line = refusal(lambda: read(part, left=left[1:], right=right[1:]))
+    assert ": 1 node of either face is missing, such as" in line
+
+
+def test_two_sectors(lattice, read):
+    """In a ring of two, each cut node meets the other face's in both directions."""
+    part = ring_sectors(lattice)("casing", sectors=2)
+    found, _ = read(part)
+    assert len(found.node_sets["left"]) == len(part.node_sets["left"])
+    left, right = part.node_sets["left"], part.node_sets["right"]
+    line = refusal(lambda: read(part, left=left[3:], right=right[3:]))
+    assert ": 3 nodes of either face are missing" in line
+
+
+def test_nodes_on_the_axis(lattice, read):
+    """A quarter of a disc, whose nodes on the engine axis meet themselves, listed or not."""
+    part = lattice((3, 3, 1), lambda p: 0.1 * p, sectors=4)
+    part.node_sets.update(left=part.node_sets["y0"], right=part.node_sets["x0"])
+    axis = np.intersect1d(part.node_sets["x0"], part.node_sets["y0"])
+    assert len(axis) == 3
+    for without in (axis[:0], axis):
+        left, right = (np.setdiff1d(part.node_sets[name], without) for name in ("left", "right"))
+        found, _ = read(part, left=left, right=right)
+        assert len(found.node_sets["left"]) == len(left)
+    line = refusal(lambda: read(part, left=left[1:], right=right[1:]))
+    assert ": 1 node of either face is missing" in line
+
+
+def test_clamped_mates(ring, read, tmp_path):
+    """Mates are clamped together; those that are need not be listed."""
+    part = ring("casing")
+    left, right = part.node_sets["left"], part.node_sets["right"]
+    both = np.concatenate([left[:5], right[:5]])
+    found, _ = read(part, left=left[5:], right=right[5:], fixed=both)
+    assert len(found.node_sets["left"]) == len(left) - 5
+    for fixed, face in ((left[:3], left), (right[:3], right)):
+        line = refusal(lambda fixed=fixed: read(part, fixed=fixed))
+        assert f", fixed: at 3 of {len(left)} pairs of the cut faces one node is clamped" in line
+        mesh = read_mesh(tmp_path / "sector.inp", "mm")
+        number = int(line.split("such as node ")[1].split()[0])
+        clamped = mesh.points[mesh.numbers == number][0]
+        assert np.linalg.norm(part.points[face[:3]] - clamped, axis=1).min() < 1e-7

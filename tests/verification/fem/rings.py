@@ -1,13 +1,12 @@
 """A quarter of a ring under loads whose stresses are known, meshed and solved."""
 
-import os
 from itertools import pairwise
 
 import numpy as np
 
+from tests.conftest import FULL
 from vanelock.fem import factorise
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 COUNTS = (4, 8, 16) if FULL else (4, 8)
 """Elements along a side."""
 

@@ -1,16 +1,16 @@
 """Cylinders, modelled as one sector, against exact elasticity at every nodal diameter."""
 
 import dataclasses
-import os
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from tests.conftest import FULL
+from tests.verification.conftest import merged
 from vanelock.fem import Material
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
 THICK = {"walls": (0.35, 0.5), "length": 0.6, "sectors": 8}
 
@@ -70,8 +70,7 @@ def quarter_of_a_solid_cylinder(lattice, n, layers, radius, length):
         for place in (core, lambda p: rim(p, 0), lambda p: rim(p, 1))
     ]
     points = np.concatenate([block.points for block in blocks])
-    near = KDTree(points).query_ball_point(points, 1e-9 * length)
-    first, number = np.unique([min(mates) for mates in near], return_inverse=True)
+    first, number = merged(points)
     starts = np.cumsum([0] + [len(block.points) for block in blocks[:-1]])
     cells = [number[block.cells + start] for block, start in zip(blocks, starts, strict=True)]
     points = points[first]

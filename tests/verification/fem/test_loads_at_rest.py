@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import scipy.linalg as sl
 
-from tests.verification.fem.rings import COUNTS, FULL, cylindrical, orders, quarter, solved
+from tests.conftest import FULL
+from tests.verification.fem.rings import COUNTS, cylindrical, orders, quarter, solved
 from vanelock.fem import Material, assemble, centrifugal, pressure, stress, thermal
 from vanelock.mesh.cells import exterior, nodal_areas, solid
 from vanelock.nonlinear import static_response

@@ -7,7 +7,6 @@ the converged theory, then stand beside it.
 """
 
 import dataclasses
-import os
 
 import numpy as np
 import pytest
@@ -15,10 +14,10 @@ import scipy.linalg
 from numpy.polynomial import Legendre
 from scipy.optimize import brentq
 
+from tests.conftest import FULL
 from vanelock.fem import Material
 
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SIDE = 10.0  # m, of every plate here
 
 

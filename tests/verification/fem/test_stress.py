@@ -5,8 +5,9 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from tests.verification.fem.rings import COUNTS, FULL, cylindrical, orders, quarter, solved
-from tests.verification.small_vane import DIMENSIONS
+from tests.conftest import FULL
+from tests.verification.fem.rings import COUNTS, cylindrical, orders, quarter, solved
+from tests.verification.vane import DIMENSIONS
 from vanelock import fem, mesh, rom
 from vanelock.fem import Material, assemble, factorise, gauge, pressure, stress
 from vanelock.stages.parts.segment import Segment

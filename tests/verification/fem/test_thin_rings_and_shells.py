@@ -5,15 +5,14 @@ square of the thickness, and what is left of the mesh is smaller.
 """
 
 import dataclasses
-import os
 
 import numpy as np
 import pytest
 
+from tests.conftest import FULL
 from vanelock.fem import Material, assemble, modes
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
 
 def hoppe(n, radius, thickness):

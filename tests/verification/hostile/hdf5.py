@@ -1,30 +1,20 @@
 """Mutations of HDF5 files by what is in them: types, shapes, links, packed and foreign data."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 
-from tests.verification.hostile.mutations import bits, cut, flips
+from tests.verification.hostile.mutations import Random, cut, flips, one
 from tests.verification.hostile.words import VALUES, WORDS
 from vanelock.common.files.digests import BLOCK, stamp
 
-Random = np.random.Generator
-Edit = Callable[[Random, h5py.File, str], None]
-
-
-def _one(random: Random, choice: list[Any]) -> Any:
-    return choice[int(random.integers(len(choice)))]
-
-
-def _text(random: Random) -> str:
-    return _one(random, WORDS).decode("utf-8", "replace").replace("\0", "0") or "x"
+WILD = [np.nan, np.inf, -1, 0, 1e300, 2**31, -(2**40)]
 
 
 def _data(random: Random) -> Any:
-    return _one(random, [
+    return one(random, [
         np.nan, np.zeros(0), np.full((3, 3), np.nan), np.arange(5), np.full(7, np.inf), "text",
         np.array([b"a", b"bb"]), np.zeros((1, 1, 1, 1, 1)), 1e308, -(2**62), np.array(1 + 1j), True,
         np.zeros(3, [("a", "f4"), ("b", "i8")]), np.array([2**63], "u8"), h5py.Empty("f8"),
@@ -33,108 +23,78 @@ def _data(random: Random) -> Any:
     ])  # fmt: skip
 
 
-def removed(random: Random, file: h5py.File, name: str) -> None:
-    """Something is missing."""
-    del file[name]
-
-
-def other(random: Random, file: h5py.File, name: str) -> None:
-    """Data of another type or shape."""
-    del file[name]
-    file[name] = _data(random)
-
-
-def bent(random: Random, file: h5py.File, name: str) -> None:
-    """The same type and shape, other numbers."""
-    item = file[name]
-    if isinstance(item, h5py.Dataset) and item.dtype.kind in "iufc" and 0 < item.size < 10**7:
-        values = item[()]
-        flat = np.atleast_1d(values).ravel()
-        at = random.integers(flat.size, size=min(5, flat.size))
-        with np.errstate(all="ignore"):
-            wild = [np.nan, np.inf, -1, 0, 1e300, 2**31, -(2**40)]
-            flat[at] = np.array(wild)[random.integers(len(wild), size=len(at))].astype(item.dtype)
-        item[...] = flat.reshape(np.shape(values)) if np.ndim(values) else flat[0]
-    else:
-        removed(random, file, name)
-
-
-def reshaped(random: Random, file: h5py.File, name: str) -> None:
-    """The same numbers in another shape."""
-    item = file[name]
+def bent(random: Random, item: Any) -> Any:
+    """Data of the same type and shape, other numbers; or the same numbers in another shape."""
     if not isinstance(item, h5py.Dataset) or not 0 < item.size < 10**7 or not item.shape:
-        return other(random, file, name)
+        return _data(random)
     values = item[()]
-    del file[name]
-    ways = [values.ravel(), values[None], values[:-1], np.concatenate([values, values]), values.T]
-    file.create_dataset(name, data=_one(random, ways))
-    return None
+    if item.dtype.kind not in "iufc" or random.random() < 0.3:
+        ways = [values.ravel(), values[None], values[:-1], np.concatenate([values] * 2), values.T]
+        return one(random, ways)
+    with np.errstate(all="ignore"):
+        wild = np.array([one(random, WILD) for _ in range(5)]).astype(item.dtype)
+    values.flat[random.integers(values.size, size=5)] = wild
+    return values
 
 
 def huge(random: Random, file: h5py.File, name: str) -> None:
     """Far more than the file holds: packed, never written or sparse."""
-    del file[name]
-    size = int(10 ** random.uniform(8, 16))
+    size = (int(10 ** random.uniform(8, 16)),)
     packed = {"chunks": (1 << 16,), "compression": "gzip"}
-    shape, how = _one(
-        random, [((size,), packed), ((size,), {}), ((1 << 20,) * 3, {"chunks": True})]
-    )
-    file.create_dataset(name, shape, "f8", **how)
+    ways: Any = [(size, packed), (size, {}), ((1 << 20,) * 3, {"chunks": True})]
+    shape, options = one(random, ways)
+    file.create_dataset(name, shape, "f8", **options)
 
 
 def elsewhere(random: Random, file: h5py.File, name: str) -> None:
     """Data in other files, or in none."""
-    del file[name]
     files = ["/etc/passwd", "results/../x-0123456789abcdef0123.h5", "results/x.h5", file.filename]
-    inside = ["/nowhere", "/", name, "/provenance"]
-    links = [h5py.ExternalLink(_one(random, files), "/"), h5py.SoftLink(_one(random, inside))]
-    if random.random() < 0.7:
-        file[name] = _one(random, links)
-    else:
+    if random.random() < 0.3:
         file.create_dataset(name, (4,), "i1", external=[("/etc/passwd", 0, 4)])
+    elif random.random() < 0.5:
+        file[name] = h5py.ExternalLink(one(random, files), "/")
+    else:
+        file[name] = h5py.SoftLink(one(random, ["/nowhere", "/", name, "/provenance"]))
 
 
-def looped(random: Random, file: h5py.File, name: str) -> None:
+def looped(random: Random, above: h5py.Group) -> None:
     """A group that contains itself, or very many."""
-    above = below = file[name].parent
-    kind = int(random.integers(3))
+    kind, below = int(random.integers(3)), above
     if kind == 0:
-        above["again"] = _one(random, [above, h5py.SoftLink(above.name)])
+        above["again"] = one(random, [above, h5py.SoftLink(above.name)])
     for i in range((0, 60, 3000)[kind]):
         below = below.create_group("a") if kind == 1 else above.create_group(f"g{i}").parent
 
 
-def attribute(random: Random, file: h5py.File, name: str) -> None:
-    """Attributes of other types, missing or strange ones."""
-    item = _one(random, [file, file.get("provenance", file), file[name], file[name]])
-    own = list(item.attrs)
-    key = _one(random, own) if own and random.random() < 0.8 else _text(random)[:60]
-    if own and key in own and random.random() < 0.25:
-        del item.attrs[key]
+def attribute(random: Random, item: Any) -> None:
+    """An attribute of another type, missing or strange."""
+    text = one(random, WORDS + VALUES).decode("utf-8", "replace").replace("\0", "")[:60000]
+    names = [*item.attrs] * 4 + [text[:60] or "x"]
+    name = one(random, names)
+    if name in item.attrs and random.random() < 0.25:
+        del item.attrs[name]
     else:
-        value = _one(random, VALUES).decode("utf-8").replace("\0", "")
-        item.attrs[key] = _one(random, [_text(random)[:60000], value, _data(random)])
+        item.attrs[name] = one(random, [text, _data(random)])
 
 
-def exchanged(random: Random, file: h5py.File, name: str) -> None:
-    """One object stands in another's place."""
-    again = _one(random, _names(file))
-    if not name.startswith(again) and not again.startswith(name):
-        kept = file[again]
-        del file[name]
-        file[name] = kept
-
-
-EDITS: list[Edit] = [
-    removed, other, bent, bent, reshaped, huge, elsewhere, looped, attribute, attribute, attribute,
-    exchanged,
-]  # fmt: skip
-
-
-def _names(file: h5py.File) -> list[str]:
-    found: list[str] = []
-    file.visit(found.append)
-    return found
+def edited(random: Random, file: h5py.File, names: list[str]) -> None:
+    """One object missing, another, in another's place, or with another attribute."""
+    # Few names near the top decide much, and thousands of data sets little.
+    short = [name for name in names if name.count("/") < 2] or names
+    name, other = (one(random, short if random.random() < 0.5 else names) for _ in range(2))
+    kind, item, beside = int(random.integers(12)), file[name], file[other]
+    new = bent(random, item)
+    if kind < 4:
+        attribute(random, one(random, [file, file.get("provenance", file), item, item]))
+        return
+    if kind == 4:
+        looped(random, item.parent)
+        return
+    del file[name]
+    if kind < 7:
+        (huge if kind == 5 else elsewhere)(random, file, name)
+    elif kind > 7:  # else it is missing
+        file[name] = new if kind < 11 else beside
 
 
 def mutated_hdf5(random: Random, path: Path) -> None:
@@ -142,22 +102,15 @@ def mutated_hdf5(random: Random, path: Path) -> None:
     if random.random() < 0.5:
         data = path.read_bytes()
         for _ in range(int(random.integers(1, 4))):
-            if random.random() < 0.2:
-                data = cut(random, data) or b"\n"
-            elif random.random() < 0.5:
-                data = flips(random, data)
-            else:
-                data = bits(random, data)
+            data = (cut if random.random() < 0.2 else flips)(random, data) or b"\n"
         path.write_bytes(data)
         return
     with h5py.File(path, "a") as file:
         for _ in range(int(random.integers(1, 3))):
-            names = _names(file)
-            # Few names near the top decide much, and thousands of data sets little.
-            short = [name for name in names if name.count("/") < 2] or names
-            choice = short if random.random() < 0.5 else names
+            names: list[str] = []
+            file.visit(names.append)
             try:
-                _one(random, EDITS)(random, file, _one(random, choice))
+                edited(random, file, names)
             except (KeyError, ValueError, RuntimeError, OSError, TypeError, OverflowError):
                 continue  # what the library itself does not write
         results = file.userblock_size == BLOCK

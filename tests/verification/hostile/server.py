@@ -13,12 +13,11 @@ import subprocess
 import sys
 import time
 import traceback
-from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from importlib import import_module
-from io import StringIO
 from pathlib import Path
-from typing import Any, NoReturn
+from tempfile import TemporaryDirectory
+from typing import NoReturn
 
 SECONDS, MEMORY = 10, 1_000_000_000
 """Of processor time and bytes that a command may take."""
@@ -48,48 +47,20 @@ class Outcome:
 
     def faults(self, statuses: tuple[int, ...] = (0, 2), most: float = SECONDS) -> list[str]:
         """What is wrong with it, nothing where it did as it should in so many seconds."""
-        found = []
         lines = self.err.splitlines()
-        if self.status not in statuses:
-            found.append(f"exit status {self.status}")
-        if "Traceback" in self.err or "Error:" in self.err.partition("vanelock:")[0]:
-            found.append("a traceback")
-        if self.status == 2 and not lines:
-            found.append("nothing said")
-        if len(lines) > 24 or max(map(len, lines), default=0) > 3000:
-            found.append(f"{len(lines)} lines, {len(self.err)} characters on standard error")
-        if not all(line.isprintable() for line in lines + self.out.splitlines()):
-            found.append("control characters on the terminal")
-        if self.seconds > most:
-            found.append(f"{self.seconds:.0f} s")
-        if self.memory > MEMORY:
-            found.append(f"{self.memory / 1e6:.0f} MB")
-        return found
-
-
-class Here:
-    """A context manager in the place of a server: this process, without its limits."""
-
-    def __enter__(self) -> "Here":
-        """Begin."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """End."""
-
-    def run(self, arguments: list[str], folder: Path) -> Outcome:
-        """Run the command line in a folder."""
-        out, err, status = StringIO(), StringIO(), 70
-        began = time.process_time()
-        with chdir(folder), redirect_stdout(out), redirect_stderr(err):
-            try:
-                import_module("vanelock.__main__").main(arguments)
-            except SystemExit as error:
-                status = error.code if isinstance(error.code, int) else 1
-            except BaseException:
-                traceback.print_exc()
-        seconds = time.process_time() - began
-        return Outcome(status, seconds, 0, out.getvalue(), err.getvalue())
+        longest = max(map(len, lines), default=0)
+        wrong = {
+            f"exit status {self.status}": self.status not in statuses,
+            "a traceback": "Traceback" in self.err or "Error:" in self.err.split("vanelock:")[0],
+            "nothing said": self.status == 2 and not lines,
+            f"{len(lines)} lines, up to {longest} characters": len(lines) > 24 or longest > 3000,
+            "control characters on the terminal": not all(
+                line.isprintable() for line in lines + self.out.splitlines()
+            ),
+            f"{self.seconds:.0f} s": self.seconds > most,
+            f"{self.memory / 1e6:.0f} MB": self.memory > MEMORY,
+        }
+        return [what for what, true in wrong.items() if true]
 
 
 class Server:
@@ -97,29 +68,26 @@ class Server:
 
     def __enter__(self) -> "Server":
         """Start it."""
-        self._process = subprocess.Popen(
-            [sys.executable, "-u", str(Path(__file__).resolve())],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
+        command = [sys.executable, "-u", str(Path(__file__).resolve())]
+        pipe = subprocess.PIPE
+        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True)
+        assert self._process.stdin
+        assert self._process.stdout
+        self._commands, self._answers = self._process.stdin, self._process.stdout
         return self
 
     def __exit__(self, *_: object) -> None:
         """End it."""
-        assert self._process.stdin
-        self._process.stdin.close()
+        self._commands.close()
         self._process.wait()
 
     def run(self, arguments: list[str], folder: Path) -> Outcome:
         """Run the command line in a folder."""
-        assert self._process.stdin
-        assert self._process.stdout
-        print(json.dumps([arguments, str(folder)]), file=self._process.stdin, flush=True)
-        return Outcome(**json.loads(self._process.stdout.readline()))
+        print(json.dumps([arguments, str(folder)]), file=self._commands, flush=True)
+        return Outcome(**json.loads(self._answers.readline()))
 
 
-def _child(arguments: list[str], folder: str, files: tuple[int, int]) -> NoReturn:
+def _child(arguments: list[str], folder: str, files: list[int]) -> NoReturn:
     """Run a command under the limits and end without what the server would do at its end."""
     status = 70
     try:
@@ -130,8 +98,9 @@ def _child(arguments: list[str], folder: str, files: tuple[int, int]) -> NoRetur
         resource.setrlimit(resource.RLIMIT_DATA, (taken + MEMORY, resource.RLIM_INFINITY))
         resource.setrlimit(resource.RLIMIT_CPU, (COMPUTING, COMPUTING))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)
-        sys.stderr = open(2, "w", encoding="utf-8", closefd=False)
+        sys.stdout, sys.stderr = (
+            open(stream, "w", encoding="utf-8", closefd=False) for stream in (1, 2)
+        )
         import_module("vanelock.__main__").main(arguments)
     except SystemExit as error:
         status = error.code if isinstance(error.code, int) else 1
@@ -143,43 +112,38 @@ def _child(arguments: list[str], folder: str, files: tuple[int, int]) -> NoRetur
         os._exit(status)
 
 
-def _serve(scratch: Path) -> None:
-    for line in sys.stdin:
-        arguments, folder = json.loads(line)
-        paths = [scratch / name for name in ("out", "err")]
-        files = [os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC) for path in paths]
-        began, child = time.monotonic(), os.fork()
-        if child == 0:
-            _child(arguments, folder, (files[0], files[1]))
-        state, used = _waited(child, began)
-        answer: dict[str, Any] = {
-            "status": os.waitstatus_to_exitcode(state),
-            "seconds": used.ru_utime + used.ru_stime,
-            "memory": used.ru_maxrss * 1024,
-        }
-        for name, path, file in zip(("out", "err"), paths, files, strict=True):
-            os.close(file)
-            answer[name] = path.read_bytes()[:100_000].decode("utf-8", "replace")
-        print(json.dumps(answer), flush=True)
-
-
-def _waited(child: int, began: float) -> tuple[int, resource.struct_rusage]:
+def _waited(child: int) -> tuple[int, resource.struct_rusage]:
+    began = time.monotonic()
     while True:
         number, state, used = os.wait4(child, os.WNOHANG)
         if number:
-            return state, used
+            return os.waitstatus_to_exitcode(state), used
         if time.monotonic() - began > PATIENCE:
             os.kill(child, signal.SIGKILL)
         time.sleep(0.002)
 
 
-if __name__ == "__main__":
-    import tempfile
+def _serve(scratch: Path) -> None:
+    paths = [scratch / name for name in ("out", "err")]
+    for line in sys.stdin:
+        files = [os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC) for path in paths]
+        child = os.fork()
+        if child == 0:
+            arguments, folder = json.loads(line)
+            _child(arguments, folder, files)
+        status, used = _waited(child)
+        for file in files:
+            os.close(file)
+        out, err = (path.read_bytes()[:100_000].decode("utf-8", "replace") for path in paths)
+        seconds, memory = used.ru_utime + used.ru_stime, used.ru_maxrss * 1024
+        print(json.dumps(vars(Outcome(status, seconds, memory, out, err))), flush=True)
 
+
+if __name__ == "__main__":
     for module in LOADED:
         import_module(module)
     from vanelock.common.quantities import si
 
     si("1 mm", "m")  # the registry of units
-    with tempfile.TemporaryDirectory() as place:
+    with TemporaryDirectory() as place:
         _serve(Path(place))

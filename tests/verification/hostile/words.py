@@ -2,9 +2,9 @@
 
 NUMBERS = [
     b"nan", b"inf", b"-inf", b"1e999", b"-1", b"0", b"-0.0", b"1e-320", b"1e308", b"4294967296",
-    b"2147483647", b"-2147483648", b"9223372036854775807", b"18446744073709551616", b"1" * 400,
-    b"1" * 5000, b"0x" + b"f" * 5000, b"1_0", b"1.", b".5", b"1e", b"99999999", b"1000000000000",
-    b"0b1", b"0o7", b"1D5", b"1+5", b"--1", b"\xd9\xa3", b"1e5e5", b"0.1.1",
+    b"-2147483648", b"9223372036854775807", b"18446744073709551616", b"1" * 5000,
+    b"0x" + b"f" * 5000, b"1_0", b".5", b"1e", b"99999999", b"0b1", b"1D5", b"1+5", b"--1",
+    b"\xd9\xa3", b"0.1.1",
 ]  # fmt: skip
 
 WORDS = [
@@ -27,6 +27,13 @@ VALUES = [
     b"0.1", b"1", b"2", b'"coarse"', b'["a","a"]', b"[[1e3,1e9],[2e3,1e9]]",
 ]  # fmt: skip
 """Of a TOML file."""
+
+KEYS = [
+    b"[a.b.c]", b"[[vane]]", b"[sweep]", b'"" = 1', b'"\\n" = 1', b"[measured]", b"[]",
+    b'"../x" = 1', b"__proto__ = 1", b"x = 1\n" * 2000, b'"a\\u001b" = 2', b"[ring.x]", b"[vane]",
+    b"chord = 1", b"aerofoils = 2", b'mesh.size = "coarse"', b"[joints.interlock]", b"[response]",
+]  # fmt: skip
+"""Tables and keys that do not belong there, or are there already."""
 
 CARDS = [
     b"*NSET, NSET=A, GENERATE\n1, 9999999, 1", b"*NSET, NSET=A\nA",

@@ -1,13 +1,15 @@
-"""Runs that are killed at chosen moments, and what they leave."""
+"""Runs that are killed at chosen moments and begun again, and what must hold every time."""
 
 import hashlib
 import json
 import os
-import selectors
+import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +18,16 @@ from typing import Any
 import h5py
 import numpy as np
 
+from tests.verification.conftest import ROOT
 from vanelock import open_results
 
-ROOT = Path(__file__).resolve().parents[3]
 TIMES = {"seconds", "cost", "cpu", "cached", "date", "stages", "digest", "whole", "residual"}
 """What varies from run to run: times, the date, stages that it computed or looked up, digests, what
 is left of solved equations, and the name of a cache entry, which has one."""
 PATIENCE = 600.0
 """Seconds after which a run that neither ends nor comes to the moment of its kill is given up."""
+DECIMAL = re.compile(r"-?\d+\.\d+(?:e[-+]\d+)?|-?\d+e[-+]\d+")
+"""A number that is not whole."""
 
 
 @dataclass
@@ -32,10 +36,10 @@ class Moment:
 
     name: str
     """What is hit there."""
-    stage: str = ""
+    stage: str
     """Beginning of the names of the stages in which, "" for any."""
     after: float = 0.0
-    """Seconds after the stage began; after the start, where there is no stage."""
+    """Seconds after the stage began."""
     file: str = ""
     """Pattern of the file, if any."""
 
@@ -46,8 +50,6 @@ class Outcome:
 
     status: int
     """Of the process; -9 where it was killed."""
-    within: str | None
-    """The stage that was being computed."""
     hit: bool
     """Whether the kill came at the moment that was meant."""
     done: list[tuple[str, bool]]
@@ -58,156 +60,131 @@ class Outcome:
     """Whether processes of it were still there a while after the kill."""
 
 
-def started(study: Path, folder: Path) -> subprocess.Popen[bytes]:
-    """The command, in a session of its own."""
-    return subprocess.Popen(
-        [sys.executable, "-m", "vanelock", "run", str(study), "-o", str(folder), "--json"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        cwd=ROOT,
-        start_new_session=True,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )
-
-
 def run(study: Path, folder: Path, moment: Moment | None = None) -> Outcome:
-    """Run a study, to its end or to the moment of its kill."""
-    process = started(study, folder)
+    """Run a study in a session of its own, to its end or to the moment of its kill."""
+    out, errors = (folder.with_name(f"{folder.name}.{name}") for name in ("out", "errors"))
+    command = [sys.executable, "-m", "vanelock", "run", str(study), "-o", str(folder), "--json"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with open(out, "wb") as one, open(errors, "wb") as two:
+        process = subprocess.Popen(
+            command, stdout=one, stderr=two, cwd=ROOT, start_new_session=True, env=environment
+        )
     try:
-        return _watched(process, folder, moment)
+        if moment is not None:
+            _strike(process, out, folder, moment)
+        status = process.wait(PATIENCE)
     finally:
-        if process.poll() is None:
-            process.kill()
-            process.wait()
-
-
-def _watched(process: subprocess.Popen[bytes], folder: Path, moment: Moment | None) -> Outcome:
-    assert process.stdout is not None
-    assert process.stderr is not None
-    lines: list[dict[str, Any]] = []
-    began, due, killed, aimed = time.monotonic(), np.inf, False, False
-    if moment is not None and not moment.stage and not moment.file:
-        due, aimed = began + moment.after, True
-    known = _sizes(folder, moment)
-    buffers = {process.stdout: b"", process.stderr: b""}
-    with selectors.DefaultSelector() as selector:
-        for stream in buffers:
-            os.set_blocking(stream.fileno(), False)
-            selector.register(stream, selectors.EVENT_READ)
-        while selector.get_map():
-            quick = moment is not None and moment.file and not killed
-            early = not quick or (moment is not None and moment.stage and time.monotonic() < due)
-            wait = max(0.0, min(due - time.monotonic(), 0.2)) if early else 0.0
-            for key, _ in selector.select(wait):
-                chunk = key.fileobj.read()  # type: ignore[union-attr]
-                if not chunk:
-                    selector.unregister(key.fileobj)
-                buffers[key.fileobj] += chunk or b""  # type: ignore[index]
-            *whole, buffers[process.stdout] = buffers[process.stdout].split(b"\n")
-            for line in whole:
-                lines.append(json.loads(line))
-                event = lines[-1]
-                if moment is not None and moment.stage and event["event"] == "begun":
-                    if event["stage"].startswith(moment.stage):
-                        due = time.monotonic() + moment.after
-            if killed or moment is None:
-                continue
-            if quick:
-                if moment.stage and time.monotonic() < due:
-                    continue
-                now = _sizes(folder, moment)
-                killed = any(size > known.get(name, 0) for name, size in now.items())
-                if killed:
-                    process.kill()
-                known = now
-                time.sleep(1e-4)
-            elif time.monotonic() >= due:
-                process.kill()
-                killed = True
-            if time.monotonic() - began > PATIENCE:
-                break
-    status = process.wait()
+        process.kill()
+        process.wait()
     begun: list[str] = []  # a stage may begin others, and go on when they are done
-    for event in lines:
-        if event["event"] in ("begun", "done") and event["stage"] in begun:
-            begun = begun[: begun.index(event["stage"])]
-        if event["event"] == "begun":
-            begun.append(event["stage"])
-    done = [(each["stage"], each["cached"]) for each in lines if each["event"] == "done"]
-    if moment is not None and moment.file:
-        aimed = bool(_sizes(folder, moment))  # it was not renamed before the kill
-    elif moment is not None and moment.stage:
-        aimed = any(stage.startswith(moment.stage) for stage in begun)
-    errors = buffers[process.stderr].decode()
-    within, hit = begun[-1] if begun else None, status == -9 and aimed
-    return Outcome(status, within, hit, done, errors, _remains(process))
+    for event, stage in _stages(out):
+        if event in ("begun", "done") and stage in begun:
+            begun = begun[: begun.index(stage)]
+        begun += [stage] * (event == "begun")
+    hit = False
+    if moment is not None and status == -9:
+        within = any(stage.startswith(moment.stage) for stage in begun)
+        # A file is hit where it was not renamed before the kill.
+        hit = bool(_sizes(folder, moment.file)) if moment.file else within
+    done = [(each["stage"], each["cached"]) for each in _events(out) if each["event"] == "done"]
+    return Outcome(status, hit, done, errors.read_text(), _remains(process.pid))
 
 
-def _sizes(folder: Path, moment: Moment | None) -> dict[str, int]:
-    """Files of a moment and their sizes."""
-    found: dict[str, int] = {}
-    if moment is not None and moment.file:
-        for path in folder.glob(moment.file):
-            try:
-                found[str(path)] = path.stat().st_size
-            except FileNotFoundError:
-                continue
+def _events(out: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in out.read_text().split("\n")[:-1]]
+
+
+def _stages(out: Path) -> list[tuple[str, str]]:
+    return [(each["event"], each.get("stage", "")) for each in _events(out)]
+
+
+def _strike(process: subprocess.Popen[bytes], out: Path, folder: Path, moment: Moment) -> None:
+    """Kill a process at a moment, if it comes."""
+    limit, sizes, read, begun = time.monotonic() + PATIENCE, _sizes(folder, moment.file), 0, 0
+    due = np.inf if moment.stage else 0.0
+    while process.poll() is None and time.monotonic() < limit:
+        if moment.stage and out.stat().st_size > read:
+            read = out.stat().st_size
+            stages = [stage for event, stage in _stages(out) if event == "begun"]
+            count = sum(stage.startswith(moment.stage) for stage in stages)
+            if count > begun:
+                begun, due = count, time.monotonic() + moment.after
+        now = _sizes(folder, moment.file)
+        grown = not moment.file or any(size > sizes.get(name, 0) for name, size in now.items())
+        if grown and time.monotonic() >= due:
+            process.kill()
+        sizes = now
+        time.sleep(1e-4)
+
+
+def _sizes(folder: Path, pattern: str) -> dict[str, int]:
+    """Files of a pattern and their sizes."""
+    found = {}
+    for path in folder.glob(pattern) if pattern else ():
+        with suppress(FileNotFoundError):
+            found[str(path)] = path.stat().st_size
     return found
 
 
-def _remains(process: subprocess.Popen[bytes]) -> bool:
-    """Whether anything of a run's session lives on, 10 s after its end."""
+def _remains(session: int) -> bool:
+    """Whether anything of a session lives on 10 s after its end, more than an entry in a table."""
     for _ in range(100):
-        if not _alive(process.pid):
+        alive = False
+        for place in Path("/proc").glob("[0-9]*/stat"):
+            with suppress(OSError):
+                state, _, group, *_ = place.read_text().rpartition(")")[2].split()
+                alive = alive or (int(group) == session and state != "Z")
+        if not alive:
             return False
         time.sleep(0.1)
     with suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
+        os.killpg(session, signal.SIGKILL)
     return True
-
-
-def _alive(group: int) -> list[int]:
-    """Processes of a group that are more than an entry in the table."""
-    found = []
-    for place in Path("/proc").glob("[0-9]*/stat"):
-        with suppress(OSError):
-            state, _, own, *_ = place.read_text().rpartition(")")[2].split()
-            if int(own) == group and state != "Z":
-                found.append(int(place.parent.name))
-    return found
 
 
 def numbers(path: Path) -> dict[str, Any]:
     """All datasets and attributes of a results file by their places, times and dates aside."""
     found: dict[str, Any] = {}
 
-    def take(place: str, node: h5py.Group | h5py.Dataset) -> None:
-        for name, value in node.attrs.items():
-            if name not in TIMES:
-                array = np.asarray(value)
-                found[f"{place}@{name}"] = array.tolist() if array.dtype == object else array
-        if isinstance(node, h5py.Group):
-            for name, each in node.items():
-                if name not in TIMES:
-                    take(f"{place}/{name}", each)
-        elif place.endswith("/about"):
-            stored(place, json.loads(node[()]))
+    def take(name: str, value: Any) -> None:
+        if isinstance(value, h5py.Group | h5py.Dataset):
+            inside(f"{name}@", value.attrs)
+        if isinstance(value, h5py.Dataset):
+            value = json.loads(value[()]) if name.endswith("/about") else value[()]
+        if isinstance(value, list):
+            value = {str(i): each for i, each in enumerate(value)}
+        if isinstance(value, h5py.Group | dict):
+            inside(f"{name}/", value)
         else:
-            array = np.asarray(node[()])
-            found[place] = array.tolist() if array.dtype == object else array
+            array = np.asarray(value)
+            found[name] = array.tolist() if array.dtype == object else array
 
-    def stored(place: str, value: Any) -> None:
-        if isinstance(value, dict | list):
-            for name, each in value.items() if isinstance(value, dict) else enumerate(value):
-                if name not in TIMES:
-                    stored(f"{place}/{name}", each)
-        else:
-            number = isinstance(value, int | float)
-            found[place] = np.asarray(value) if number else value
+    def inside(above: str, values: Any) -> None:
+        for name, value in values.items():
+            if name not in TIMES:
+                take(above + name, value)
 
     with h5py.File(path) as file:
         take("", file)
     return found
+
+
+def same(value: Any, expected: Any) -> bool:
+    """Whether two arrays agree, numbers that are not whole to 1e-9 of the largest among them."""
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fc":
+        return bool(np.array_equal(value, expected))
+    apart = 1e-9 * np.nanmax(np.abs(expected), initial=0.0, where=np.isfinite(expected))
+    alike = value.shape == expected.shape
+    return alike and bool(np.allclose(value, expected, rtol=0.0, atol=apart, equal_nan=True))
+
+
+def seconds(folder: Path) -> dict[str, float]:
+    """Time of each stage and picture, as the results have it."""
+    with h5py.File(folder / "results.h5") as file:
+        stages = file["provenance/stages"]
+        names, took = stages["name"].asstr()[()].tolist(), stages["seconds"][()].tolist()
+    drawn = json.loads((folder / "cache" / "pictures.json").read_text())
+    return dict(zip(names, took, strict=True)) | {n: float(each[2]) for n, each in drawn.items()}
 
 
 def entries(folder: Path) -> set[str]:
@@ -226,28 +203,92 @@ def records(folder: Path) -> dict[str, int]:
     for path in (folder / "cache").glob("*.points"):
         content, place, count = path.read_bytes(), len(b"vanelock-points 1\n"), 0
         while place + 12 <= len(content):
-            length = int.from_bytes(content[place : place + 8], "little")
-            place += 12 + length
+            place += 12 + int.from_bytes(content[place : place + 8], "little")
             count += place <= len(content)
         found[path.name] = count
     return found
 
 
-def readable(folder: Path) -> bool:
-    """Whether the results file, if it is there, is a whole one."""
-    path = folder / "results.h5"
-    if not path.exists():
-        return True
-    with open_results(path) as file:
-        return str(file.attrs["format"]) == "vanelock-results" and bool(numbers(path))
+class Victim:
+    """A run that is killed and begun again, in one folder."""
+
+    def __init__(self, study: Path, folder: Path) -> None:
+        self.study, self.folder = study, folder
+        self.hits: Counter[str] = Counter()
+        self.kills = 0
+        self._entries: set[str] = set()
+        self._points: dict[str, int] = {}
+
+    def kill(self, moment: Moment) -> bool:
+        """Kill once, and look at what is left; whether the moment was hit."""
+        found = self.look(moment)
+        self.kills += found.status == -9
+        self.hits[moment.name] += found.hit
+        return found.hit
+
+    def look(self, moment: Moment | None) -> Outcome:
+        """Nothing that was finished is lost or computed again, no file is half written."""
+        found = run(self.study, self.folder, moment)
+        assert "Traceback" not in found.errors, found.errors
+        assert found.status in (0, -9), found.errors
+        assert not found.left
+        path = self.folder / "results.h5"
+        if path.exists():
+            with open_results(path) as file:
+                assert file.attrs["format"] == "vanelock-results"
+            assert numbers(path)
+        there = entries(self.folder)
+        assert self._entries <= there
+        kept = {stage_of(name) for name in self._entries}
+        again = [stage for stage, cached in found.done if flat(stage) in kept and not cached]
+        assert not again
+        points = records(self.folder)
+        for name, count in self._points.items():
+            assert points.get(name, count) >= count, f"{name} lost points"
+        self._entries, self._points = there, points
+        return found
+
+    def forget(self, prefix: str) -> None:
+        """Remove what a stage has left that ended before its kill, so that it comes once more."""
+        for path in (self.folder / "cache").rglob("*.h5"):
+            if stage_of(path.name).startswith(flat(prefix)):
+                path.unlink()
+        for path in self.folder.glob(f"{prefix}*"):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+        self._entries = entries(self.folder)
+
+    def tear(self, rng: np.random.Generator) -> None:
+        """Cut the end of a file of points off, as a kill does in the middle of a write."""
+        for path in (self.folder / "cache").glob("*.points"):
+            content = path.read_bytes()
+            path.write_bytes(content[: -int(rng.integers(1, 2000))])
+        self._points = {}
+
+    def finish(self, uninterrupted: Path) -> None:
+        """Run to the end, which must be that of the run that was not killed.
+
+        All numbers are; those of a response under way agree to 1e-9 of the largest.
+        """
+        found = self.look(None)
+        assert found.status == 0, found.errors
+        one, other = (numbers(each / "results.h5") for each in (self.folder, uninterrupted))
+        assert one.keys() == other.keys()
+        assert [name for name in one if not same(one[name], other[name])] == []
+        assert one["@complete"]
+        tables = [sorted(each.glob("figures/*.csv")) for each in (self.folder, uninterrupted)]
+        for pair in zip(*tables, strict=True):
+            texts = [path.name + path.read_text() for path in pair]
+            assert DECIMAL.sub("", texts[0]) == DECIMAL.sub("", texts[1])
+            read = [np.array(DECIMAL.findall(text), float) for text in texts]
+            np.testing.assert_allclose(read[0], read[1], rtol=1e-6)
+        assert [*self.folder.rglob(".*.tmp"), *self.folder.rglob("*.points")] == []
 
 
-def seconds(folder: Path) -> dict[str, float]:
-    """Time of each stage and picture, as the results have it."""
-    found: dict[str, float] = {}
-    with h5py.File(folder / "results.h5") as file:
-        stages = file["provenance/stages"]
-        names = stages["name"].asstr()[()].tolist()
-        found |= dict(zip(names, stages["seconds"][()].tolist(), strict=True))
-    drawn = json.loads((folder / "cache" / "pictures.json").read_text())
-    return found | {name: float(known[2]) for name, known in drawn.items()}
+def stage_of(entry: str) -> str:
+    """Stage of a cache entry by its name, <stage>-<key>-<digest>.h5."""
+    return entry.rsplit("-", 2)[0]
+
+
+def flat(stage: str) -> str:
+    """A stage's name as its cache entries have it."""
+    return "".join(c if c.isalnum() else "-" for c in stage)

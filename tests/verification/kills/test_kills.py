@@ -5,7 +5,6 @@ command, until it is done. Finished stages must not be computed again, files be 
 and all datasets of results.h5 in the end be those of an uninterrupted run, times aside.
 """
 
-import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -13,12 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.conftest import FULL
 from tests.verification.kills import killing
-from tests.verification.kills.killing import Moment
-from tests.verification.kills.victim import Victim, finish
+from tests.verification.kills.killing import Moment, Victim
 
 pytestmark = pytest.mark.system
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEED = 20
 EACH = 5 if FULL else 1
 """Kills in each stage."""
@@ -84,15 +82,15 @@ def test_killed_runs_end_at_the_bits_of_one_that_was_not(
         if not FULL and name not in SAMPLE:
             continue
         spans = [s for stage, s in took.items() if stage.startswith(prefix)]
-        wanted, tries = EACH, 0
-        while victim.hits[name] < wanted:
+        tries = 0
+        while victim.hits[name] < EACH:
             after = float(rng.uniform(0, 0.8)) * max(spans)
-            if not victim.kill(Moment(name, prefix, after)).hit:
+            if not victim.kill(Moment(name, prefix, after)):
                 victim.forget(prefix)
             tries += 1
-            assert tries < 12 + 4 * wanted, f"{name}: {tries} kills did not hit it"
+            assert tries < 12 + 4 * EACH, f"{name}: {tries} kills did not hit it"
         record_property(name, victim.hits[name])
-    finish(victim, whole)
+    victim.finish(whole)
     record_property("kills in all", victim.kills)
     record_property("seed", SEED)
     record_property("datasets and attributes compared", len(killing.numbers(whole / "results.h5")))
@@ -110,13 +108,13 @@ def test_killed_while_a_file_is_written(
     for name, (stage, file) in wanted.items():
         tries = 0
         while victim.hits[name] < EACH and tries < 4 * EACH:
-            if not victim.kill(Moment(name, stage, 0.0, file)).hit and stage:
+            if not victim.kill(Moment(name, stage, 0.0, file)) and stage:
                 victim.forget(stage)
             tries += 1
             if name == "points" and tries % 2:
                 victim.tear(rng)
         record_property(name, victim.hits[name])
         assert victim.hits[name] >= EACH
-    finish(victim, whole)
+    victim.finish(whole)
     record_property("kills in all", victim.kills)
     record_property("seed", SEED + 1)

@@ -181,18 +181,9 @@ def _bosses(random: np.random.Generator, out: Values, along: Values, sectors: in
 def _stacked(steps: Values) -> Values:
     """Radii, m, by the names of the dimensions."""
     ends = 1e-3 * np.cumsum(list(steps.values()))
-    names = (
-        "inner_shroud_inner_radius",
-        "inner_shroud_outer_radius",
-        "outer_shroud_inner_radius",
-        "outer_shroud_outer_radius",
-        "rail_inner_radius",
-        "lip_radius",
-        "roof_radius",
-        "inner_radius",
-        "outer_radius",
-        "flange_radius",
-    )
+    names = [f"{s}_shroud_{w}_radius" for s in ("inner", "outer") for w in ("inner", "outer")]
+    names += ["rail_inner_radius", "lip_radius", "roof_radius"]
+    names += ["inner_radius", "outer_radius", "flange_radius"]
     return dict(zip(names, ends.tolist(), strict=True))
 
 

@@ -6,7 +6,6 @@ count, so that a crash or a hang of the mesher is an outcome like others.
 """
 
 import json
-import os
 import subprocess
 import sys
 from collections import Counter
@@ -17,10 +16,10 @@ from typing import Any
 
 import pytest
 
+from tests.conftest import FULL
 from tests.verification.mesh import designs
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 NUMBERS = range(250) if FULL else (15, 22, 117, 169)  # one refused, one or two aerofoils
 PATIENCE = 7200  # seconds; all designs take half an hour
 Outcome = dict[str, Any]

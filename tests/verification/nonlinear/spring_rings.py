@@ -1,7 +1,6 @@
 """Rings of a few masses and contacts a sector, and loads under which friction damps them most."""
 
 import json
-import os
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -10,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import scipy.linalg as la
 
+from tests.conftest import FULL
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, System, frequency_response, linear_response
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 LOADS = json.loads(Path(__file__).with_name("ring_loads.json").read_text())
 """What `search` finds for rings 0 to 23: where tests load them, not what they should find."""
 MASSES, CONTACTS = 3, 2
@@ -75,8 +74,9 @@ def spring_ring(seed, force=1.0):
     return System(sectors, order, diameters, contacts, {1: Force(force * load)}, ("masses",), 0.015)
 
 
-def loaded(system, force):
-    return replace(system, force={1: Force(force * system.force[1].vector)})
+def loaded(system, factor):
+    """A system under so many times its vibrating force."""
+    return replace(system, force={1: Force(factor * system.force[1].vector)})
 
 
 @lru_cache
@@ -95,6 +95,13 @@ def worst_of(seed):
     return found
 
 
+def worst_ring(seed, kind):
+    """A ring under such a force, or that of the other kind where one is not found; its peak, Hz."""
+    kinds = worst_of(seed)
+    _, force, frequency = kinds.get(kind) or next(iter(kinds.values()))
+    return spring_ring(seed, force), frequency
+
+
 def search(seed):
     """The same by twelve sweeps."""
     system = spring_ring(seed)
@@ -110,6 +117,13 @@ def search(seed):
         if kind and ratio < found.get(kind, (np.inf,))[0]:
             found[kind] = ratio, force, response.frequency[top]
     return found
+
+
+def harmonics_of(history, harmonics):
+    """Coefficients (H + 1, ...) of one period's samples."""
+    q = np.fft.rfft(history, axis=0)[: harmonics + 1] / len(history)
+    q[1:] *= 2
+    return q
 
 
 @dataclass
@@ -156,12 +170,12 @@ class FollowedRing:
         reach = self.alpha * np.maximum(v, 1e-300)[..., None]
         return np.where((v < 0)[..., None], u, np.clip(w, u - reach, u + reach))
 
-    def followed(self, z, count):
-        """States (..., 2n + sliders) after some steps from the beginning of the period."""
+    def followed(self, z, count, begin=0):
+        """States (..., 2n + sliders) after some steps, from a step of the period on."""
         n = len(self.ahead)
         x, before, w = z[..., :n], z[..., n : 2 * n], z[..., 2 * n :]
         w = w.reshape(*z.shape[:-1], -1, 2)
-        for i in range(count):
+        for i in range(begin, begin + count):
             v, u = self.displaced(x)
             held = np.concatenate([np.maximum(v, 0)[..., None], u - w], axis=-1)
             push = (self.push * np.exp(1j * self.angle * i)).real
@@ -180,23 +194,35 @@ class FollowedRing:
             [np.roll(part, -1, axis=-2).reshape(*z.shape[:-1], -1) for part in split], axis=-1
         )
 
-    def start(self, response):
-        """The state of a response, which sliders move, and how large its vibration is."""
+    def period(self, z):
+        """Displacements (steps, n) of a period, and the state after it."""
+        path = np.empty((self.steps, len(self.ahead)))
+        for i in range(self.steps):
+            path[i] = z[: path.shape[1]]
+            z = self.followed(z, 1, i)
+        return path, z
+
+    def wave(self, response):
+        """Harmonics (H + 1, n) of all sectors' displacements."""
         h = np.arange(response.harmonics + 1)
         lag = np.exp(-2j * np.pi * self.order * np.outer(h, np.arange(self.sectors)) / self.sectors)
-        wave = np.array([np.kron(lag[i], response.x[i][0]) for i in h])
+        return np.array([np.kron(lag[i], response.x[i][0]) for i in h])
+
+    def start(self, wave):
+        """The state of a motion given by its harmonics, and which sliders move."""
         angles = self.angle * np.arange(-2 * self.steps, 1)
-        path = (np.exp(1j * np.outer(angles, h)) @ wave).real
+        path = (np.exp(1j * np.outer(angles, np.arange(len(wave)))) @ wave).real
         w, places = np.zeros((self.sectors * CONTACTS, 2)), []
         for one, other in pairwise(path):
             w = self.slid(w, self.displaced(one), self.displaced(other))
             places.append(w)
         moves = np.ptp(places[-self.steps :], axis=0) > 1e-12
-        return np.concatenate([path[-1], path[-2], w.ravel()]), moves, np.abs(wave[1:]).max()
+        return np.concatenate([path[-1], path[-2], w.ravel()]), moves
 
     def derivative(self, response):
         """The twisted map about its own fixed point, by finite differences."""
-        z, moves, size = self.start(response)
+        wave = self.wave(response)
+        (z, moves), size = self.start(wave), np.abs(wave[1:]).max()
         self.alpha = np.where(moves, self.alpha, np.inf)  # a slider that rests stays there
         free = np.concatenate([np.ones(2 * len(self.ahead), bool), moves.ravel()])
         step = 1e-6 * size * np.eye(len(z))[free]

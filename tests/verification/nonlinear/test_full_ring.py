@@ -1,22 +1,18 @@
 """The whole ring, assembled, against one sector with cyclic symmetry, at every nodal diameter."""
 
 import dataclasses
-import os
 
 import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from tests.conftest import FULL
+from tests.verification.conftest import whole_ring
 from vanelock import mesh
+from vanelock.common.cyclic import turn
 from vanelock.fem import Material, assemble, eigenpairs, modes
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-
-
-def turn(sectors, steps=1):
-    c, s = np.cos(2 * np.pi * steps / sectors), np.sin(2 * np.pi * steps / sectors)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def bladed_sector(lattice, sectors, cell_type, fixed):
@@ -67,20 +63,6 @@ def casing_sector(lattice, sectors, cell_type, fixed):
     return part
 
 
-def whole(part):
-    """All sectors merged into one part."""
-    n = part.sectors
-    points = np.concatenate([part.points @ turn(n, j).T for j in range(n)])
-    near = KDTree(points).query_ball_point(points, 1e-9)
-    first, number = np.unique([min(mates) for mates in near], return_inverse=True)
-    number = number.reshape(n, -1)
-    sets = {}
-    if "fixed" in part.node_sets:
-        sets["fixed"] = np.unique(number[:, part.node_sets["fixed"]])
-    cells = np.concatenate([nodes[part.cells] for nodes in number])
-    return dataclasses.replace(part, points=points[first], cells=cells, node_sets=sets, sectors=1)
-
-
 SMALL = [
     (bladed_sector, 7, "tetra10", True),
     (bladed_sector, 6, "hexahedron20", False),
@@ -108,7 +90,7 @@ def test_nodal_diameters_share_the_modes_of_the_ring(
     lattice, record_property, sector, sectors, cell_type, fixed
 ):
     part = sector(lattice, sectors, cell_type, fixed)
-    one, ring = assemble(part, STEEL), assemble(whole(part), STEEL)
+    one, ring = assemble(part, STEEL), assemble(whole_ring(part)[0], STEEL)
     half, count, each = sectors // 2, 40, 8 + 80 // sectors
     exact = eigenpairs(ring.K, ring.M, count + 1, shift=-1e6)[0]
     scale = exact[6]
@@ -136,7 +118,7 @@ def test_each_mode_of_the_ring_moves_at_one_nodal_diameter(lattice, record_prope
     # The ring's own eigenspaces, each projected on the waves of every nodal diameter: trace 2 at
     # one between 0 and N/2, 1 at 0 or N/2, and none elsewhere.
     part = bladed_sector(lattice, sectors, "tetra10", fixed=True)
-    merged = whole(part)
+    merged, _ = whole_ring(part)
     ring = assemble(merged, STEEL)
     values, vectors = eigenpairs(ring.K, ring.M, 25)
     near = KDTree(merged.points)

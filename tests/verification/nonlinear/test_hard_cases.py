@@ -4,7 +4,6 @@ A system is drawn until its linear response, all contacts stuck, points to the s
 What the solution found says counts; a point that is lost counts in the stratum aimed at.
 """
 
-import os
 import time
 from dataclasses import dataclass, replace
 from functools import cache
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
+from tests.conftest import FULL
 from vanelock.nonlinear import (
     OPEN,
     SLIP,
@@ -25,7 +25,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 COUNT = {"stick": 56, "micro-slip": 86, "gross slip": 60, "opening": 60}
 STRATA = tuple(COUNT)
 WRONG = 1e-6  # of the forces or powers; the tolerance of displacements times a stiff contact

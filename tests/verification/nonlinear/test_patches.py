@@ -5,7 +5,6 @@ mesh resolves it. References are Boussinesq's half-space and the same model on f
 rounds of bisection halve the elements.
 """
 
-import os
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
@@ -17,6 +16,7 @@ from scipy.spatial import cKDTree
 from skfem import MeshTet
 
 from benchmarks.unreduced import unreduced_segment as unreduced
+from tests.conftest import FULL
 from vanelock import fem, mesh
 from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
@@ -27,7 +27,6 @@ from vanelock.mesh.geometry import contact_places as mesh_sets
 from vanelock.rom.routes.problem import with_means
 from vanelock.stages.parts.segment import Joint
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 E, NU, SIDE = 210e9, 0.3, 0.02
 OVERLAP = (0.068, 0.082)
 COARSE = 0.025 if FULL else 0.05
@@ -293,19 +292,15 @@ def sized(size):
     return mesh.vane_segment(DESIGN, size=size), mesh.casing_sector(size=size)
 
 
+@lru_cache
+def of_coarse(joints, averaged):
+    return frequencies(list(sized(COARSE)), joints, averaged)
+
+
 def frequencies(parts, joints, averaged):
     """Of the unreduced sector, Hz; those of the coarse parts are kept for the next test."""
     if parts is sized(COARSE):
         return of_coarse(tuple(joints), averaged)
-    return computed(parts, joints, averaged)
-
-
-@lru_cache
-def of_coarse(joints, averaged):
-    return computed(sized(COARSE), joints, averaged)
-
-
-def computed(parts, joints, averaged):
     steel = fem.Material(E=170e9, nu=0.3, rho=8200.0)
     models = [fem.assemble(part, steel) for part in parts]
     squared, _ = fem.eigenpairs(*unreduced(*models, joints, 1, averaged), MODES)

@@ -1,6 +1,5 @@
 """Floquet exponents of waves against eigenvalues, closed forms, and rings followed in time."""
 
-import os
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import pairwise
@@ -10,14 +9,16 @@ import pytest
 import scipy.linalg as la
 from scipy.optimize import fsolve
 
+from tests.conftest import FULL
 from tests.verification.nonlinear.kicked_ring import parting, refined
 from tests.verification.nonlinear.spring_rings import (
     FollowedRing,
     assembled,
-    loaded,
     spring_ring,
     worst_of,
+    worst_ring,
 )
+from tests.verification.vane import interlocked
 from vanelock import fem, mesh, rom
 from vanelock.nonlinear import (
     STABLE,
@@ -36,13 +37,11 @@ from vanelock.nonlinear.fourier import to_real
 from vanelock.rom.system.system import Contacts, Diameter, Force
 from vanelock.stages.parts.segment import Joint, Segment
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
-
 
 @pytest.mark.parametrize("seed", range(24 if FULL else 3))
 def test_ring_that_sticks_has_the_eigenvalues_of_its_matrices(seed, record_property):
     frequency = 0.3
-    response = frequency_response(loaded(spring_ring(seed), 1e-3), [frequency], Options(5))
+    response = frequency_response(spring_ring(seed, 1e-3), [frequency], Options(5))
     assert np.all(response.state == STUCK)
     found = stability(spring_ring(seed, 1e-3), response, count=100)
     omega = 2 * np.pi * frequency
@@ -128,7 +127,7 @@ def test_mass_on_an_impact_spring_in_closed_form(omega, record_property):
 @pytest.mark.parametrize("seed", range(24) if FULL else (1, 0))
 def test_rings_against_finite_differences_of_their_motion(seed, record_property):
     _, force, frequency = worst_of(seed)["lift"]
-    system = loaded(spring_ring(seed), force)
+    system = spring_ring(seed, force)
     response = frequency_response(system, [frequency], Options(25))
     found = stability(system, response, harmonics=25, count=100)
     shift = (system.engine_order % system.sectors) / system.sectors
@@ -162,8 +161,7 @@ MEASURED = {1: 1.0706, 0: 0.752, 4: 0.940}
 @pytest.mark.parametrize("seed", MEASURED if FULL else (1, 0))
 @pytest.mark.parametrize("harmonics", [3, 9])
 def test_few_harmonics_predict_what_rings_do(seed, harmonics, record_property):
-    _, force, frequency = worst_of(seed)["lift"]
-    system = loaded(spring_ring(seed), force)
+    system, frequency = worst_ring(seed, "lift")
     response = frequency_response(system, [frequency], Options(harmonics))
     found = stability(system, response)
     largest = float(np.abs(found.multiplier[0, 0]))
@@ -231,7 +229,7 @@ def test_as_many_grow_as_the_determinant_turns(record_property):
     counts = []
     for seed in range(500 if FULL else 6):
         rng = np.random.default_rng(seed)
-        system = loaded(spring_ring(seed), 10 ** rng.uniform(0, 1.5))
+        system = spring_ring(seed, 10 ** rng.uniform(0, 1.5))
         system = replace(system, damping_ratio=10 ** rng.uniform(-4, -2))
         frequency = rng.uniform(0.1, 0.45)
         response = frequency_response(system, [frequency], Options(3))
@@ -277,7 +275,7 @@ def at_peak(vane):
 
     @lru_cache
     def find(mu, interference, load):
-        system = interlocked(vane, mu, interference, load)
+        system = interlocked(vane, mu, 1e-6 * interference, load)
         near = (250.0, 285.0) if FULL else (263.0, 299.0)
         response = frequency_response(system, near, Options(HARMONICS), find_jumps=False)
         peak = int(response.amplitude[:, 0].max(axis=1).argmax())
@@ -345,18 +343,6 @@ PEAKS = [
 ]  # fmt: skip
 """Chosen before any was followed in time. A sample takes the first and the last: with its few
 harmonics the verdict of the one before is not decided."""
-
-
-def interlocked(system, mu, interference, load):
-    """The vane's system with another friction and interference of the interlock, and load."""
-    contacts = system.contacts
-    interlock = contacts.of("interlock")
-    contacts = replace(
-        contacts,
-        mu=np.where(interlock, mu, contacts.mu),
-        v0=np.where(interlock, 1e-6 * interference, contacts.v0),
-    )
-    return loaded(replace(system, contacts=contacts), load)
 
 
 @pytest.mark.parametrize(("mu", "interference", "load"), PEAKS if FULL else PEAKS[::9])

@@ -5,22 +5,22 @@ nor that the sectors repeat each other, so it tests the balance, the nodal diame
 harmonics, and whether the wave that it finds is stable.
 """
 
-import os
 import time
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import (
-    CONTACTS,
-    RINGS,
-    assembled,
+    FollowedRing,
+    harmonics_of,
     loaded,
     spring_ring,
-    springs,
     worst_of,
+    worst_ring,
 )
+from tests.verification.vane import highest
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
@@ -29,8 +29,6 @@ from vanelock.nonlinear import (
     frequency_response,
     time_response,
 )
-
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 
 H_MAX = 15
 PERIODS = 300 if FULL else 150
@@ -80,15 +78,14 @@ def errors(system, found, responses, of="contact"):
 
 
 def compare(seed, kind):
-    ratio, force, frequency = worst_of(seed)[kind]
-    system = loaded(spring_ring(seed), force)
+    system, frequency = worst_ring(seed, kind)
     responses = [frequency_response(system, [frequency], Options(H)) for H in ORDERS]
     assert all(response.converged.all() for response in responses)
     steady = time_response(
         system, frequency, PERIODS, 512, H_MAX, start=(responses[-1], 0), tolerance=1e-7
     )
     assert steady.unsolved == 0
-    return Comparison(ratio, steady, *errors(system, steady, responses))
+    return Comparison(worst_of(seed)[kind][0], steady, *errors(system, steady, responses))
 
 
 SAMPLE = {"slip": (0, 3), "lift": (4, 8)}
@@ -123,55 +120,13 @@ def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record_property):
     assert max(one.by_history[-1] for one in found) < 1e-3
 
 
-def slide(w, u, v, reach):
-    """Sliders after a step to u, v (..., c, 2), (..., c): along where open, within reach if not."""
-    return np.where(v[..., None] < 0, u, np.clip(w, u - reach, u + reach))
-
-
-def by_central_differences(seed, force, frequency, response, steps, periods):
-    """By period, how far the contacts of a spring ring leave a wave: another integrator.
-
-    All sectors' coordinates, central differences, the contacts' forces of the last instant.
-    """
-    N, order = RINGS[seed % len(RINGS)]
-    contacts, load = springs(seed)[-2:]
-    K, M, B, stiffness, C = assembled(seed)
-    omega, tau = 2 * np.pi * frequency, 1 / frequency / steps
-    lag = np.exp(-2j * np.pi * order * np.outer(np.arange(10), np.arange(N)) / N)
-    wave = {h: (lag[h][:, None] * response.x[h][0]).ravel() for h in range(10)}
-
-    def at(i):
-        return sum((q * np.exp(1j * h * omega * tau * i)).real for h, q in wave.items())
-
-    offset = np.tile(np.column_stack([contacts.v0, 0 * contacts.kt]).ravel(), N)
-    alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-
-    def displaced(x):
-        u = (B @ x + offset).reshape(N, CONTACTS, 3)
-        return u[..., 0], u[..., 1:], alpha * np.maximum(u[..., :1], 0)
-
-    w = np.zeros((N, CONTACTS, 2))
-    for i in range(-2 * steps, 1):
-        v, u, reach = displaced(at(i))
-        w = slide(w, u, v, reach)
-    left = np.linalg.inv(M / tau**2 + C / (2 * tau))
-    A, back = left @ (2 * M / tau**2 - K), left @ (M / tau**2 - C / (2 * tau))
-    angles = 2 * np.pi * np.arange(steps) / steps
-    push = np.kron(lag[1], force * load) * np.exp(1j * angles)[:, None]
-    push, pull = push.real @ left.T, left @ (B.T * stiffness)
-    expected = np.array([B @ wave[h] for h in range(10)])
-    expected[0] += offset
-    x, before, apart = at(0), at(-1), []
+def by_central_differences(ring, response, periods):
+    """By period, how far the contacts of a spring ring leave a wave: another integrator."""
+    wave, apart = ring.wave(response), []
+    (z, _), expected = ring.start(wave), wave @ ring.B
     for _ in range(periods):
-        history = np.empty((steps, len(stiffness)))
-        for i in range(steps):
-            v, u, reach = displaced(x)
-            w = slide(w, u, v, reach)
-            history[i] = B @ x + offset
-            held = np.concatenate([np.maximum(v, 0)[..., None], u - w], axis=2).ravel()
-            x, before = A @ x - back @ before + push[i] - pull @ held, x
-        q = np.fft.rfft(history, axis=0)[:10] / steps
-        q[1:] *= 2
+        history, z = ring.period(z)
+        q = harmonics_of(history, len(wave) - 1) @ ring.B
         apart.append(np.abs(q - expected).max() / np.abs(expected[1:]).max())
     return np.array(apart)
 
@@ -185,12 +140,11 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     # Ring 0 settles on the wave. Ring 1 leaves it, whichever way it is integrated: an unstable
     # solution, in which the sectors cease to repeat each other.
     _, force, frequency = worst_of(seed)[kind]
-    system = loaded(spring_ring(seed), force)
+    system = spring_ring(seed, force)
     response = frequency_response(system, [frequency], Options(9))
     found = time_response(system, frequency, periods, 512, 9, start=(response, 0)).departure
-    other = by_central_differences(
-        seed, force, frequency, response, 2000 if FULL else 1000, periods
-    )
+    ring = FollowedRing(seed, force, frequency, 8000 if FULL else 4000)
+    other = by_central_differences(ring, response, periods)
     record_property("departure", f"{found[0]:.1e} to {found[-1]:.1e}")
     record_property("by central differences", f"{other[0]:.1e} to {other[-1]:.1e}")
     if seed == UNSTABLE:
@@ -204,18 +158,13 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
 NEAR = (255.0, 280.0) if FULL else (268.0, 294.0)
 
 
-def peak_of(system):
-    response = frequency_response(system, NEAR, Options(1), find_jumps=False)
-    return float(response.frequency[response.amplitude[:, 0].max(axis=1).argmax()])
-
-
 INERTIA = 60  # modes of each nodal diameter that keep their inertia
 
 
 @pytest.mark.parametrize("beside", (-1.5, 0.0, 1.5) if FULL else (0.0,))
 def test_vane_stays_with_the_balance(ring_of_vanes, beside, record_property):
     system = loaded(ring_of_vanes, GENTLE)
-    frequency = peak_of(system) + beside
+    frequency = highest(system, NEAR)[0] + beside
     orders = (1, 3, 5, 9, HIGHEST)
     responses = [frequency_response(system, [frequency], Options(H)) for H in orders]
     assert all(response.converged.all() for response in responses)
@@ -248,7 +197,7 @@ def test_vane_stays_with_the_balance(ring_of_vanes, beside, record_property):
 
 def test_vane_at_full_force_leaves_the_balance_at_any_step(ring_of_vanes, record_property):
     vane = ring_of_vanes
-    frequency = peak_of(vane)
+    frequency, _ = highest(vane, NEAR)
     response = frequency_response(vane, [frequency], Options(9))
     assert response.converged.all()
     rates = []

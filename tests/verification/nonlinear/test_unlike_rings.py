@@ -1,23 +1,23 @@
 """Rings of unlike sectors against alike ones, dense matrices, a bound, and the ring in time."""
 
-import os
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 import pytest
 import scipy.linalg as la
 
+from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     MASSES,
     RINGS,
     FollowedRing,
     assembled,
-    loaded,
+    harmonics_of,
     spring_ring,
     springs,
     worst_of,
+    worst_ring,
 )
 from vanelock.nonlinear import (
     Contacts,
@@ -32,7 +32,6 @@ from vanelock.nonlinear import (
     whitehead,
 )
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEEDS = range(24) if FULL else (0, 4)
 QUANTITIES = ("interference", "mu", "kn", "kt")
 
@@ -53,8 +52,7 @@ def kinds_of(seeds):
 def test_ring_of_alike_sectors_is_one_sector(record_property):
     worst, count = 0.0, 0
     for seed, kind in kinds_of(SEEDS):
-        _, force, frequency = worst_of(seed)[kind]
-        system = loaded(spring_ring(seed), force)
+        system, frequency = worst_ring(seed, kind)
         hertz = frequency + np.array([-0.02, -0.01, 0.0, 0.01])
         options = Options(5, tolerance=1e-12)
         one = frequency_response(system, hertz, options, find_jumps=False)
@@ -201,30 +199,9 @@ def followed(seed, force, frequency, unlike, steps):
 
 def settled(ring, output, periods, harmonics):
     """Harmonics of all masses in the last of some periods, from a motion (H + 1, N n)."""
-    h = np.arange(len(output))
-    angles = ring.angle * np.arange(-2 * ring.steps, 1)
-    path = (np.exp(1j * np.outer(angles, h)) @ output).real
-    w = np.zeros((ring.sectors * CONTACTS, 2))
-    for one, other in pairwise(path):
-        w = ring.slid(w, ring.displaced(one), ring.displaced(other))
-    z = np.concatenate([path[-1], path[-2], w.ravel()])
-    z = ring.followed(z, periods * ring.steps)
-    n, history = len(ring.ahead), np.empty((ring.steps, len(ring.ahead)))
-    for i in range(ring.steps):
-        history[i] = z[:n]
-        z = moved_on(ring, z, i)
-    q = np.fft.rfft(history, axis=0)[: harmonics + 1] / ring.steps
-    q[1:] *= 2
-    return q, np.abs(z[:n] - history[0]).max()
-
-
-def moved_on(ring, z, i):
-    """One step, the i-th of the period."""
-    push, ring.push = ring.push, ring.push * np.exp(1j * ring.angle * i)
-    try:
-        return ring.followed(z, 1)
-    finally:
-        ring.push = push
+    z = ring.followed(ring.start(output)[0], periods * ring.steps)
+    history, z = ring.period(z)
+    return harmonics_of(history, harmonics), np.abs(z[: history.shape[1]] - history[0]).max()
 
 
 @pytest.mark.parametrize("kind", ["slip", "lift"])
@@ -237,7 +214,7 @@ def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
             continue
         rings += 1
         _, force, frequency = worst_of(seed)[kind]
-        system = loaded(spring_ring(seed), force)
+        system = spring_ring(seed, force)
         unlike = drawn(system, seed, 0.1)
         found = ring_response(system, [frequency], unlike, Options(9))
         assert found.converged.all()
@@ -267,8 +244,7 @@ def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
 def test_turned_pattern_turns_the_answer(record_property):
     worst = 0.0
     for seed, kind in kinds_of(SEEDS):
-        _, force, frequency = worst_of(seed)[kind]
-        system = loaded(spring_ring(seed), force)
+        system, frequency = worst_ring(seed, kind)
         unlike = drawn(system, seed, 0.05)
         found = ring_response(system, [frequency], unlike, Options(3))
         turned = ring_response(system, [frequency], unlike.turned(2), Options(3))

@@ -1,12 +1,10 @@
 """The vane's physics: linear limits, preload, peaks and slipping."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import scipy.linalg as la
 
-from vanelock import rom
+from tests.verification.vane import interlocked, second_mode
 from vanelock.nonlinear import (
     OPEN,
     STUCK,
@@ -17,29 +15,8 @@ from vanelock.nonlinear import (
 )
 
 
-def changed(system, interlock, mu=None, v0=None, force=1.0):
-    """The system with another interlock or a scaled force."""
-    contacts = system.contacts
-    if mu is not None:
-        contacts = replace(contacts, mu=np.where(interlock, mu, contacts.mu))
-    if v0 is not None:
-        contacts = replace(contacts, v0=np.where(interlock, v0, contacts.v0))
-    load = {h: rom.Force(f.vector * force, f.omega_power) for h, f in system.force.items()}
-    return replace(system, contacts=contacts, force=load)
-
-
-def second_mode(scene):
-    """Frequencies of the second ND 1 mode, interlock free and stuck, followed by MAC."""
-    system = scene.system
-    free, shapes = rom.linear_modes(system, 1, 6, ~scene.interlock)
-    stuck, others = rom.linear_modes(system, 1, 6)
-    agreement = rom.mac(shapes, others, system.at(1).M)[1]
-    follower = int(np.argmax(agreement))
-    return free[1], stuck[follower], agreement[follower]
-
-
 def test_stuck_interlock_raises_the_second_mode(scene, record_property):
-    free, stuck, agreement = second_mode(scene)
+    free, stuck, agreement = second_mode(scene.system)
     record_property("free", f"{free:.2f} Hz")
     record_property("stuck", f"{stuck:.2f} Hz")
     record_property("MAC", f"{agreement:.3f}")
@@ -49,7 +26,7 @@ def test_stuck_interlock_raises_the_second_mode(scene, record_property):
 
 @pytest.mark.parametrize("mu", [0.15, 0.3])
 def test_interference_alone_closes_every_contact(scene, mu, record_property):
-    response = static_response(changed(scene.system, scene.interlock, mu))
+    response = static_response(interlocked(scene.system, mu))
     assert response.converged.all()
     assert response.residual[0] < 1e-10
     assert not np.any(response.state[0] == OPEN)
@@ -70,8 +47,8 @@ def test_interference_alone_closes_every_contact(scene, mu, record_property):
 def test_friction_holds_the_peak_down_between_the_linear_limits(
     scene, mu, harmonics, record_property
 ):
-    system = changed(scene.system, scene.interlock, mu)
-    free, stuck, _ = second_mode(scene)
+    system = interlocked(scene.system, mu)
+    free, stuck, _ = second_mode(scene.system)
     limits = {}
     for name, frequency, closed in (("free", free, "hook"), ("stuck", stuck, "all")):
         band = frequency * (1 + 0.005 * np.linspace(-1, 1, 41))
@@ -129,9 +106,9 @@ def difference(response, expected):
 def test_a_thousandth_of_the_force_gives_the_stuck_linear_response(
     scene, harmonics, record_property
 ):
-    free, stuck, _ = second_mode(scene)
+    free, stuck, _ = second_mode(scene.system)
     frequencies = np.linspace(free - 3, stuck + 3, 25)
-    system = changed(scene.system, scene.interlock, 0.3, force=1e-3)
+    system = interlocked(scene.system, 0.3, load=1e-3)
     response = frequency_response(system, frequencies, Options(harmonics), find_jumps=False)
     expected = direct_solution(system, frequencies, np.full(system.contacts.count, True))
     assert response.converged.all()
@@ -142,9 +119,9 @@ def test_a_thousandth_of_the_force_gives_the_stuck_linear_response(
 
 
 def test_an_open_interlock_gives_the_free_linear_response(scene, record_property):
-    free, stuck, _ = second_mode(scene)
+    free, stuck, _ = second_mode(scene.system)
     frequencies = np.linspace(free - 3, stuck + 3, 25)
-    system = changed(scene.system, scene.interlock, v0=-1e-2, force=1.0)
+    system = interlocked(scene.system, v0=-1e-2)
     response = frequency_response(system, frequencies, Options(3), find_jumps=False)
     expected = direct_solution(system, frequencies, ~scene.interlock)
     assert response.converged.all()

@@ -1,31 +1,13 @@
 """Coupled, uncoupled and constant-load balances of the vane: alike in full stick, apart in slip."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from tests.verification.conftest import FULL
-from vanelock import rom
+from tests.conftest import FULL
+from tests.verification.vane import highest, interlocked, second_mode
 from vanelock.nonlinear import STUCK, Options, frequency_response, static_response
 
 COUPLINGS = ("coupled", "uncoupled", "constant-load")
-
-
-def changed(scene, force=1.0, mu=None, interference=None):
-    """The scene with a scaled force, another friction or interference of the interlock."""
-    contacts = scene.system.contacts
-    if mu is not None:
-        contacts = replace(contacts, mu=np.where(scene.interlock, mu, contacts.mu))
-    if interference is not None:
-        contacts = replace(contacts, v0=np.where(scene.interlock, interference, contacts.v0))
-    load = {h: rom.Force(f.vector * force) for h, f in scene.system.force.items()}
-    return replace(scene.system, contacts=contacts, force=load)
-
-
-def limits(scene):
-    free = rom.linear_modes(scene.system, 1, 2, ~scene.interlock)[0][1]
-    return free, rom.linear_modes(scene.system, 1, 2)[0][1]
 
 
 @pytest.mark.parametrize("mu", [0.15, 50.0])
@@ -33,11 +15,11 @@ def limits(scene):
 def test_full_stick(scene, mu, harmonics, record_property):
     # With the smaller friction the interlock's contacts slide at assembly: the mean of what they
     # then carry relaxes under vibration, which the coupled balance alone follows.
-    system = changed(scene, 1e-3 if mu < 1 else 3e-3, mu)
+    system = interlocked(scene.system, mu, load=1e-3 if mu < 1 else 3e-3)
     slid = int(static_response(system).active[0])
     record_property("contacts that slid at assembly", str(slid))
     assert (slid > 0) == (mu < 1)
-    hertz = limits(scene)[1] + np.linspace(-6.0, 6.0, 25)
+    hertz = second_mode(scene.system)[1] + np.linspace(-6.0, 6.0, 25)
     coupled, *others = (
         frequency_response(system, hertz, Options(harmonics, coupling=c), find_jumps=False)
         for c in COUPLINGS
@@ -62,18 +44,15 @@ def test_full_stick(scene, mu, harmonics, record_property):
             assert mean < 1e-9
 
 
-def peaks(system, scene, record_property, harmonics=1):
-    low, high = limits(scene)
-    found = {}
+def peaks(scene, record_property, harmonics=1, **changes):
+    low, high, _ = second_mode(scene.system)
+    system, found = interlocked(scene.system, **changes), {}
     for coupling in COUPLINGS:
-        response = frequency_response(
-            system, (low - 4.0, high + 4.0), Options(harmonics, coupling=coupling), find_jumps=False
+        frequency, size = highest(
+            system, (low - 4, high + 4), Options(harmonics, coupling=coupling)
         )
-        assert response.converged.all()
-        size = response.amplitude[:, 0].max(axis=1)
-        top = int(size.argmax())
-        found[coupling] = response.frequency[top], size[top]
-        record_property(coupling, f"{1e6 * size[top]:.4g} um at {response.frequency[top]:.2f} Hz")
+        found[coupling] = frequency, size
+        record_property(coupling, f"{1e6 * size:.4g} um at {frequency:.2f} Hz")
     return found
 
 
@@ -81,7 +60,7 @@ def peaks(system, scene, record_property, harmonics=1):
 def test_uncoupled_peaks_are_higher_in_frequency_and_lower_by_friction(scene, mu, record_property):
     # The small vane's contacts open at 0.6: by one harmonic its peaks lie 0.4 Hz the other way.
     harmonics = 1 if FULL or mu < 0.6 else 3
-    found = peaks(changed(scene, mu=mu), scene, record_property, harmonics)
+    found = peaks(scene, record_property, harmonics, mu=mu)
     assert found["uncoupled"][0] > found["coupled"][0]
     assert found["uncoupled"][1] < found["coupled"][1]
     if mu <= 0.15:  # gross slip: a load that varies damps better than the same constant one
@@ -92,6 +71,6 @@ def test_uncoupled_peaks_are_higher_in_frequency_and_lower_by_friction(scene, mu
 def test_uncoupled_peaks_are_higher_in_frequency_and_lower_by_interference(
     scene, interference, record_property
 ):
-    found = peaks(changed(scene, interference=interference), scene, record_property)
+    found = peaks(scene, record_property, v0=interference)
     assert found["uncoupled"][0] > found["coupled"][0]
     assert found["uncoupled"][1] < found["coupled"][1]

@@ -4,19 +4,18 @@ The limit is that of graded hexahedra of degree 3 (533,000 unknowns bound the fi
 411.46 Hz) and of graded tetrahedra, which agree to 0.3 %.
 """
 
-import os
-
 import numpy as np
 import pytest
 
 from benchmarks.mesh.corrected import vane
 from benchmarks.mesh.families import SHARP
+from tests.conftest import FULL
 
 LIMIT = [411.23, 527.85, 1371.4, 1378.7, 1390.9, 1393.4, 1919.3, 2062.8, 2095.7, 2099.4]
 """Elastic modes of the default vane with sharp roots, held by nothing, Hz."""
 BOUNDS = {"coarse": (0.01, 0.03), "medium": (0.008, 0.015), "paper": (0.003, 0.005)}
 """Mean and worst relative error that may remain."""
-SIZES = list(BOUNDS)[: 3 if os.environ.get("VANELOCK_VERIFY") == "full" else 1]
+SIZES = list(BOUNDS)[: 3 if FULL else 1]
 
 
 @pytest.mark.parametrize("size", SIZES)

@@ -1,6 +1,5 @@
 """Reduced models of vane and casing against the unreduced sector, and of a whole bladed ring."""
 
-import os
 from dataclasses import replace
 from functools import lru_cache
 from types import SimpleNamespace
@@ -8,15 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.linalg as sl
-from scipy.spatial import KDTree
 
 from benchmarks.rom.direct import direct
 from benchmarks.unreduced import unreduced_segment as unreduced
-from vanelock import fem, mesh, rom
-from vanelock.common.cyclic import turn
+from tests.conftest import FULL
+from tests.verification.conftest import whole_ring
+from vanelock import fem, rom
 from vanelock.stages.parts.segment import Segment
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 STEEL = fem.Material(E=170e9, nu=0.3, rho=8200)
 SHARED = ("hook_front", "hook_rear", "key", "output")
 VANE = (*SHARED, "interlock_left", "interlock_right")
@@ -245,16 +243,7 @@ def bladed_ring(lattice):
     part = replace(part, points=part.points[used], cells=cells.reshape(-1, 10), node_sets=sets)
     model = fem.assemble(part, STEEL, fixed="clamped")
 
-    points = np.concatenate([part.points @ turn(N, j).T for j in range(N)])
-    first = np.array([min(near) for near in KDTree(points).query_ball_point(points, 1e-9)])
-    together, place_of = np.unique(first, return_inverse=True)
-    n = len(part.points)
-    cells = np.concatenate([place_of[part.cells + j * n] for j in range(N)])
-    clamped = np.unique(
-        np.concatenate([place_of[part.node_sets["clamped"] + j * n] for j in range(N)])
-    )
-    full = mesh.Part("whole", points[together], cells, part.cell_type, {"rim": clamped}, {}, 1)
-    whole = fem.assemble(full, STEEL, fixed="rim")
+    whole = fem.assemble(whole_ring(part)[0], STEEL, fixed="clamped")
     squared = fem.eigenpairs(whole.K, whole.M, 40)[0]
     return model, np.sqrt(squared) / (2 * np.pi), whole.K.shape[0]
 

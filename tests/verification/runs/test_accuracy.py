@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.accuracy import peaks
 from benchmarks.accuracy.models import Models, prepared
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock.nonlinear import Options, frequency_response
 
 SCENES = (10, 15) if FULL else (15, 17)

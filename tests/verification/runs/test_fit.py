@@ -4,14 +4,15 @@ On the coarsest mesh at full count; on a yet coarser one with fewer contacts els
 as stiff as a whole, with fewer seeds and harmonics.
 """
 
-import os
+from tests.conftest import FULL
+
 from functools import lru_cache
 
 import numpy as np
 import pytest
 from scipy.stats import binom
 
-from tests.verification.small_vane import DIMENSIONS, HOOK, JOINTS, SIZE
+from tests.verification.vane import DIMENSIONS, HOOK, JOINTS, SIZE
 from vanelock import parse_study
 from vanelock.commands.fit.fit import rejoined
 from vanelock.commands.fit.least_squares import fit
@@ -22,7 +23,6 @@ from vanelock.input.measured.curve import Measured
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 HARMONICS = 3 if FULL else 1
 MU, KT = "joints.interlock.mu", "joints.interlock.kt"
 VANE, CASING = "material.vane.E", "material.casing.E"

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.verification.conftest import FULL
+from tests.conftest import FULL
 from vanelock.nonlinear import Element, Options, System, frequency_response
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.newton.newton import solve

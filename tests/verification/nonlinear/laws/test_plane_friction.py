@@ -1,20 +1,18 @@
 """Isotropic friction and two independent directions: work of a cycle, error, peaks of the vane."""
 
-import os
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from tests.conftest import FULL
 from tests.nonlinear.contact.sampled_plane import sampled_plane
-from vanelock import rom
-from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, frequency_response
+from tests.verification.nonlinear.spring_rings import loaded
+from tests.verification.vane import highest, second_mode
+from vanelock.nonlinear import SLIP, SLIP_OPEN, Options
 from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.fourier import basis
 from vanelock.rom import Contacts
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 RATIOS = (1.05, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 100.0)  # of the amplitude to r = μ n/kt
 KN, KT, MU, LOAD = 2e6, 3e6, 0.3, 50.0
 LIMIT = MU * LOAD
@@ -156,28 +154,13 @@ def test_error_by_number_of_samples(harmonics, record_property):
     assert medians[4] < (1e-5 if FULL else 1e-4)  # marching is of first order
 
 
-def peak(system, low, high, friction):
-    response = frequency_response(
-        system, (low, high), Options(1, friction=friction), find_jumps=False
-    )
-    assert response.converged.all()
-    size = response.amplitude[:, 0].max(axis=1)
-    top = int(size.argmax())
-    return response.frequency[top], size[top]
-
-
 @pytest.mark.parametrize("force", [1.0, 3.0, 10.0, 30.0, 90.0] if FULL else [3.0, 30.0])
 def test_peak_of_the_vane(scene, force, record_property):
     # From micro-slip to gross slip: small slip is damped more by isotropic friction, large slip by
     # two directions.
-    system = replace(
-        scene.system,
-        force={h: rom.Force(f.vector * force / 30) for h, f in scene.system.force.items()},
-    )
-    free = rom.linear_modes(scene.system, 1, 2, ~scene.interlock)[0][1]
-    stuck = rom.linear_modes(scene.system, 1, 2)[0][1]
+    system, (free, stuck, _) = loaded(scene.system, force / 30), second_mode(scene.system)
     found = {
-        friction: peak(system, free - 4.0, stuck + 4.0, friction)
+        friction: highest(system, (free - 4.0, stuck + 4.0), Options(1, friction=friction))
         for friction in ("orthogonal", "isotropic")
     }
     for friction, (frequency, amplitude) in found.items():

@@ -1,17 +1,17 @@
 """The contact law on plain samples against the one with located events, by number of samples."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.conftest import FULL
 from vanelock.nonlinear import SLIP, SLIP_OPEN
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.fourier import basis
 from vanelock.rom import Contacts
 
-COUNT = 2000 if os.environ.get("VANELOCK_VERIFY") == "full" else 200
+COUNT = 2000 if FULL else 200
 
 
 def draw(harmonics):

@@ -1,13 +1,13 @@
 """Peaks followed along force and friction, and hysteresis, on the vane."""
 
-import os
-from dataclasses import replace
 from time import process_time
 
 import numpy as np
 import pytest
 
-from vanelock import rom
+from tests.conftest import FULL
+from tests.verification.nonlinear.spring_rings import loaded
+from tests.verification.vane import second_mode
 from vanelock.nonlinear import (
     STUCK,
     Options,
@@ -17,32 +17,13 @@ from vanelock.nonlinear import (
     peak_response,
 )
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 ORDERS = (1, 3) if FULL else (1,)
 COUNT = 31 if FULL else 12
 
 
-def second_mode(system):
-    """Frequencies of the second ND 1 mode, interlock free and stuck, followed by MAC."""
-    interlock = np.array([name == "interlock" for name in system.contacts.joint])
-    free, shapes = rom.linear_modes(system, 1, 6, ~interlock)
-    stuck, others = rom.linear_modes(system, 1, 6)
-    return free[1], stuck[int(np.argmax(rom.mac(shapes, others, system.at(1).M)[1]))]
-
-
 def near(system):
-    free, stuck = second_mode(system)
+    free, stuck, _ = second_mode(system)
     return float(free - 10), float(stuck + 10)
-
-
-def loaded(system, factor):
-    return replace(
-        system,
-        force={
-            h: rom.Force(each.vector * (factor if h else 1), each.omega_power)
-            for h, each in system.force.items()
-        },
-    )
 
 
 @pytest.mark.parametrize("harmonics", ORDERS)
@@ -104,7 +85,7 @@ def test_some_friction_damps_most(scene, harmonics, record_property):
 
 
 def test_sweeps_both_ways_and_the_path_agree(scene, record_property):
-    free, stuck = second_mode(scene.system)
+    free, stuck, _ = second_mode(scene.system)
     hertz = np.linspace(free - 3, stuck + 3, 41)
     begun = process_time()
     found = hysteresis(scene.system, hertz, Options(3 if FULL else 1))

@@ -1,6 +1,5 @@
 """Damped nonlinear modes against closed forms, linear limits, forced vibration and sweeps."""
 
-import os
 from dataclasses import replace
 from time import process_time
 
@@ -9,6 +8,8 @@ import pytest
 import scipy.linalg as la
 from scipy.interpolate import PchipInterpolator
 
+from tests.conftest import FULL
+from tests.verification.nonlinear.peaks.test_limit_cycles import SLIP, SPRING, STIFFNESS, one_mass
 from tests.verification.nonlinear.spring_rings import MASSES, loaded, spring_ring
 from vanelock import rom
 from vanelock.nonlinear import STUCK, Options, damped_mode, frequency_response, linear_response
@@ -18,48 +19,26 @@ from vanelock.nonlinear.fourier import to_complex, to_real
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 SEEDS = range(5 if FULL else 2)
-K, C, KT, SLIP = 1.0, 0.01, 0.25, 0.2
+C = 0.01
 RANGE = (1e-7, 1e-3)
 """Modal amplitudes of the vane, kg^½ m, beyond those of the loads that it is put under."""
 
 
-def one_mass(force=None):
-    """One mass on a spring, a damper and Jenkins' element; a second one presses on the contact."""
-    rows = np.zeros((1, 3, 2))
-    rows[0, 0, 1] = rows[0, 1, 0] = 1.0
-    contacts = Contacts(np.ones(1), np.full((1, 2), KT), np.full(1, 0.5), np.full(1, 0.8))
-    return System(
-        sectors=1,
-        engine_order=1,
-        diameters={
-            0: Diameter(
-                K=np.diag([K, 1.0]),
-                M=np.eye(2),
-                own=rows,
-                output=np.eye(3, 2)[None],
-                C=np.diag([C, 0.0]),
-            )
-        },
-        contacts=contacts,
-        force={} if force is None else {1: Force(np.array([force, 0.0], complex))},
-        output_names=("mass",),
-    )
-
-
 def describing_function(U):
     """Stiffness and loss of Jenkins' element at an amplitude."""
-    turn = np.arccos(1 - 2 * SLIP / (KT * np.maximum(U, SLIP / KT)))
-    stiffness = KT / np.pi * (turn - np.sin(turn) * np.cos(turn))
-    loss = 4 * SLIP / (np.pi * U) * (1 - SLIP / (KT * U))
-    return stiffness, np.where(U > SLIP / KT, loss, 0.0)
+    turn = np.arccos(1 - 2 * SLIP / (SPRING * np.maximum(U, SLIP / SPRING)))
+    stiffness = SPRING / np.pi * (turn - np.sin(turn) * np.cos(turn))
+    loss = 4 * SLIP / (np.pi * U) * (1 - SLIP / (SPRING * U))
+    return stiffness, np.where(U > SLIP / SPRING, loss, 0.0)
 
 
 def test_one_mass_follows_the_describing_function(record_property):
-    found = damped_mode(one_mass(), 1, (1e-2, 1e4), Options(1))
+    system = one_mass()
+    damped = {0: replace(system.diameters[0], C=np.diag([C, 0.0]))}
+    found = damped_mode(replace(system, diameters=damped), 1, (1e-2, 1e4), Options(1))
     stiffness, loss = describing_function(found.amplitude)
-    omega = np.sqrt(K + stiffness)
+    omega = np.sqrt(STIFFNESS + stiffness)
     ratio = (C + loss / omega) / (2 * omega)
     assert found.complete
     assert found.converged.all()

@@ -1,12 +1,11 @@
 """Limit cycles of flutter: closed form of one mass, marching in time, and the modes of a ring."""
 
-import os
-
 import numba
 import numpy as np
 import pytest
 import scipy.linalg as la
 
+from tests.conftest import FULL
 from vanelock.nonlinear import (
     Contacts,
     Diameter,
@@ -17,7 +16,6 @@ from vanelock.nonlinear import (
     limit_cycles,
 )
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 STIFFNESS, SPRING, SLIP = 1.0, 0.25, 0.2
 INPUTS = (0.1, 0.36, 0.9) if FULL else (0.36,)
 """Work of the air in a cycle over kt U²."""

@@ -1,12 +1,12 @@
 """Gradients of peaks, amplitude and frequency, against differences of peaks that are solved."""
 
-import os
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.verification.nonlinear.spring_rings import MASSES, RINGS, loaded, spring_ring, worst_of
+from tests.conftest import FULL
+from tests.verification.nonlinear.spring_rings import MASSES, worst_ring
 from vanelock.nonlinear import AmplitudeGradient, Options
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
@@ -14,7 +14,6 @@ from vanelock.nonlinear.following.peak_gradient import _gradient_of_peak
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.rom.system.system import Force
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 COUNT, GROUPS = (105, 21) if FULL else (4, 2)
 STEP = 1e-5
 AMPLITUDE, FREQUENCY = 1e-6, 5e-5
@@ -106,11 +105,7 @@ def parameters(system, friction, random):
 def drawn_case(seed):
     """A random ring about its peak: system, range in Hz, options."""
     random = np.random.default_rng(1000 + seed)
-    kinds = worst_of(seed % 20)
-    kind = ("slip", "lift")[seed // 20 % 2]
-    _, force, hertz = kinds.get(kind) or next(iter(kinds.values()))
-    system, (_, order) = loaded(spring_ring(seed % 20), force), RINGS[seed % 20 % len(RINGS)]
-    assert system.engine_order == order
+    system, hertz = worst_ring(seed % 20, ("slip", "lift")[seed // 20 % 2])
     at_rest = 0.1 * random.normal(size=MASSES)
     friction, coupling = random.choice(FRICTIONS), COUPLINGS[random.choice(3, p=[0.6, 0.2, 0.2])]
     contacts = system.contacts

@@ -1,6 +1,5 @@
 """Bounds over static friction: a mixed-integer programme, random places, the vane."""
 
-import os
 from collections import Counter
 from dataclasses import replace
 
@@ -8,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import Bounds, LinearConstraint, milp
 
+from tests.conftest import FULL
 from tests.nonlinear.conftest import random_system
 from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock.common.errors import InputError
@@ -22,7 +22,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.balance.balance import structure
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 FAR = 50.0
 """Bound of all displacements of the mixed-integer programme, in those of the stuck structure."""
 

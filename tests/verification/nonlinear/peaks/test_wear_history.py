@@ -1,6 +1,5 @@
 """Wear over cycles against closed forms, and against SciPy's integration of the same rates."""
 
-import os
 from dataclasses import replace
 from itertools import pairwise
 
@@ -9,7 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
+from tests.conftest import FULL
+from tests.verification.nonlinear.spring_rings import worst_ring
 from vanelock.nonlinear import (
     Contact,
     Dwell,
@@ -21,7 +21,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 
-FULL = os.environ.get("VANELOCK_VERIFY") == "full"
 RINGS, GROUPS = (20, 10) if FULL else (2, 2)
 SHARP = 17
 """The ring whose peak ceases to be sharp on the way, where the reference here loses it."""
@@ -116,11 +115,8 @@ def test_a_spring_loaded_contact_wears_ever_slower(U, record_property):
 def drawn(seed):
     """A random ring under the load that friction damps most, its frequency, options and k / A."""
     random = np.random.default_rng(2000 + seed)
-    kinds = worst_of(seed)
-    kind = ("slip", "lift")[seed % 2]
-    _, force, hertz = kinds.get(kind) or next(iter(kinds.values()))
+    system, hertz = worst_ring(seed, ("slip", "lift")[seed % 2])
     friction = str(random.choice(["orthogonal", "isotropic"]))
-    system = loaded(spring_ring(seed), force)
     contacts = system.contacts
     kt = np.repeat(contacts.kt[:, :1], 2, axis=1) if friction == "isotropic" else contacts.kt
     system = replace(system, contacts=replace(contacts, kt=kt))

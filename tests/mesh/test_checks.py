@@ -24,13 +24,10 @@ Values = dict[str, Any]
 
 @pytest.mark.parametrize(("model", "changes", "message"), [
     (VaneDimensions, {"chrod": 0.05}, "chrod"), (VaneDimensions, {"chord": -0.05}, "chord"),
-    (VaneDimensions, {"chord": float("nan")}, "chord"),
     (VaneDimensions, {"aerofoils": 0}, "aerofoils"),
     (VaneDimensions, {"interlock_slant": 75}, "interlock_slant"),
     (VaneDimensions, {"outer_shroud_outer_radius": 0.560}, "outer_shroud_outer_radius = 0.56 m: "
      "must exceed outer_shroud_inner_radius = 0.567 m"),
-    (VaneDimensions, {"inner_shroud_outer_radius": 0.6}, "outer_shroud_inner_radius = 0.567 m: "
-     "must exceed inner_shroud_outer_radius = 0.6 m"),
     (VaneDimensions, {"hook": {"lip_radius": 0.595}}, "roof_radius = 0.592 m: must exceed "
      "lip_radius = 0.595 m"),
     (VaneDimensions, {"hook": {"lip_radius": 0.570}}, "hook.lip_radius = 0.57 m: must exceed "
@@ -39,17 +36,13 @@ Values = dict[str, Any]
      "shorter than the foot, outer_shroud_extent = 0.96"),
     (VaneDimensions, {"hook": {"band_position": 0.060}}, "hook.band_position = 0.06 m: must "
      "exceed foot_front = 0.068 m"),
-    (VaneDimensions, {"leg_rear": 0.11}, "hook.mid_plane = 0.1 m: must exceed leg_rear = 0.11 m"),
     (VaneDimensions, {"edge_thickness": 0.005}, "edge_thickness = 0.005: must not exceed "
      "thickness = 0.0045"),
     (VaneDimensions, {"fillet": 0.0001}, "fillet = 0.0001 m: must be 0 or at least 0.0005"),
     (VaneDimensions, {"root_fillet": 0.0002}, "root_fillet = 0.0002 m: must be 0 or at least"),
-    (CasingDimensions, {"fillet": 0.0001}, "fillet = 0.0001 m: must be 0 or at least 0.0005"),
     (CasingDimensions, {"outer_radius": 0.6001}, "outer_radius = 0.6001 m: must exceed "
      "inner_radius = 0.6 m by at least 0.0005 m"),
-    (CasingDimensions, {"groove_bottom": 0.05}, "groove_bottom = 0.05 m: must exceed rail_front = "
-     "0.058 m"),
-])  # fmt: skip
+    ])  # fmt: skip
 def test_impossible_dimensions(model: Any, changes: Values, message: str) -> None:
     with pytest.raises(InputError, match=re.escape(message)):
         model(**changes)
@@ -62,44 +55,28 @@ UNFIT: list[tuple[Values, Values, str]] = [
     ({}, {"sectors": 5}, "ring.sectors = 5: must lie between 6 and 360"),
     ({"aerofoils": 6}, {}, "vane.aerofoils = 6, vane.outer_shroud_extent = 0.96: the outermost of "
      "6"),
-    ({"chord": 0.07, "inner_shroud_front": 0.06, "outer_shroud_front": 0.05}, {}, "vane.chord = "
-     "0.07 m, vane.outer_shroud_extent = 0.96: the outermost of 4"),
-    ({"interlock_slant": -20}, {}, "vane.interlock_slant = -20 deg: the outermost"),
     ({"stagger": -40}, {}, "vane.stagger = -40 deg, vane.interlock_slant = 35 deg: the outermost "
      "of 4"),
     ({"thickness": 0.024}, {}, "vane.chord = 0.047 m: must be at least twice vane.thickness = "
      "0.024 m"),
-    ({}, {"sectors": 60}, "vane.interlock_slant = 35 deg, ring.sectors = 60: the outermost"),
     ({"inner_shroud_front": 0.085}, {}, "vane.inner_shroud_front = 0.085 m: the aerofoils' front, "
      "at 0.0"),
     ({"foot_front": 0.066}, {}, "casing.groove_bottom = 0.066 m: must lie at least 0.0005 m below "
      "vane.foot_front = 0.066 m"),
-    ({}, {"groove_mouth": 0.084}, "casing.groove_mouth = 0.084 m: must lie"),
     ({}, {"groove_mouth": 0.073}, "vane.hook.band_position = 0.074 m: must lie"),
     ({}, {"rail_inner_radius": 0.572}, "vane.outer_shroud_outer_radius = 0.573 m"),
-    ({}, {"rail_inner_radius": 0.585}, "casing.rail_inner_radius = 0.585 m"),
     ({}, {"inner_radius": 0.590}, "vane.hook.roof_radius = 0.592 m: must lie"),
     ({}, {"length": 0.150}, "2 vane.hook.mid_plane - casing.rail_front = 0.142 m"),
-    ({}, {"fillet": 0.002}, "casing.fillet = 0.002 m: between casing.groove_bottom and "
-     "vane.foot_front at most 0.0015 m fits"),
-    ({"fillet": 0.0018}, {}, "vane.fillet = 0.0018 m: between casing.groove_mouth and "
-     "vane.leg_front at most 0.0015 m fits"),
-    ({}, {"fillet": 0.004}, "casing.fillet = 0.004 m: between vane.hook.lip_radius and "
-     "vane.hook.roof_radius at most 0.00375 m fits"),
     ({}, {"fillet": 0.003, "inner_radius": 0.595}, "casing.fillet = 0.003 m: between "
      "vane.hook.roof_radius and casing.inner_radius at most 0.0025 m fits"),
     ({"fillet": 0.006}, {}, "vane.fillet = 0.006 m: between vane.outer_shroud_outer_radius and "
      "vane.hook.lip_radius at most 0.00525 m fits"),
     ({"fillet": 0.002, "leg_rear": 0.0985}, {}, "vane.fillet = 0.002 m: between vane.leg_rear and "
      "its mirror image at most 0.00125 m"),
-    ({"fillet": 0.001, "outer_shroud_front": 0.0828}, {}, "vane.fillet = 0.001 m: between "
-     "vane.outer_shroud_front and vane.leg_front at most 0.0007 m fits"),
     ({"fillet": 0.001, "outer_shroud_front": 0.0835}, {}, "vane.fillet = 0.001 m: between "
      "vane.outer_shroud_front and vane.leg_front none fits"),
     ({"root_fillet": 0.012}, {}, "vane.root_fillet = 0.012 m: beside the ends of the outer shroud "
      "(vane.outer_shroud_extent) at most 0.00684 m fits"),
-    ({"root_fillet": 0.012, "inner_shroud_front": 0.075, "aerofoils": 2}, {}, "vane.root_fillet = "
-     "0.012 m: behind vane.inner_shroud_front"),
     ({"root_fillet": 0.006, "outer_shroud_front": 0.076, "aerofoils": 2}, {}, "vane.root_fillet = "
      "0.006 m: behind vane.outer_shroud_front"),
     ({"root_fillet": 0.005, "interlock_slant": 48}, {}, "vane.root_fillet = 0.005 m: beside the "
@@ -112,8 +89,6 @@ UNFIT: list[tuple[Values, Values, str]] = [
       "outer_shroud_front": 0.04}, {}, "vane.root_fillet = 0.012 m: on the hollow side (vane.camb"),
     ({}, {"bosses": 2, "boss_position": 0.020}, "casing.boss_position = 0.02 m: a boss of 0.025 m "
      "clears the flanges between 0.023 m and 0.177 m"),
-    ({}, {"bosses": 2, "boss_position": 0.180}, "casing.boss_position = 0.18 m: a boss of 0.025 m "
-     "clears the"),
     ({}, {"bosses": 2, "boss_position": 0.105}, "casing.boss_position = 0.105 m: a boss of 0.025 m "
      "covers a force node: it must stay 0.013 m away from 0.1 m"),
     ({}, {"bosses": 1, "boss_position": 0.065}, "casing.boss_position = 0.065 m: a boss of 0.025 m "
@@ -203,10 +178,10 @@ def test_the_largest_fillets_that_fit_are_meshed() -> None:
     one = VaneDimensions(aerofoils=1, root_fillet=0.012)
     largest = float(refusal(lambda: check_vane(one, 16)).split("at most ")[1].split()[0])
     assert 0.008 < largest < 0.012
-    for part, sound in (
+    for part, least in (
         (casing_sector(CasingDimensions(fillet=0.00375), size=0.03), 0.0),
         (vane_segment(VaneDimensions(aerofoils=1, root_fillet=0, fillet=0.00525), size=0.03), 0.0),
         (vane_segment(one.model_copy(update={"root_fillet": largest}), size=0.03), 0.02),
     ):
         assert quality(part).smallest_jacobian > 0
-        assert quality(part).smallest_sicn > sound
+        assert quality(part).smallest_sicn > least

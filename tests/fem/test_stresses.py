@@ -1,28 +1,22 @@
-"""Strains and stresses at nodes against closed forms, and extremes of a period against sampling."""
+"""Strains, stresses and what a mesh adds to the stiffness, against fields that are known."""
 
 import numpy as np
 import pytest
 
+from tests.fem.conftest import CELLS, STEEL, bent
 from vanelock.common.errors import InputError
 from vanelock.fem import (
-    Material,
     assemble,
+    excess_by_element,
+    excess_stiffness,
     peak_von_mises,
     principal_amplitude,
     strain,
     strain_energy,
-    stress,
     stresses,
     von_mises,
 )
 from vanelock.fem.stresses import turned
-
-CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-
-
-def bent(p):
-    return p * [0.4, 0.3, 0.2] + 0.03 * np.sin(3 * p[:, [1, 2, 0]])
 
 
 def tensor(s):
@@ -47,24 +41,14 @@ def test_blocks_of_elements_change_nothing(lattice, monkeypatch):
     part = lattice((3, 3, 2), bent, "tetra10", curved=True)
     u = np.random.default_rng(1).standard_normal((len(part.points), 3, 2))
     model = assemble(part, STEEL)
-    whole, energy = strain(part, u), strain_energy(model, u)
+    whole, energy, form = strain(part, u), strain_energy(model, u), excess_stiffness(model, u)
     monkeypatch.setattr(stresses, "_ENTRIES", 5000)
     assert np.abs(strain(part, u) - whole).max() < 1e-13 * np.abs(whole).max()
     np.testing.assert_allclose(strain_energy(model, u), energy, rtol=1e-13)
-
-
-@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
-def test_pure_bending_is_exact(lattice, cell_type):
-    # σ_xx = E κ y alone: a displacement of the second degree, which these elements hold. The
-    # hexahedra are boxes, the tetrahedra any with straight sides.
-    place = bent if cell_type == "tetra10" else lambda p: p * [0.4, 0.3, 0.2]
-    model = assemble(lattice((3, 2, 2), place, cell_type), STEEL)
-    x, y, z = model.part.points.T
-    k, nu = 0.01, 0.3
-    u = k * np.column_stack([x * y, -0.5 * (x**2 + nu * (y**2 - z**2)), -nu * y * z])
-    exact = np.zeros((len(x), 6))
-    exact[:, 0] = 210e9 * k * y
-    np.testing.assert_allclose(stress(model, u), exact, atol=1e-11 * np.abs(exact).max())
+    np.testing.assert_allclose(excess_stiffness(model, u), form, rtol=1e-12)
+    each = excess_by_element(model, u[:, :, 0])
+    assert (len(each), each.min() > 0) == (len(part.cells), True)
+    assert each.sum() == pytest.approx(form[0, 0], rel=1e-12)
 
 
 @pytest.mark.parametrize("cell_type", CELLS)
@@ -125,7 +109,37 @@ def test_principal_amplitude_against_fine_sampling():
     assert principal_amplitude(np.zeros((1, 6), complex)).tolist() == [0.0]
 
 
-def test_a_field_of_another_part_is_refused(lattice):
-    part = lattice((1, 1, 1))
-    with pytest.raises(InputError, match=r"displacement of shape \(5, 3\): needed is \(27, 3\)"):
-        strain(part, np.zeros((5, 3)))
+@pytest.mark.parametrize("cell_type", CELLS)
+def test_what_elements_hold_exactly_has_no_error(lattice, cell_type):
+    """Constant strain in curved elements, and rigid motion."""
+    model = assemble(lattice((2, 3, 2), bent, cell_type, curved=True), STEEL)
+    G = np.array([[0.3, -0.2, 0.5], [0.7, -0.4, 0.1], [0.9, -0.8, 0.6]])
+    p = model.part.points
+    u = np.stack([p @ G.T, p @ (G - G.T), np.ones_like(p)], axis=2)
+    form = excess_stiffness(model, u)
+    assert form.shape == (3, 3)
+    assert np.abs(form).max() < 1e-18 * strain_energy(model, u)[0]
+
+
+def test_a_form_in_the_fields(lattice):
+    """Of combined fields it is what it is of their parts; complex ones and blocks included."""
+    model = assemble(lattice((3, 2, 2), bent, "tetra10", curved=True), STEEL)
+    random = np.random.default_rng(3)
+    waves = np.sin(random.standard_normal((3, 3, 4)).T @ model.part.points.T)  # (4, 3, nodes)
+    u = waves.transpose(2, 1, 0)
+    form = excess_stiffness(model, u)
+    assert np.array_equal(form, form.T)
+    assert np.linalg.eigvalsh(form).min() > 0
+    mixed = random.standard_normal((4, 2)) + 1j * random.standard_normal((4, 2))
+    found = excess_stiffness(model, u @ mixed)
+    np.testing.assert_allclose(
+        found, mixed.conj().T @ form @ mixed, rtol=0, atol=1e-12 * form.max()
+    )
+    assert np.isclose(excess_stiffness(model, u[:, :, 0]), form[0, 0], rtol=1e-10)
+
+
+def test_field_of_another_part_is_refused(lattice):
+    model = assemble(lattice((1, 1, 1)), STEEL)
+    for call, of in ((strain, model.part), (excess_stiffness, model)):
+        with pytest.raises(InputError, match=r"displacement of shape \(5, 3\): needed is"):
+            call(of, np.zeros((5, 3)))

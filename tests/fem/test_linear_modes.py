@@ -1,18 +1,97 @@
-"""Cyclic symmetry against the assembled ring."""
+"""Eigenpairs against closed forms and dense solutions; cyclic symmetry against the ring."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 import scipy.linalg
-from scipy.spatial import KDTree
+import scipy.sparse as sp
 
+from tests.fem.conftest import STEEL
+from tests.verification.conftest import whole_ring
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
-from vanelock.fem import Material, Modes, assemble, cyclic_transform, modes
+from vanelock.fem import Material, Modes, assemble, cyclic_transform, eigenpairs, factorise, modes
 from vanelock.mesh import FileMesh
 
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+
+def chain(n, phase=None):
+    """Stiffness and mass of n unit masses on unit springs: between walls, or a ring if `phase`.
+
+    The ring's unit cell is all of it; its ends meet with e^{-i phase}.
+    """
+    off = -np.ones(n - 1)
+    K = sp.diags_array([off, np.full(n, 2.0), off], offsets=[-1, 0, 1]).tolil()
+    if phase is not None:
+        K = K.astype(complex)
+        K[n - 1, 0] = -np.exp(1j * phase)
+        K[0, n - 1] = -np.exp(-1j * phase)
+    return K.tocsc(), sp.eye_array(n, format="csc")
+
+
+@pytest.mark.parametrize("n", [30, 1000])  # dense and Lanczos
+def test_chain_of_masses(n):
+    values, vectors = eigenpairs(*chain(n), 6)
+    k = np.arange(1, 7)
+    np.testing.assert_allclose(values, 2 - 2 * np.cos(k * np.pi / (n + 1)), rtol=1e-9)
+    exact = np.sin(np.outer(np.arange(1, n + 1), k) * np.pi / (n + 1)) * np.sqrt(2 / (n + 1))
+    np.testing.assert_allclose(abs(vectors.T @ exact), np.eye(6), atol=1e-9)
+
+
+@pytest.mark.parametrize("n", [30, 1000])
+@pytest.mark.parametrize("phase", [0.7, np.pi, 0.0])
+def test_ring_of_masses_with_a_phase(n, phase):
+    # Waves e^{iθj} with n θ = phase + 2πm; pairs of equal eigenvalues at 0 and π.
+    K, M = chain(n, phase)
+    values, vectors = eigenpairs(K, M, 7, shift=-1e-5)
+    angles = (phase + 2 * np.pi * np.arange(-6, 7)) / n
+    exact = np.sort(2 - 2 * np.cos(angles))[:7]
+    np.testing.assert_allclose(values, exact, rtol=1e-9, atol=1e-13)
+    assert np.iscomplexobj(vectors)
+    np.testing.assert_allclose(vectors.conj().T @ vectors, np.eye(7), atol=1e-12)
+    np.testing.assert_allclose(K @ vectors, vectors * values, atol=1e-10)
+
+
+def test_repeated_eigenvalues_are_all_found(lattice):
+    # The free cube's symmetry makes many frequencies double or triple, beside six rigid motions.
+    model = assemble(lattice((3, 3, 3)), Material(E=1.0, nu=0.3, rho=1.0))
+    assert model.K.shape[0] > 800
+    exact = scipy.linalg.eigh(
+        model.K.toarray(), model.M.toarray(), eigvals_only=True, subset_by_index=[0, 39]
+    )
+    for count in range(7, 41, 3):
+        values, vectors = eigenpairs(model.K, model.M, count, shift=-0.01)
+        np.testing.assert_allclose(values, exact[:count], rtol=1e-9, atol=1e-10)
+    np.testing.assert_allclose(vectors.T @ model.M @ vectors, np.eye(40), atol=1e-11)
+    stiffness = vectors.T @ model.K @ vectors
+    np.testing.assert_allclose(stiffness, np.diag(values), atol=1e-10 * values[-1])
+    assert np.all(vectors.max(axis=0) > -vectors.min(axis=0))  # the largest component is positive
+
+
+def test_result_is_the_same_to_the_last_bit():
+    for phase in (None, 0.7):
+        K, M = chain(500, phase)
+        first, second = eigenpairs(K, M, 5), eigenpairs(K, M, 5)
+        np.testing.assert_array_equal(first[0], second[0])
+        np.testing.assert_array_equal(first[1], second[1])
+
+
+def test_given_factor_is_used():
+    K, M = chain(400)
+    shift = -0.5
+    values, _ = eigenpairs(K, M, 4, shift, factor=factorise(K - shift * M, "superlu"))
+    k = np.arange(1, 5)
+    np.testing.assert_allclose(values, 2 - 2 * np.cos(k * np.pi / 401), rtol=1e-9)
+
+
+def test_impossible_request_is_refused():
+    K, M = chain(30)
+    for count in (0, 31):
+        with pytest.raises(InputError, match=f"count = {count}: a model of 30 dofs"):
+            eigenpairs(K, M, count)
+    assert len(eigenpairs(K, M, 30)[0]) == 30
+    with pytest.raises(InputError, match="not positive definite"):
+        eigenpairs(K, M, 3, shift=1.0)
 
 
 def wedge(lattice, sectors, counts=(1, 2, 1), fixed=None):
@@ -31,49 +110,10 @@ def wedge(lattice, sectors, counts=(1, 2, 1), fixed=None):
     return dataclasses.replace(part, node_sets=sets)
 
 
-def ring(part):
-    """All sectors merged, and the (sectors, nodes) numbers of each sector's nodes in it."""
-    n = part.sectors
-    points = np.concatenate([part.points @ turn(n, j).T for j in range(n)])
-    tree = KDTree(points)
-    mates = tree.query_ball_point(points, 1e-9)
-    lowest = np.array([min(near) for near in mates])
-    first, number = np.unique(lowest, return_inverse=True)
-    number = number.reshape(n, -1)
-    sets = {}
-    if "fixed" in part.node_sets:
-        sets["fixed"] = np.unique(number[:, part.node_sets["fixed"]])
-    cells = np.concatenate([number[j][part.cells] for j in range(n)])
-    whole = dataclasses.replace(part, points=points[first], cells=cells, node_sets=sets, sectors=1)
-    return whole, number
-
-
-def check_spectrum(part):
-    """Frequencies of all nodal diameters together are those of the ring."""
-    full = assemble(ring(part)[0], STEEL)
-    exact = scipy.linalg.eigh(full.K.toarray(), full.M.toarray(), eigvals_only=True)
-    model, found = assemble(part, STEEL), []
-    for k in range(part.sectors):
-        T = cyclic_transform(model, k)
-        assert np.iscomplexobj(T.data) == (2 * k % part.sectors != 0)
-        K, M = (T.conj().T @ A @ T for A in (model.K, model.M))
-        found.append(scipy.linalg.eigh(K.toarray(), M.toarray(), eigvals_only=True))
-    together = np.sort(np.concatenate(found))
-    assert len(together) == len(exact)  # all of them
-    scale = exact[6]  # the first elastic one of the free ring
-    np.testing.assert_allclose(together, exact, rtol=1e-9, atol=1e-9 * scale)
-
-
-@pytest.mark.parametrize("fixed", [None, "x0"])
-@pytest.mark.parametrize("sectors", [2, 5, 6])
-def test_every_nodal_diameter_together_gives_the_frequencies_of_the_ring(lattice, sectors, fixed):
-    check_spectrum(wedge(lattice, sectors, (1, 6 if sectors == 2 else 2, 1), fixed))
-
-
 @pytest.mark.parametrize("nodal_diameter", [0, 1, 2, 3, 4, 5, -1])
 def test_wave_spread_over_the_ring_is_a_mode_of_it(lattice, nodal_diameter):
     part = wedge(lattice, 6, counts=(2, 2, 2), fixed="x0")
-    whole, number = ring(part)
+    whole, number = whole_ring(part)
     full = assemble(whole, STEEL)
     found = modes(assemble(part, STEEL), 4, nodal_diameter)
     assert found.nodal_diameter == nodal_diameter
@@ -101,21 +141,6 @@ def test_opposite_waves_are_conjugate(lattice):
     assert abs(cyclic_transform(model, -2) - cyclic_transform(model, 3)).max() == 0
 
 
-def test_columns_are_the_dofs_that_do_not_belong_to_the_right_face(lattice):
-    part = wedge(lattice, 5)
-    model = assemble(part, STEEL)
-    T = cyclic_transform(model, 1).toarray()
-    right = np.unique(model.rows("right"))
-    others = np.setdiff1d(np.arange(len(T)), right)
-    np.testing.assert_array_equal(T[others], np.eye(len(others)))
-    u_left = np.array([0.3, -0.2j, 1.1])
-    y = np.zeros(len(others), complex)
-    node = 3
-    y[np.searchsorted(others, model.rows("left")[node])] = u_left
-    expected = turn(5) @ u_left * np.exp(-2j * np.pi / 5)
-    np.testing.assert_allclose((T @ y)[model.rows("right")[node]], expected, atol=1e-15)
-
-
 def test_clamped_nodes_on_the_faces(lattice):
     part = wedge(lattice, 6, counts=(2, 2, 2))
     left, right = part.node_sets["left"], part.node_sets["right"]
@@ -128,23 +153,6 @@ def test_clamped_nodes_on_the_faces(lattice):
         assert abs(found[-1].shapes[both]).max() == 0
     free = modes(assemble(part, STEEL), 3, 2).frequency
     assert free[0] < 0.9 * found[0].frequency[0]
-
-
-@pytest.mark.parametrize("sectors", [2, 4])
-def test_nodes_on_the_axis(lattice, sectors):
-    # Quarters (or halves) of a square block meet on its axis.
-    width = 1 if sectors == 4 else 2
-    part = lattice((2, 2 * width, 1), lambda p: (p - [0, (width - 1) / 2, 0]) * [1, width, 0.4])
-    p = part.points
-    if sectors == 4:
-        left = part.node_sets["y0"]  # (x, 0, z) is turned onto (0, x, z)
-    else:
-        left = np.flatnonzero((p[:, 0] == 0) & (p[:, 1] <= 0))
-    image = p[left] @ turn(sectors).T
-    right = KDTree(p).query(image)[1]
-    part = dataclasses.replace(part, node_sets={"left": left, "right": right}, sectors=sectors)
-    assert np.count_nonzero(left == right) == 3
-    check_spectrum(part)
 
 
 def test_modes_survive_their_file(lattice, tmp_path):

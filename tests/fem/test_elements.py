@@ -1,6 +1,8 @@
-"""Stiffness and mass against scikit-fem's own assembly, mechanics and closed forms."""
+"""Stiffness, mass and reference elements against scikit-fem, polynomials and mechanics."""
 
 import dataclasses
+import itertools
+from math import factorial
 
 import numpy as np
 import pytest
@@ -10,24 +12,11 @@ from skfem.helpers import dot
 from skfem.io.meshio import INV_HEX_MAPPING
 from skfem.models.elasticity import linear_elasticity
 
+from tests.fem.conftest import STEEL, bent
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble
 from vanelock.fem import elements as module
-from vanelock.fem.elements import _tetrahedron_rule
-
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-
-
-def distorted(p):
-    """A block of 0.4 x 0.3 x 0.2 m, bent and sheared so that no two elements are alike."""
-    x, y, z = p.T
-    return np.column_stack(
-        [
-            0.4 * x + 0.05 * np.sin(2 * y) * z,
-            0.3 * y + 0.04 * x * x - 0.03 * z * x,
-            0.2 * z + 0.05 * np.cos(3 * x) * y,
-        ]
-    )
+from vanelock.fem.elements import _tetrahedron_rule, reference_element
 
 
 def skfem_basis(part):
@@ -59,7 +48,7 @@ def skfem_basis(part):
 @pytest.mark.parametrize("curved", [False, True])
 @pytest.mark.parametrize("cell_type", ["tetra", "tetra10", "hexahedron", "hexahedron27"])
 def test_entries_equal_those_of_scikit_fem(lattice, cell_type, curved):
-    part = lattice((3, 2, 2), distorted, cell_type, curved)
+    part = lattice((3, 2, 2), bent, cell_type, curved)
     model = assemble(part, STEEL)
     basis, numbers = skfem_basis(part)
     mass = skfem.BilinearForm(lambda u, v, w: STEEL.rho * dot(u, v))
@@ -72,7 +61,7 @@ def test_entries_equal_those_of_scikit_fem(lattice, cell_type, curved):
 
 
 def test_clamped_nodes_lose_their_rows(lattice):
-    part = lattice((3, 2, 2), distorted)
+    part = lattice((3, 2, 2), bent)
     free = assemble(part, STEEL)
     sets = part.node_sets | {"fixed": part.node_sets["x0"]}
     clamped = assemble(dataclasses.replace(part, node_sets=sets), STEEL)
@@ -93,7 +82,7 @@ def test_clamped_nodes_lose_their_rows(lattice):
 
 
 def test_result_does_not_depend_on_the_blocks(lattice, monkeypatch):
-    part = lattice((3, 3, 3), distorted)
+    part = lattice((3, 3, 3), bent)
     whole = assemble(part, STEEL)
     monkeypatch.setattr(module, "_BLOCK", 7)
     parts = assemble(part, STEEL)
@@ -127,3 +116,21 @@ def test_unusable_part_is_refused(lattice):
         assemble(dataclasses.replace(part, cells=cells), STEEL)
     with pytest.raises(InputError, match=r"no node set 'hub'; it has x0, x1, y0"):
         assemble(part, STEEL).rows("hub")
+
+
+def test_unknown_cell_type_is_refused():
+    with pytest.raises(InputError, match=r"cell_type = 'wedge': the solid elements are tetra"):
+        reference_element("wedge")
+
+
+def test_moments_of_the_tetrahedron_s_rule_are_exact_to_degree_five_and_no_further():
+    """Of x^a y^b z^c, a! b! c! / (a + b + c + 3)!."""
+    points, weights = _tetrahedron_rule()
+    assert len(weights) == 14
+    assert weights.min() > 0
+    assert np.column_stack([1 - points.sum(axis=1), points]).min() > 0
+    for powers in itertools.product(range(6), repeat=3):
+        exact = np.prod([factorial(n) for n in powers]) / factorial(sum(powers) + 3)
+        if sum(powers) <= 5:
+            assert weights @ np.prod(points**powers, axis=1) == pytest.approx(exact, abs=1e-16)
+    assert abs(weights @ points[:, 0] ** 6 - factorial(6) / factorial(9)) > 1e-6

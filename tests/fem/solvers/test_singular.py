@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from tests.fem.conftest import STEEL
 from vanelock.fem import (
-    Material,
     SingularError,
     assemble,
     backends,
@@ -17,7 +17,6 @@ from vanelock.fem import (
     free_motion,
 )
 
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 every_backend = pytest.mark.parametrize("backend", backends())
 
 

@@ -1,56 +1,19 @@
-"""Loads at rest: resultants against integrals over edges and volumes, and what is refused."""
+"""Loads at rest: resultants against integrals over volumes and faces, and what is refused."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.fem.conftest import CELLS, STEEL, bent
 from vanelock.common.errors import InputError
-from vanelock.fem import Material, assemble, centrifugal, pressure, stress, thermal
-
-CELLS = ["tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27"]
-STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
-
-
-def bent(p):
-    return p * [0.4, 0.3, 0.2] + 0.03 * np.sin(3 * p[:, [1, 2, 0]])
+from vanelock.fem import assemble, centrifugal, pressure, stress, thermal, traction
+from vanelock.fem.loads import centroid, faces_of
 
 
 def block(lattice, cell_type, counts=(2, 3, 2)):
     part = lattice(counts, bent, cell_type, curved=True)
     return replace(part, node_sets={**part.node_sets, "all": np.arange(len(part.points))})
-
-
-# The edges round a side of the lattice, in the order that makes its normal outward.
-SIDES = {
-    "x1": ("z0", "y1", "z1", "y0"), "y1": ("x0", "z1", "x1", "z0"), "z0": ("x0", "y1", "x1", "y0"),
-}  # fmt: skip
-
-
-def vector_area(part, side):
-    """½ ∮ x × dx round a side, by Simpson's rule on each straight or parabolic edge: exact."""
-    edges = [np.intersect1d(part.node_sets[side], part.node_sets[name]) for name in SIDES[side]]
-    total = np.zeros(3)
-    for edge, following in zip(edges, [*edges[1:], edges[0]], strict=True):
-        (end,) = np.intersect1d(edge, following)
-        order = np.argsort(-np.linalg.norm(part.points[edge] - part.points[end], axis=1))
-        x = part.points[edge[order]]
-        if part.cell_type in ("tetra", "hexahedron"):
-            total += 0.5 * np.cross(x[:-1], x[1:]).sum(axis=0)
-            continue
-        for a, m, b in zip(x[:-2:2], x[1:-1:2], x[2::2], strict=True):
-            slopes = (4 * m - 3 * a - b, b - a, a + 3 * b - 4 * m)
-            total += np.cross([a, m, b], slopes).T @ [1, 4, 1] / 12
-    return total
-
-
-@pytest.mark.parametrize("cell_type", CELLS)
-def test_pressure_on_a_curved_side_has_the_resultant_of_its_edge(lattice, cell_type):
-    model = assemble(block(lattice, cell_type), STEEL, fixed=None)
-    for side in SIDES:
-        found = pressure(model, side, 3e5).reshape(-1, 3).sum(axis=0)
-        expected = -3e5 * vector_area(model.part, side)
-        np.testing.assert_allclose(found, expected, atol=1e-12 * float(np.linalg.norm(expected)))
 
 
 @pytest.mark.parametrize("cell_type", CELLS)
@@ -84,18 +47,6 @@ def test_a_free_body_grows_without_stress(lattice, cell_type):
     np.testing.assert_allclose(held[:, :3], -(3 * lame + 2 * shear) * 2e-3, rtol=1e-12)
 
 
-@pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
-def test_a_temperature_gradient_bends_a_free_body_without_stress(lattice, cell_type):
-    # ε = c·x I is compatible: u_i = (c·x) x_i - c_i |x|²/2, held by straight-sided elements.
-    part = lattice((2, 2, 2), lambda p: p * [0.4, 0.3, 0.2], cell_type)
-    model = assemble(part, STEEL, fixed=None)
-    x, c = part.points, np.array([3e-3, -2e-3, 1e-3])
-    u = (x @ c)[:, None] * x - 0.5 * c * np.sum(x**2, axis=1, keepdims=True)
-    f = thermal(model, x @ c)
-    np.testing.assert_allclose(model.K @ u.ravel(), f, atol=1e-12 * np.abs(f).max())
-    assert np.abs(stress(model, u, x @ c)).max() < 1e-11 * STEEL.E * 1e-3
-
-
 def test_what_acts_on_clamped_nodes_is_left_out(lattice):
     part = block(lattice, "tetra10")
     free = assemble(part, STEEL, fixed=None)
@@ -125,3 +76,43 @@ def test_what_does_not_belong_to_a_part_is_refused(lattice):
     edge = replace(model.part, node_sets={"edge": np.arange(2)})
     with pytest.raises(InputError, match="no face of the surface has all its nodes in 'edge'"):
         pressure(replace(model, part=edge), "edge", 1.0)
+
+
+FORCE, MOMENT = np.array([3.0, -20.0, 7.0]), np.array([0.1, 0.4, -0.2])
+
+
+@pytest.mark.parametrize("cell_type", ["tetra", "tetra10", "hexahedron", "hexahedron27"])
+def test_force_and_moment_are_those_given(lattice, cell_type):
+    model = assemble(lattice((2, 3, 2), bent, cell_type, curved=True), STEEL, fixed=None)
+    faces = faces_of(model.part, "x1")
+    middle = centroid(model, faces)
+    f = traction(model, faces, FORCE, MOMENT).reshape(-1, 3)
+    arm = model.part.points - middle
+    np.testing.assert_allclose(f.sum(axis=0), FORCE, rtol=1e-12)
+    np.testing.assert_allclose(np.cross(arm, f).sum(axis=0), MOMENT, rtol=1e-11)
+    away = np.setdiff1d(np.arange(len(f)), faces)
+    assert not f[away].any()
+
+
+def test_across_a_flat_face_a_force_is_an_even_pressure_and_a_moment_a_linear_one(lattice):
+    part = lattice((2, 3, 2), lambda p: p * [0.4, 0.3, 0.2], "tetra10")
+    model = assemble(part, STEEL, fixed=None)
+    faces, x = faces_of(model.part, "x1"), model.part.points
+    area, inertia = 0.3 * 0.2, 0.2 * 0.3**3 / 12
+    even = traction(model, faces, [-5.0, 0.0, 0.0])
+    np.testing.assert_allclose(even, pressure(model, "x1", 5.0 / area), atol=1e-13)
+    bending = traction(model, faces, [0.0, 0.0, 0.0], [0.0, 0.0, 2.0])
+    linear = pressure(model, "x1", 2.0 / inertia * (x[:, 1] - 0.15))
+    np.testing.assert_allclose(bending, linear, atol=1e-12)
+
+
+def test_wrong_resultants_and_no_faces_are_refused(lattice):
+    model = assemble(lattice((1, 1, 1), bent, "tetra"), STEEL, fixed=None)
+    side, none = faces_of(model.part, "x1"), np.empty((0, 3), int)
+    for faces, force, message in (
+        (side, [np.inf, 0, 0], "three finite numbers each"),
+        (side, [1.0, 0.0], "three finite numbers each"),
+        (none, FORCE, "traction: no faces are given"),
+    ):
+        with pytest.raises(InputError, match=message):
+            traction(model, faces, force, [0, 0, 0])
