@@ -64,7 +64,7 @@ class LimitModes:
             y = force / (diagonal + 1j * s * self.damping[:, None])
             return self._back(y), np.zeros(len(s))
         if len(diagonal) <= _FEW:
-            y = np.zeros_like(force)
+            y = np.zeros(force.shape, complex)
             for i in range(len(s)):
                 with suppress(la.LinAlgError):  # else the balance stays open by all of the force
                     y[:, i] = np.linalg.solve(self._whole(s[i], diagonal[:, i]), force[:, i])
