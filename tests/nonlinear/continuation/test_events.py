@@ -2,7 +2,6 @@
 
 import math
 from itertools import islice
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,9 +16,7 @@ from vanelock.nonlinear.newton.newton import solve
 
 
 @pytest.mark.parametrize(("jump", "kink"), [(0.0, False), (0.0, True), (1.0, True)])
-def test_a_quantity_that_jumps_is_located_unless_the_path_jumps(
-    monkeypatch: pytest.MonkeyPatch, jump: float, kink: bool
-) -> None:
+def test_a_quantity_that_jumps_is_located_unless_the_path_jumps(monkeypatch, jump, kink):
     system = jenkins(force=3.0)
     family = Frequencies(structure(system, 1), contact_law(system.contacts, 1))
     begun = solve(family, np.zeros((1, 3, 3)), 0.9)
@@ -27,13 +24,13 @@ def test_a_quantity_that_jumps_is_located_unless_the_path_jumps(
     first, last = before.solution.parameter, after.solution.parameter
     middle = 0.3 * first + 0.7 * last
 
-    def moved(*given: Any, **options: Any) -> Any:
+    def moved(*given, **options):
         found = solve(*given, **options)
         aside = jump * np.ptp([before.solution.w, after.solution.w], axis=0)
         vars(found)["w"] = found.w + (aside if found.parameter > middle else 0.0)
         return found
 
-    def quantity(solution: Any, tangent: Any = None) -> float:
+    def quantity(solution, tangent=None):
         left = middle - solution.parameter
         return math.copysign(1.0, left) if kink else float(left)
 

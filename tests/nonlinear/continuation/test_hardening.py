@@ -1,11 +1,9 @@
 """Contacts soft at first, and what they become."""
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
-from vanelock.nonlinear import System
+from tests.nonlinear.systems import first_frequency, random_system
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
@@ -14,21 +12,18 @@ from vanelock.nonlinear.continuation.globalisation import _Hardening
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.system import Contacts
 
-Make = Callable[..., System]
-Lowest = Callable[[System], float]
 
-
-def family_of(system: System, hertz: float, harmonics: int = 2) -> _Hardening:
+def family_of(system, hertz, harmonics=2):
     balance = structure(system, harmonics).balance(2 * np.pi * hertz)
     return _Hardening(balance, contact_law(system.contacts, harmonics), 1e-2)
 
 
 @pytest.fixture(name="system")
-def system_fixture(random_system: Make) -> System:
+def system_fixture():
     return random_system(2, preload=0.1)
 
 
-def test_rate_is_that_of_finite_differences(system: System, first_frequency: Lowest) -> None:
+def test_rate_is_that_of_finite_differences(system):
     family = family_of(system, first_frequency(system))
     w = 0.3 * np.random.default_rng(1).normal(size=family.balance.linear.shape)
     u, rows, step = family.balance.displacement(w), np.arange(w.size), 1e-6
@@ -39,9 +34,7 @@ def test_rate_is_that_of_finite_differences(system: System, first_frequency: Low
         np.testing.assert_allclose(rate, (ahead - behind) / (2 * step), atol=1e-8 * scale)
 
 
-def test_soft_contacts_are_those_of_a_system_with_soft_springs(
-    system: System, first_frequency: Lowest
-) -> None:
+def test_soft_contacts_are_those_of_a_system_with_soft_springs(system):
     # The same force on the structure: s K_c (u - W) = K_c (u - W_s).
     family = family_of(system, first_frequency(system))
     u = 0.3 * np.random.default_rng(1).normal(size=family.balance.linear.shape)
@@ -54,9 +47,7 @@ def test_soft_contacts_are_those_of_a_system_with_soft_springs(
     np.testing.assert_array_equal(family.law(1.0)(u).w, contact_law(given, 2)(u).w)
 
 
-def test_path_of_hardening_contacts_ends_at_the_solution(
-    system: System, first_frequency: Lowest
-) -> None:
+def test_path_of_hardening_contacts_ends_at_the_solution(system):
     family = family_of(system, 1.2 * first_frequency(system))
     start = np.zeros_like(family.balance.linear)
     begun = solve(family, start, 0.0, limit=40)

@@ -1,38 +1,32 @@
 """Contacts held by force, and what becomes of them when the force is taken away."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from vanelock.nonlinear import System
+from tests.nonlinear.systems import first_frequency, random_system
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.continuation.globalisation import _Release, _released
+from vanelock.nonlinear.continuation.globalisation import _released
 from vanelock.nonlinear.newton.newton import solve
 
-Floats = NDArray[np.float64]
 
-
-def family_of(system: System, hertz: float, harmonics: int = 2) -> _Release:
+def family_of(system, hertz, harmonics=2):
     """The release of a system at a frequency."""
     balance = structure(system, harmonics).balance(2 * np.pi * hertz)
     return _released(balance, contact_law(system.contacts, harmonics))
 
 
 @pytest.fixture(name="family")
-def family_fixture(
-    random_system: Callable[..., System], first_frequency: Callable[[System], float]
-) -> _Release:
+def family_fixture():
     system = random_system(2, preload=0.1)
     return family_of(system, first_frequency(system))
 
 
-def test_all_stick_where_held_and_are_themselves_in_the_end(family: _Release) -> None:
+def test_all_stick_where_held_and_are_themselves_in_the_end(family):
     u = family.balance.linear
     assert np.abs(family.friction(u).w).max() > 0.1 * np.abs(u).max()
     np.testing.assert_array_equal(family.law(1.0)(u).w, 0)
@@ -43,7 +37,7 @@ def test_all_stick_where_held_and_are_themselves_in_the_end(family: _Release) ->
         np.testing.assert_allclose(found, own, atol=1e-12 * np.abs(own).max())
 
 
-def test_rate_is_that_of_finite_differences(family: _Release) -> None:
+def test_rate_is_that_of_finite_differences(family):
     u, step = family.balance.linear, 1e-6
     rates = []
     for p in (0.02, 0.3):
@@ -58,9 +52,7 @@ def test_rate_is_that_of_finite_differences(family: _Release) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_release_leads_to_the_solution_that_newton_finds_at_once(
-    seed: int, random_system: Callable[..., System], first_frequency: Callable[[System], float]
-) -> None:
+def test_release_leads_to_the_solution_that_newton_finds_at_once(seed):
     system = random_system(seed, preload=0.3, contacts=5)
     rng = np.random.default_rng(seed)
     contacts = replace(

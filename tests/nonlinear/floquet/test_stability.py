@@ -1,12 +1,12 @@
 """What `stability` refuses, reports and keeps."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.nonlinear.following.test_hysteresis import HIGH, LOW, gap_oscillator
+from tests.nonlinear.following.test_hysteresis import HIGH, LOW
+from tests.nonlinear.systems import gap_oscillator
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     STABLE,
@@ -104,7 +104,7 @@ def test_damping_that_couples_modes_is_refused():
         stability(system, response)
 
 
-def test_what_is_reported_is_kept(wave, tmp_path: Path):
+def test_what_is_reported_is_kept(wave, tmp_path):
     found = stability(impact(), wave, modes={0: stuck_modes(impact(), 0)})
     # The multiplier of the closed form is -1.3503: a period twice as long.
     assert found.verdict.tolist() == [UNSTABLE]

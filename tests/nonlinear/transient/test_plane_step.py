@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.nonlinear.systems import random_system
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import SLIP, SLIP_OPEN, STUCK, Options, frequency_response, time_response
 from vanelock.nonlinear.contact.disc_slider import RATES, pursue
@@ -12,7 +13,7 @@ from vanelock.nonlinear.transient.full_ring import _slider_in_plane
 from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 
-def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
+def test_place_at_the_end_of_a_step_solves_its_equations():
     rng, rates, kinds = np.random.default_rng(5), np.empty((2, RATES)), set()
     for _ in range(150):
         before, known, held = rng.normal(size=(3, 2))
@@ -35,7 +36,7 @@ def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
     assert len(kinds) == 3
 
 
-def block(swing: complex, mu: float, v0: float, shake: float) -> System:
+def block(swing, mu, v0, shake):
     """A mass on unequal springs slides on the ground in a plane; another one shakes the load."""
     return System(
         sectors=1,
@@ -64,9 +65,7 @@ HERTZ = 1.05 / (2 * np.pi)
         (0.5j, 0.8, 2.0, SLIP_OPEN),
     ],
 )
-def test_steady_states_are_those_of_the_balance(
-    swing: complex, v0: float, shake: float, state: int
-) -> None:
+def test_steady_states_are_those_of_the_balance(swing, v0, shake, state):
     system, counts = block(swing, 0.6, v0, shake), np.array([128, 256, 512, 1024])
     balance = frequency_response(system, [HERTZ], Options(41, friction="isotropic"))
     each = frequency_response(system, [HERTZ], Options(41))
@@ -89,7 +88,7 @@ def test_steady_states_are_those_of_the_balance(
     assert begun.departure.max() < 5e-5
 
 
-def test_what_sticks_is_in_its_steady_state_at_once() -> None:
+def test_what_sticks_is_in_its_steady_state_at_once():
     system = block(0.7j, 3.0, 2.0, 0.3)
     balance = frequency_response(system, [HERTZ], Options(3, friction="isotropic"))
     assert balance.state[0, 0] == STUCK
@@ -98,7 +97,7 @@ def test_what_sticks_is_in_its_steady_state_at_once() -> None:
     np.testing.assert_allclose(found.contact[:, 0], balance.contact[0], atol=1e-12 * scale)
 
 
-def test_sectors_of_a_ring_repeat_the_wave(random_system) -> None:
+def test_sectors_of_a_ring_repeat_the_wave():
     system = random_system(4, size=8, contacts=2, preload=2.0, sectors=5, damping_ratio=0.03)
     contacts = system.contacts
     system = replace(system, contacts=replace(contacts, kt=contacts.kt[:, [0, 0]]))
@@ -116,7 +115,7 @@ def test_sectors_of_a_ring_repeat_the_wave(random_system) -> None:
     assert errors[1] < 0.2 * errors[0]
 
 
-def test_a_start_has_the_law_that_is_followed() -> None:
+def test_a_start_has_the_law_that_is_followed():
     system = block(0.7j, 0.6, 2.0, 0.0)
     response = frequency_response(system, [HERTZ], Options(1))
     with pytest.raises(InputError, match="with orthogonal friction.*needs one with isotropic"):

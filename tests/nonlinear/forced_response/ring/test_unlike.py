@@ -1,7 +1,6 @@
 """By how much sectors differ: what is drawn, scaled, turned and refused."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,14 +8,14 @@ import scipy.linalg as la
 
 from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Element, SectorModes, System, Unlike
+from vanelock.nonlinear import Element, SectorModes, Unlike
 from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts
 from vanelock.rom.system.system import Contacts
 
 ALL = ("interference", "mu", "kn", "kt", "slider")
 
 
-def two_joints(sectors: int = 400) -> System:
+def two_joints(sectors=400):
     """Many sectors, whose two contacts are of two joints."""
     system = spring_ring(0)
     contacts = Contacts(
@@ -29,12 +28,12 @@ def two_joints(sectors: int = 400) -> System:
     return replace(system, sectors=sectors, contacts=contacts)
 
 
-def two_modes() -> SectorModes:
+def two_modes():
     """Two modes of three coordinates."""
     return SectorModes(dict.fromkeys(range(3), np.eye(2, 3, dtype=complex)), np.array([1.0, 2.0]))
 
 
-def test_deviations_are_normal_of_the_size_asked_for() -> None:
+def test_deviations_are_normal_of_the_size_asked_for():
     system = two_joints()
     found = Unlike.scatter(system, {"hook": dict.fromkeys(ALL, 0.1)}, seed=3)
     shares = {
@@ -55,7 +54,7 @@ def test_deviations_are_normal_of_the_size_asked_for() -> None:
         assert not getattr(found, name)[:, 1].any()
 
 
-def test_contacts_of_a_ring_are_those_of_its_sectors_in_turn() -> None:
+def test_contacts_of_a_ring_are_those_of_its_sectors_in_turn():
     system = two_joints(4)
     unlike = Unlike.scatter(system, {"hook": dict.fromkeys(ALL, 0.1)}, seed=5).of(system)
     ring, alike = ring_contacts(system.contacts, unlike).contacts, system.contacts
@@ -69,7 +68,7 @@ def test_contacts_of_a_ring_are_those_of_its_sectors_in_turn() -> None:
     assert len({*ring.slider.ravel()}) == 9  # eight drawn, and those of the interlock
 
 
-def test_same_seed_draws_the_same_ring() -> None:
+def test_same_seed_draws_the_same_ring():
     system = two_joints(12)
     asked = {"hook": {"mu": 0.1, "kn": 0.1}, "interlock": {"interference": 0.2}}
     turned = {"interlock": {"interference": 0.2}, "hook": {"kn": 0.1, "mu": 0.1}}
@@ -80,19 +79,19 @@ def test_same_seed_draws_the_same_ring() -> None:
     assert not np.array_equal(one.mu, other.mu)
 
 
-def test_sliders_of_gaps_are_not_drawn() -> None:
+def test_sliders_of_gaps_are_not_drawn():
     found = Unlike.scatter(two_joints(12), {"interlock": {"slider": 0.3}})
     assert not found.slider.any()
 
 
-def test_modes_are_drawn_each_by_itself() -> None:
+def test_modes_are_drawn_each_by_itself():
     found = Unlike.scatter(two_joints(), {"modes": {"frequency": 0.02}}, 1, two_modes())
     assert found.frequency.shape == (400, 2)
     assert np.abs(found.frequency.std(axis=0) / 0.02 - 1).max() < 4 / np.sqrt(800)
     assert abs(np.corrcoef(found.frequency.T)[0, 1]) < 4 / 20
 
 
-def test_one_mode_of_a_part_is_shifted_and_no_other() -> None:
+def test_one_mode_of_a_part_is_shifted_and_no_other():
     rng = np.random.default_rng(0)
     half = rng.normal(size=(6, 4))
     K, M = half @ half.T, np.diag(rng.uniform(0.5, 2, 6))  # two motions are held by nothing
@@ -111,7 +110,7 @@ def test_one_mode_of_a_part_is_shifted_and_no_other() -> None:
         SectorModes.of_part(two_joints(8), K, M, np.eye(5, 6), 1)
 
 
-def test_parts_and_turns() -> None:
+def test_parts_and_turns():
     system = two_joints(12)
     modes = two_modes()
     asked = {"hook": dict.fromkeys(ALL, 0.1), "modes": {"frequency": 0.1}}
@@ -122,7 +121,7 @@ def test_parts_and_turns() -> None:
         np.testing.assert_array_equal(getattr(whole.turned(5), name)[5], value[0])
 
 
-def test_a_file_keeps_it(tmp_path: Path) -> None:
+def test_a_file_keeps_it(tmp_path):
     system = two_joints(12)
     whole = Unlike.scatter(
         system, {"hook": {"mu": 0.1}, "modes": {"frequency": 0.1}}, 2, two_modes()
@@ -144,7 +143,7 @@ def test_a_file_keeps_it(tmp_path: Path) -> None:
         ({"hook": {"mu": float("nan")}}, "unlike: hook.mu: given nan: must be >= 0"),
     ],
 )
-def test_impossible_scatter_is_refused(asked: dict[str, dict[str, float]], message: str) -> None:
+def test_impossible_scatter_is_refused(asked, message):
     with pytest.raises(InputError) as refused:
         Unlike.scatter(two_joints(12), asked)
     assert str(refused.value) == message
@@ -168,13 +167,13 @@ def test_impossible_scatter_is_refused(asked: dict[str, dict[str, float]], messa
         ),
     ],
 )
-def test_what_does_not_fit_is_refused(unlike: Unlike, message: str) -> None:
+def test_what_does_not_fit_is_refused(unlike, message):
     with pytest.raises(InputError) as refused:
         unlike.of(two_joints(12))
     assert str(refused.value) == message
 
 
-def test_elements_have_no_friction_to_deviate() -> None:
+def test_elements_have_no_friction_to_deviate():
     system = two_joints(12)
     element = Element(force="cubic_spring", places=[0], parameters=[1.0])
     contacts = replace(system.contacts, elements={1: element})
