@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as la
 
-from vanelock.nonlinear import Contact
-from vanelock.rom.system.system import Contacts, Diameter, Force, System
+from vanelock.nonlinear import Contact, Contacts, Diameter, Force, System
 
 
 def march(contacts, q, count):

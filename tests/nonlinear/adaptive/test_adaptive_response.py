@@ -10,6 +10,9 @@ from tests.nonlinear.systems import sliding_system
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
     Options,
     Shares,
     System,
@@ -19,7 +22,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.adaptive import sampling
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 
 class Asked:

@@ -22,6 +22,9 @@ from vanelock.nonlinear import (
     SLIP_OPEN,
     STUCK,
     Contact,
+    Contacts,
+    Diameter,
+    Force,
     Options,
     System,
     audit_response,
@@ -35,7 +38,6 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies, Frictions
 from vanelock.nonlinear.newton.linearised import newton_matrix
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 
 def dynamic_stiffness(system, harmonic, omega):

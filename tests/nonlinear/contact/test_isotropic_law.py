@@ -5,11 +5,11 @@ import pytest
 
 from tests.nonlinear.systems import alike_contacts, drawn_contacts, jenkins_element
 from vanelock.common.errors import InputError
+from vanelock.nonlinear import Contacts
 from vanelock.nonlinear.contact.disc_slider import HELD, pursue
 from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.contact.law import SLIP, SLIP_OPEN, STUCK, contact_law
 from vanelock.nonlinear.fourier import TURN, to_complex, to_real
-from vanelock.rom.system.system import Contacts
 
 
 def plane_law(contacts, harmonics):

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.systems import first_frequency, random_system
+from vanelock.nonlinear import Contacts
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.continuation.globalisation import _Hardening
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system.system import Contacts
 
 
 def family_of(system, hertz, harmonics=2):

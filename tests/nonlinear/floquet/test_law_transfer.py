@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from vanelock.nonlinear import Contacts
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.floquet.perturbation import law_transfer
-from vanelock.rom.system.system import Contacts
 
 H, P = 3, 4
 

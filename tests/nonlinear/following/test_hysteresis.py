@@ -13,6 +13,9 @@ from vanelock.nonlinear import (
     OPEN,
     SLIP_OPEN,
     Contact,
+    Contacts,
+    Diameter,
+    Force,
     Options,
     System,
     frequency_response,
@@ -20,7 +23,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 DAMPING, FORCE = GAP_DAMPING, GAP_FORCE
 LOW, HIGH = 0.9, 1.25

@@ -10,7 +10,16 @@ from scipy.optimize import brentq
 
 from tests.nonlinear.systems import first_frequency, jenkins_element, random_system
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import STUCK, Options, System, frequency_response, peak_response
+from vanelock.nonlinear import (
+    STUCK,
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    frequency_response,
+    peak_response,
+)
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
@@ -20,7 +29,6 @@ from vanelock.nonlinear.following.peak_response import _chosen, _traced
 from vanelock.nonlinear.following.peak_tracking import PeakTrack, _expected
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 K, KT, DAMPING = 1.0, 0.6, 0.01
 NEAR = (0.1, 0.3)
@@ -177,7 +185,8 @@ def test_slope_of_the_amplitude_is_exact(harmonics):
     assert found.converged
     assert np.count_nonzero(found.deviation.state != STUCK) > 1
     step = 1e-5 * omega
-    below, here, above = (resonance.read(omega + i * step, found.w) for i in (-1, 0, 1))
+    sides: Any = [resonance.read(omega + i * step, found.w) for i in (-1, 0, 1)]
+    below, here, above = sides
     measured = (above.amplitude - below.amplitude) / (2 * step)
     np.testing.assert_allclose(here.slope, measured, rtol=1e-6)
     response = frequency_response(system, [omega / TURN], Options(harmonics))

@@ -9,6 +9,7 @@ from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     AmplitudeGradient,
+    Force,
     Options,
     frequency_response,
     peak_gradient,
@@ -16,7 +17,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.following.peak import Resonance
 from vanelock.nonlinear.following.peak_gradient import _gradient_of_peak
-from vanelock.rom.system.system import Force
 
 
 def slipping(seed, kind="slip", **changes):

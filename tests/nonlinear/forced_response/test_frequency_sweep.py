@@ -19,6 +19,7 @@ from tests.nonlinear.systems import (
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     SLIP_OPEN,
+    Diameter,
     Options,
     Response,
     Shares,
@@ -30,7 +31,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.nonlinear.fourier import TURN
-from vanelock.rom.system.system import Diameter
 
 
 def test_range_follows_the_curve():

@@ -22,6 +22,9 @@ from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
     STUCK,
+    Contacts,
+    Diameter,
+    Force,
     Options,
     System,
     audit_response,
@@ -36,7 +39,6 @@ from vanelock.nonlinear.forced_response.options import with_static_mean
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.coordinates import check
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 COUPLINGS = ("coupled", "uncoupled", "constant-load")
 

@@ -8,6 +8,9 @@ import pytest
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
+    Contacts,
+    Diameter,
+    Force,
     Options,
     System,
     frequency_response,
@@ -15,7 +18,6 @@ from vanelock.nonlinear import (
     static_response,
     stuck_modes,
 )
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 N, MASSES = 5, 3
 

@@ -7,10 +7,20 @@ import pytest
 
 from tests.nonlinear.systems import random_system
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import SLIP, SLIP_OPEN, STUCK, Options, frequency_response, time_response
+from vanelock.nonlinear import (
+    SLIP,
+    SLIP_OPEN,
+    STUCK,
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    frequency_response,
+    time_response,
+)
 from vanelock.nonlinear.contact.disc_slider import RATES, pursue
 from vanelock.nonlinear.transient.full_ring import _slider_in_plane
-from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 
 def test_place_at_the_end_of_a_step_solves_its_equations():

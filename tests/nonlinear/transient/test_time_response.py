@@ -7,9 +7,16 @@ import pytest
 
 from tests.nonlinear.systems import random_system
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Options, frequency_response, time_response
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    frequency_response,
+    time_response,
+)
 from vanelock.nonlinear.transient.integration import _steps_of
-from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 
 def test_modes_step_exactly_or_settle():

@@ -9,9 +9,17 @@ from numpy.typing import NDArray
 
 from tests.nonlinear.systems import first_frequency, march, random_system
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Options, System, audit_response, frequency_response, static_response
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    audit_response,
+    frequency_response,
+    static_response,
+)
 from vanelock.nonlinear.audit import _coefficients, _damping_matrix, _histories, _march_contacts
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 Array = NDArray[np.complex128]
 

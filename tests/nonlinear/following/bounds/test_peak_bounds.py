@@ -13,7 +13,11 @@ from tests.nonlinear.systems import with_contacts
 from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
     Options,
+    System,
     audit_response,
     frequency_response,
     linear_response,
@@ -26,7 +30,6 @@ from vanelock.nonlinear.following.bounds.rest_states import RestStates
 from vanelock.nonlinear.following.bounds.slider_search import Search, Tally, _PlacedPeak
 from vanelock.nonlinear.following.peak import CurvePoint, Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 NEAR = (0.1, 0.3)
 MU = 0.5

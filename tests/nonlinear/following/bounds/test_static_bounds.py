@@ -6,9 +6,17 @@ from scipy.optimize import minimize
 
 from tests.nonlinear.systems import even, random_system, with_contacts
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Options, audit_response, static_bounds, static_response
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    audit_response,
+    static_bounds,
+    static_response,
+)
 from vanelock.nonlinear.following.bounds.rest_states import rest_states
-from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 K, KN, KT, MU, V0 = 2.0, np.array([0.5, 0.8]), 0.7, 0.4, np.array([1.0, 1.5])
 OBLIQUE = 0.3

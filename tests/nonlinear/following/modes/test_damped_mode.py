@@ -17,8 +17,11 @@ from vanelock.nonlinear import (
     SLIP_OPEN,
     STUCK,
     Contact,
+    Contacts,
     DampedMode,
+    Diameter,
     Element,
+    Force,
     Options,
     System,
     aerodynamic_coefficients,
@@ -26,7 +29,6 @@ from vanelock.nonlinear import (
     damped_mode,
     limit_cycles,
 )
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 RING = spring_ring(0)
 

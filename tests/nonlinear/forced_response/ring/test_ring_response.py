@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from tests.nonlinear.systems import coefficients, march
+from tests.nonlinear.systems import coefficients, even, march, with_contacts
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     MASSES,
@@ -20,7 +20,6 @@ from tests.verification.nonlinear.spring_rings import (
 )
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
-    Contacts,
     Options,
     SectorModes,
     Unlike,
@@ -30,6 +29,7 @@ from vanelock.nonlinear import (
     whitehead,
 )
 from vanelock.nonlinear.forced_response.ring.ring_response import _RingSolver
+from vanelock.rom.system.system import Contacts
 
 
 def damped(seed, kind):
@@ -51,39 +51,28 @@ def own_modes(seed):
 @pytest.mark.parametrize(("seed", "kind"), [(0, "slip"), (4, "lift")])
 def test_sectors_that_deviate_alike_are_another_wave(seed, kind, friction):
     system, frequency = damped(seed, kind)
+    system = even(system) if friction == "isotropic" else system
     contacts, N = system.contacts, system.sectors
-    if friction == "isotropic":
-        contacts = replace(contacts, kt=contacts.kt[:, [0, 0]])
-        system = replace(system, contacts=contacts)
     rng = np.random.default_rng(seed)
     more = {name: rng.uniform(-0.2, 0.2, CONTACTS) for name in ("mu", "kn", "kt", "interference")}
     slider, shift = rng.normal(0, 0.2, (CONTACTS, 2)), np.array([0.04, -0.03])
     modes, g = own_modes(seed)
-    changed = replace(
-        contacts,
+    stiffer = (g.T * (modes.stiffness * ((1 + shift) ** 2 - 1))) @ g
+    diameters = {k: replace(each, K=each.K + stiffer) for k, each in system.diameters.items()}
+    changed = with_contacts(
+        replace(system, diameters=diameters),
         kn=contacts.kn * (1 + more["kn"]),
         kt=contacts.kt * (1 + more["kt"][:, None]),
         mu=contacts.mu * (1 + more["mu"]),
         v0=contacts.v0 + more["interference"],
         slider=slider,
     )
-    stiffer = (g.T * (modes.stiffness * ((1 + shift) ** 2 - 1))) @ g
-    diameters = {k: replace(each, K=each.K + stiffer) for k, each in system.diameters.items()}
     hertz = frequency + np.array([-0.01, 0.0, 0.01])
     options = Options(5, friction=friction, tolerance=1e-11)
-    one = frequency_response(
-        replace(system, contacts=changed, diameters=diameters), hertz, options, find_jumps=False
-    )
-    unlike = Unlike(
-        N,
-        interference=np.tile(more["interference"], (N, 1)),
-        slider=np.tile(slider, (N, 1, 1)),
-        mu=np.tile(more["mu"], (N, 1)),
-        kn=np.tile(more["kn"], (N, 1)),
-        kt=np.tile(more["kt"][:, None], (N, 1, 2)),
-        frequency=np.tile(shift, (N, 1)),
-        modes=modes,
-    )
+    one = frequency_response(changed, hertz, options, find_jumps=False)
+    asked = {name: np.tile(more[name], (N, 1)) for name in ("interference", "mu", "kn")}
+    asked |= {"kt": np.tile(more["kt"][:, None], (N, 1, 2)), "slider": np.tile(slider, (N, 1, 1))}
+    unlike = Unlike(N, **asked, frequency=np.tile(shift, (N, 1)), modes=modes)
     ring = ring_response(system, hertz, unlike, options)
     assert one.converged.all()
     assert ring.converged.all()
@@ -138,12 +127,9 @@ def test_forces_follow_the_law_and_move_the_ring(seed, kind, damped_open):
     assert found.amplification.max() > 1.05
     assert imbalance(seed, system, unlike, found) < 1e-9
     contacts = system.contacts
-    every = Contacts(
-        kn=(contacts.kn * (1 + unlike.kn)).reshape(-1),
-        kt=(contacts.kt * (1 + unlike.kt)).reshape(-1, 2),
-        mu=(contacts.mu * (1 + unlike.mu)).reshape(-1),
-        v0=np.zeros(N * CONTACTS),
-    )
+    kn, kt = contacts.kn * (1 + unlike.kn), contacts.kt * (1 + unlike.kt)
+    mu = (contacts.mu * (1 + unlike.mu)).reshape(-1)
+    every = Contacts(kn.reshape(-1), kt.reshape(-1, 2), mu, np.zeros(N * CONTACTS))
     marched = coefficients(march(every, found.contact[0].reshape(8, -1, 3), 32768), 7)
     expected = found.force[0].reshape(marched.shape)
     vibrates = marched[1:] - expected[1:]  # the mean of what sticks is not seen from motion
