@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.nonlinear.systems import with_contacts
 from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
@@ -30,8 +31,8 @@ def wave(seed, friction="orthogonal", harmonics=9):
     _, force, frequency = worst_of(seed)["lift"]
     system = loaded(spring_ring(seed), force)
     if friction == "isotropic":
-        kt = np.repeat(system.contacts.kt.mean(axis=1)[:, None], 2, axis=1)
-        system = replace(system, contacts=replace(system.contacts, kt=kt))
+        kt = system.contacts.kt.mean(axis=1)
+        system = with_contacts(system, kt=np.column_stack([kt, kt]))
     return system, frequency_response(system, [frequency], Options(harmonics, friction=friction))
 
 

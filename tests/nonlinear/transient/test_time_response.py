@@ -44,16 +44,9 @@ def test_modes_step_exactly_or_settle():
 
 def single(mu, force, v0):
     """A mass on a spring of 1 N/m that slides on the ground, and one that bounces."""
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={
-            0: Diameter(K=np.eye(2), M=np.eye(2), own=np.array([[[0, 1], [1, 0.3], [0, 0]]], float))
-        },
-        contacts=Contacts(np.ones(1), np.full((1, 2), 0.8), np.array([mu]), np.array([v0])),
-        force={1: Force(np.array([force, 0.3 * force], complex))},
-        damping_ratio=0.03,
-    )
+    one = {0: Diameter(K=np.eye(2), M=np.eye(2), own=np.array([[[0, 1], [1, 0.3], [0, 0]]]))}
+    contacts = Contacts([1.0], [[0.8, 0.8]], [mu], [v0])
+    return System(1, 0, one, contacts, {1: Force([force, 0.3 * force])}, damping_ratio=0.03)
 
 
 def test_a_load_that_curves_is_followed_to_third_order():

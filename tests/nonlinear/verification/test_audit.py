@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.nonlinear.systems import first_frequency, march, random_system
+from tests.nonlinear.systems import (
+    alike_contacts,
+    even,
+    first_frequency,
+    jenkins_element,
+    march,
+    random_system,
+    stuck_stiffness,
+    with_contacts,
+    with_rest,
+)
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     Contacts,
@@ -69,16 +79,14 @@ def test_error_of_marching_falls_with_the_square_of_the_samples():
 
 def test_marched_jenkins_loop_has_its_closed_form():
     kn, kt, mu, n0, amplitude = 2e6, 3e6, 0.3, 50.0, 2e-5
-    made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
+    made = alike_contacts(kn, kt, mu)
     q = np.zeros((2, 1, 3), complex)
     q[0, 0, 0], q[1, 0, 1] = n0 / kn, amplitude
     found = _march_contacts(made, q, 2**14)
     limit = mu * n0
-    area = 4 * limit * (amplitude - limit / kt)
-    psi = np.arccos(1 - 2 * limit / (kt * amplitude))
-    in_phase = kt * amplitude / np.pi * (psi - 0.5 * np.sin(2 * psi))
+    stiffness, area = jenkins_element(amplitude, kt, limit)
     np.testing.assert_allclose(found.work, area, rtol=1e-6)
-    np.testing.assert_allclose(found.force[1, 0, 1], in_phase + 1j * area / np.pi / amplitude, 1e-6)
+    np.testing.assert_allclose(found.force[1, 0, 1], stiffness * amplitude, 1e-6)
     np.testing.assert_allclose(found.force[0, 0], [n0, 0, 0], atol=1e-8)
 
 
@@ -86,8 +94,7 @@ def test_damping_matrix_squares_to_the_stuck_stiffness():
     # With C = 2ζ M (M⁻¹K̃)^½, C M⁻¹ C = 4ζ² K̃.
     system = random_system(3, damping_ratio=0.02)
     for k, matrices in system.diameters.items():
-        B = system.contact_rows(k).reshape(-1, len(matrices.K))
-        stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+        stuck = stuck_stiffness(system, k)
         C = _damping_matrix(system, k)
         squared = C @ np.linalg.solve(matrices.M, C) / (4 * 0.02**2)
         np.testing.assert_allclose(squared, stuck, atol=1e-11 * np.abs(stuck).max())
@@ -123,8 +130,7 @@ CASES: dict[str, dict[str, Any]] = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_solved_points_pass(case):
-    system = random_system(11, **CASES[case])
-    system = replace(system, force=system.force | {0: Force(np.full(20, 0.1 + 0j))})
+    system = with_rest(random_system(11, **CASES[case]), 0.1)
     response = frequency_response(
         system, first_frequency(system) * np.array([0.9, 1.0]), find_jumps=False
     )
@@ -145,9 +151,7 @@ def test_solved_points_pass(case):
 
 @pytest.mark.parametrize("case", ["backward", "opening", "stuck"])
 def test_solved_points_of_isotropic_friction_pass(case):
-    system = random_system(11, **CASES[case])
-    contacts = replace(system.contacts, kt=np.repeat(system.contacts.kt[:, :1], 2, axis=1))
-    system = replace(system, contacts=contacts)
+    system = even(random_system(11, **CASES[case]))
     hertz, options = first_frequency(system) * np.array([0.9, 1.0]), Options(friction="isotropic")
     response = frequency_response(system, hertz, options, find_jumps=False)
     assert response.converged.all()
@@ -167,7 +171,7 @@ def test_solved_points_of_isotropic_friction_pass(case):
 def test_marched_circle_has_its_closed_form():
     # A slider at the distance r = μ n/kt behind, its force in the direction of the motion.
     kn, kt, mu, n0, amplitude = 2e6, 3e6, 0.3, 50.0, 2e-5
-    made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
+    made = alike_contacts(kn, kt, mu)
     q = np.zeros((2, 1, 3), complex)
     q[0, 0, 0], q[1, 0, 1], q[1, 0, 2] = n0 / kn, amplitude, -1j * amplitude
     found, r = _march_contacts(made, q, 2**12, "isotropic"), mu * n0 / kt
@@ -193,9 +197,8 @@ def test_a_wrong_coordinate_shows_as_its_residual(solved):
     found = audit_response(system, replace(response, x=x))
     k = system.nodal_diameter(2)
     M, C, s = system.at(k).M, _damping_matrix(system, k), 4 * np.pi * response.frequency[0]
-    free = system.at(k).K - s**2 * M + 1j * s * C
-    B = system.contact_rows(k).reshape(-1, 20)
-    stuck = free + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+    moved = 1j * s * C - s**2 * M
+    free, stuck = system.at(k).K + moved, stuck_stiffness(system, k) + moved
     sizes = sorted(np.abs(D[:, 3]).max() * away for D in (free, stuck))
     assert 0.3 * sizes[0] < found.residual[0] * found.scale[0, 1] < 3 * sizes[1]
     assert found.residual[0] > 30 * found.residual_error[0]
@@ -206,8 +209,8 @@ def test_a_response_of_another_system_fails(change, solved):
     system, response = solved
     contacts = system.contacts
     others = {
-        "friction": replace(system, contacts=replace(contacts, mu=1.001 * contacts.mu)),
-        "interference": replace(system, contacts=replace(contacts, v0=1.001 * contacts.v0)),
+        "friction": with_contacts(system, mu=1.001 * contacts.mu),
+        "interference": with_contacts(system, v0=1.001 * contacts.v0),
         "damping": replace(system, damping_ratio=0.006),
         "force": replace(system, force={1: Force(1.001 * system.force[1].vector)}),
         "phase": replace(

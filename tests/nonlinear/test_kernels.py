@@ -1,4 +1,4 @@
-"""The solver takes arrays; it must not pull in what makes meshes and pictures."""
+"""Compiled kernels: their threads, and what is kept of them."""
 
 import os
 import subprocess
@@ -15,16 +15,6 @@ def run(program, **environment):
         text=True,
         check=False,
     )
-
-
-def test_the_solver_loads_neither_meshing_nor_elements_nor_rendering():
-    program = (
-        "import sys, vanelock.nonlinear as n\n"
-        "[getattr(n, name) for name in n.__all__]\n"
-        "print(sorted({'gmsh', 'skfem', 'meshio', 'pyvista', 'vtk', 'vtkmodules', 'sksparse'}"
-        " & set(sys.modules)))"
-    )
-    assert run(program).stdout.strip() == "[]"
 
 
 def test_a_wrong_number_of_threads_is_named():
