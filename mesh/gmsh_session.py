@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from vanelock.common.errors import InputError
-from vanelock.common.process.signals import preserved
+from vanelock.common.process import preserved
 
 _PACKAGES = "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1"
 _LIBRARIES = (

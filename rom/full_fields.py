@@ -17,7 +17,7 @@ from vanelock import fem
 from vanelock.common.arrays import Array, Complex
 from vanelock.common.cyclic import phase_factor, turn
 from vanelock.common.errors import InputError
-from vanelock.common.process.memory import latest
+from vanelock.common.process import latest
 from vanelock.fem import Model, factorise
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.held import Solve

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import vanelock
-from vanelock.common.process.version import installed, release
+from vanelock.common.process import installed, release
 from vanelock.pipeline import cache
 from vanelock.pipeline.executor import identity
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from vanelock.commands.manual import pages
+from vanelock.commands.installed import pages
 
 ROOT = Path(__file__).resolve().parent.parent
 pytestmark = pytest.mark.system

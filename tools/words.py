@@ -45,7 +45,7 @@ ALLOWED = {
     "CHANGELOG.md": "rival",  # a former name
     "docs/glossary.md": "accessory",  # what papers say
     "docs/fatigue_and_wear.md": "rubbing",  # the title of a paper
-    "vanelock/quantities/contacts/wear.py": "rubbing",
+    "vanelock/quantities/contacts.py": "rubbing",
     "benchmarks/mesh/blocks.py": "tell",  # which are the same
 }
 SPARED = ("tools/words.py",)

@@ -17,10 +17,9 @@ from typer._completion_classes import completion_init
 from typer._completion_shared import get_completion_script
 
 import vanelock
-from vanelock.commands.examples import example_names, how_to_use, write_example
-from vanelock.commands.guidance import FIRST_STUDY, add_guidance, setting_keys
-from vanelock.commands.manual import page_names, show
+from vanelock.commands.installed import example_names, how_to_use, page_names, show, write_example
 from vanelock.commands.options import (
+    FIRST_STUDY,
     AsJson,
     Insecure,
     Memory,
@@ -31,12 +30,14 @@ from vanelock.commands.options import (
     Shell,
     StudyFile,
     Workers,
+    add_guidance,
     given_path,
+    setting_keys,
 )
+from vanelock.common import process
 from vanelock.common.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.common.files.files import default_folder
-from vanelock.common.process import signals, streams
-from vanelock.common.process.memory import is_shortage, keep_freed, refusal, require_least
+from vanelock.common.process import is_shortage, keep_freed, refusal, require_least
 
 app = typer.Typer(
     name="vanelock",
@@ -182,7 +183,7 @@ def page(
     as_json: AsJson = False,
 ) -> None:
     """Draw a run's tables, pictures and page again, from its results alone."""
-    from vanelock.commands.stored.page import show_again
+    from vanelock.commands.stored.run import show_again
     from vanelock.pipeline.progress import choose_listener
 
     with choose_listener(quiet, as_json) as listener:
@@ -252,8 +253,8 @@ def _going_on_later(folder: Path, searched: Path | None = None) -> Iterator[None
     require_least()
     try:
         yield
-    except signals.Stopped as stopped:
-        signals.answered()
+    except process.Stopped as stopped:
+        process.answered()
         on = "begins the search anew, with these" if searched else "goes on from there"
         kept = "meshes and reduced models are" if searched else "finished work is"
         _say(f"stopped; {kept} kept in {folder}, and the same command {on}")
@@ -296,7 +297,7 @@ def init(
         written = write_example(example, path)
         print(f"{written} written; {how_to_use(written)}")
         return
-    from vanelock.commands.template import write_template
+    from vanelock.commands.installed import write_template
 
     path = path or Path("study.toml")
     write_template(path, "scene" if scene else "study", all_keys)
@@ -341,7 +342,7 @@ def main(arguments: list[str] | None = None) -> None:
     for library in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     keep_freed()
-    with streams.guarded(), signals.raised():
+    with process.guarded(), process.raised():
         status = _status(arguments)
     sys.exit(status)
 
@@ -349,16 +350,16 @@ def main(arguments: list[str] | None = None) -> None:
 def _status(arguments: list[str] | None) -> int:
     try:
         status: int = app(arguments, prog_name="vanelock", standalone_mode=False) or 0
-        signals.raise_dropped()
+        process.raise_dropped()
         sys.stdout.flush()
         return status
     except InputError as error:
         lines = str(error).splitlines()
-    except signals.Stopped as stopped:
-        signals.answered()
+    except process.Stopped as stopped:
+        process.answered()
         _say("stopped")
         return stopped.status
-    except streams.Lost as lost:
+    except process.Lost as lost:
         if lost.unread:
             return 141
         lines = [str(lost)]
@@ -380,7 +381,7 @@ def _status(arguments: list[str] | None) -> int:
 
 def _say(line: str) -> None:
     """A line on standard error, if that can be written."""
-    with suppress(streams.Lost):
+    with suppress(process.Lost):
         print(f"vanelock: {line}", file=sys.stderr)
 
 

@@ -14,11 +14,10 @@ from vanelock.nonlinear import Response, peak_errors
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.accuracy.choose_mesh import choose_mesh
-from vanelock.stages.accuracy.mesh_sizes import most_dofs
+from vanelock.stages.accuracy.choose_mesh import choose_mesh, most_dofs
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.limits import frequencies
-from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.responses import monitor
 
 
 @dataclass(frozen=True)

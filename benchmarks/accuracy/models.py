@@ -12,11 +12,10 @@ from benchmarks.accuracy.scenes import Scene
 from vanelock import fem, nonlinear, rom
 from vanelock.common.product import Product
 from vanelock.mesh import Part
-from vanelock.stages.parts.components import MASTERS, PARTS, averaged, model_step
-from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.components import MASTERS, PARTS, averaged, mesh_step, model_step
 from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.response.limits import Limits, dense, frequencies, limits
-from vanelock.stages.response.monitor import Monitor, monitor
+from vanelock.stages.response.responses import Monitor, monitor
 
 P = TypeVar("P", bound=Product)
 

@@ -33,9 +33,8 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.accuracy.amplitude_errors import amplitude_error
-from vanelock.stages.accuracy.evidence import amplitude_errors_of
-from vanelock.stages.accuracy.neglected import neglected_harmonics_step
+from vanelock.stages.accuracy.evidence import amplitude_errors_of, neglected_harmonics_step
+from vanelock.stages.accuracy.mesh_errors import amplitude_error
 from vanelock.stages.plan import Planned, plan
 
 Known = dict[str, Any]

@@ -25,7 +25,7 @@ from vanelock import fem, load_study, mesh, run_study
 from vanelock.fem.solvers.backend import factor_bytes
 from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.progress import Begun, Event
-from vanelock.stages.accuracy.cost_estimate import CostEstimate, estimated
+from vanelock.stages.cost_estimate import CostEstimate, estimated
 
 FOUR = (
     '[mesh]\nsize = "medium"\n[sweep]\n"joints.interlock.mu" = [0.15, 0.3]\n'

@@ -24,8 +24,7 @@ from vanelock.nonlinear import Options, Stability
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.stages.plan import plan
-from vanelock.stages.response.monitor import monitor
-from vanelock.stages.response.responses import silent_progress
+from vanelock.stages.response.responses import monitor, silent_progress
 
 NAME = "trends_and_stability"
 PICTURE = FOLDER / f"{NAME}.png"

@@ -23,9 +23,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.common import process
 from vanelock.common.arrays import Array
 from vanelock.common.errors import InputError
-from vanelock.common.process import memory
 
 Sparse = sp.sparray | sp.spmatrix
 Solve = Callable[[Array], Array]
@@ -225,4 +225,4 @@ def factor_bytes(rows: int, is_complex: bool = False) -> float:
 
 def require_memory(rows: int, is_complex: bool, times: float) -> None:
     """Refuse a factorisation that takes more memory than is left."""
-    memory.require(times * factor_bytes(rows, is_complex), f"factorising {rows:,} rows")
+    process.require(times * factor_bytes(rows, is_complex), f"factorising {rows:,} rows")

@@ -24,8 +24,7 @@ import numpy as np
 
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.common.files.files import placed
-from vanelock.common.files.limited import by_library
+from vanelock.common.files.files import by_library, placed
 from vanelock.common.lazy import library
 from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
 from vanelock.mesh.part import Part

@@ -7,7 +7,7 @@ from typing import Any
 
 from vanelock import Study
 from vanelock.common.checked import known_keys
-from vanelock.results.case_table import CASE_COLUMNS
+from vanelock.results.listing import CASE_COLUMNS
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOL: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "keys_page.py"))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from vanelock.nonlinear import Contact, Options, Response, System, frequency_response
-from vanelock.results.figures.curve_table import NOTE
+from vanelock.results.figures.curves import NOTE
 from vanelock.results.files.writer import Results
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from PIL import Image
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.files.run_folder import OutputFiles
 from vanelock.rom import Contacts, Diameter, Force, System
 
 HOOK, INTERLOCK, SPRING = 3e6, 1e6, 2e6

@@ -7,10 +7,9 @@ import numpy as np
 
 from tests.vanelock.pipeline.test_progress import summary
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.curves import Curves
-from vanelock.quantities.products import Products
+from vanelock.quantities.products import Curves, Products
 from vanelock.quantities.run_result import RunResult
-from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.responses import Monitor
 
 MONITOR = Monitor("vane output 1, radial", 0, 0)
 

@@ -31,11 +31,10 @@ if TYPE_CHECKING:
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Picture
-    from vanelock.stages.campbell.engine_orders import Along
-    from vanelock.stages.campbell.speed_lines import Campbell, Lines
+    from vanelock.stages.campbell.speed_lines import Along, Campbell, Lines
     from vanelock.stages.plan import Planned
     from vanelock.stages.response.limits import Limit, Limits
-    from vanelock.stages.response.monitor import Monitor
+    from vanelock.stages.response.responses import Monitor
     from vanelock.stages.response.summary import Peak
 
 
@@ -64,8 +63,7 @@ def _needs(planned: "Planned", keys: CampbellKeys) -> "Sequence[Step[Lines]]":
 
 def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Campbell":
     """The diagram of a case."""
-    from vanelock.stages.campbell.engine_orders import along_step
-    from vanelock.stages.campbell.speed_lines import Campbell, lines_step
+    from vanelock.stages.campbell.speed_lines import Campbell, along_step, lines_step
 
     planned, study, watched = case.planned, case.planned.case.study, case.monitored
     lines: Lines = case.get(lines_step(planned))
@@ -176,7 +174,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
 
 def run_pictures(run: "RunResult") -> "Iterator[Picture]":
     """One for each distinct set of lines, of many the first and the last."""
-    from vanelock.quantities.selection import DETAILED
+    from vanelock.quantities.run_result import DETAILED
 
     found = list(_distinct(run.cases).values())
     for case in found if len(found) <= DETAILED else (found[0], found[-1]):

@@ -80,7 +80,7 @@ class ModeKeys(KeyTable):
         return None if given is None else {m: complex(real, im) for m, real, im in given}
 
 
-class DampedModeKeys(ModeKeys):
+class _DampedModeKeys(ModeKeys):
     """Natural frequency and damping ratio against amplitude, from stuck to gross slip."""
 
     influence: Annotated[tuple[Coefficient, ...], BeforeValidator(sequence)] | None = Field(
@@ -426,8 +426,8 @@ TEMPLATE = """\
 DAMPED_MODES = Analysis(
     key="damped_modes",
     title="damped modes",
-    keys=DampedModeKeys,
-    scene_keys=DampedModeKeys,
+    keys=_DampedModeKeys,
+    scene_keys=_DampedModeKeys,
     product=lambda: FollowedMode,
     compute=compute,
     parts=parts,

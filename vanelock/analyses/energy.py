@@ -18,10 +18,10 @@ from vanelock.input.cases.names import fixed, of_case, slug, words
 
 if TYPE_CHECKING:
     from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.contacts.wear import Wear
+    from vanelock.quantities.contacts import Wear
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Block
-    from vanelock.stages.parts.places import Places
+    from vanelock.stages.parts.outputs import Places
 
 SHOWN = 16
 """Contacts in the page's table; the others stand in the CSV file."""

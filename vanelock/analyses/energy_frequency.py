@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.analyses import damped_modes
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Picture
 
-Floats = NDArray[np.float64]
 TEXT = (
     "Each mode is followed from contacts that stick to gross slip, as damped modes are. Its energy "
     "is that of the vibration of one sector: the sum of kinetic and strain energy of a travelling "
@@ -31,7 +30,7 @@ TEXT = (
 )
 
 
-class EnergyFrequencyKeys(damped_modes.ModeKeys):
+class _EnergyFrequencyKeys(damped_modes.ModeKeys):
     """Natural frequency and damping ratio against the energy of the vibration."""
 
 
@@ -65,9 +64,9 @@ class EnergyFrequency(Product):
         return f"mode {self.number}, ND {self.nodal_diameter}"
 
 
-def _compute(case: "SolvedCase", keys: EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
+def _compute(case: "SolvedCase", keys: _EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
     """One mode of one nodal diameter."""
-    from vanelock.quantities.contacts.energy import balance
+    from vanelock.quantities.contacts import balance
 
     followed = damped_modes.compute(case, keys, part)
     number, k, mode = followed.number, followed.nodal_diameter, followed.mode
@@ -169,8 +168,8 @@ TEMPLATE = """\
 ENERGY_FREQUENCY = Analysis(
     key="energy_frequency",
     title="energy-frequency diagram",
-    keys=EnergyFrequencyKeys,
-    scene_keys=EnergyFrequencyKeys,
+    keys=_EnergyFrequencyKeys,
+    scene_keys=_EnergyFrequencyKeys,
     product=lambda: EnergyFrequency,
     compute=_compute,
     parts=damped_modes.parts,

@@ -14,6 +14,7 @@ from pydantic import Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import Check
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from vanelock.report import Answer, Picture
     from vanelock.rom import System
 
-Floats = NDArray[np.float64]
 PERCENTILES = (5, 50, 95)
 """Of the rings drawn."""
 APART = 0.01
@@ -43,7 +43,7 @@ TEXT = (
 ABSENT = "**Mistuning**: all segments are alike; `[mistuning]` computes rings in which they differ."
 
 
-class JointMistuningKeys(KeyTable):
+class _JointMistuningKeys(KeyTable):
     """How much more some segment vibrates where the segments of a ring are not alike."""
 
     rings: int = Field(default=20, ge=1, le=10_000, description="number of rings drawn")
@@ -74,7 +74,7 @@ class JointMistuningKeys(KeyTable):
         return self.rings if drawn else 1
 
 
-class MistuningKeys(JointMistuningKeys):
+class MistuningKeys(_JointMistuningKeys):
     """The same of a study, whose vanes may differ by themselves."""
 
     frequency: Deviation | None = Field(
@@ -162,7 +162,7 @@ class MistunedRings(Product):
         return int(ring), int(segment)
 
 
-def check(given: "Given", keys: JointMistuningKeys) -> Iterator[str]:
+def check(given: "Given", keys: _JointMistuningKeys) -> Iterator[str]:
     """What keeps segments from differing."""
     sectors, known = given.ring.sectors, given.joint_names
     ready = getattr(given, "system", None) is not None  # whose file says how many
@@ -179,17 +179,17 @@ def check(given: "Given", keys: JointMistuningKeys) -> Iterator[str]:
         yield f"mistuning.rings = {keys.rings}: all deviations are given by segment: one ring"
 
 
-def cost(study: "Study", keys: JointMistuningKeys, curve: float) -> float:
+def cost(study: "Study", keys: _JointMistuningKeys, curve: float) -> float:
     """Seconds: about one point of a tuned ring for each of a segment."""
     return keys.count * study.ring.sectors * curve
 
 
-def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[AnalysisPart]:
+def parts(given: "Given", keys: _JointMistuningKeys) -> Sequence[AnalysisPart]:
     """One for each ring."""
     return [AnalysisPart(f"ring {i + 1}", {"ring": i}) for i in range(keys.count)]
 
 
-def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
+def _compute(case: "SolvedCase", keys: _JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
     """One ring of a case."""
     from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step
 
@@ -218,7 +218,7 @@ def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -
 
 def drawn(
     system: "System",
-    keys: JointMistuningKeys,
+    keys: _JointMistuningKeys,
     number: int,
     modes: "nonlinear.SectorModes | None" = None,
 ) -> "nonlinear.Unlike":
@@ -407,7 +407,7 @@ MISTUNING = Analysis(
     key="mistuning",
     title="mistuning",
     keys=MistuningKeys,
-    scene_keys=JointMistuningKeys,
+    scene_keys=_JointMistuningKeys,
     product=lambda: MistunedRing,
     compute=_compute,
     parts=parts,

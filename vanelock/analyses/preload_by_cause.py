@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table
 from vanelock.input.cases.names import words
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from vanelock.stages.parts.segment import Segment
     from vanelock.stages.plan import Planned
 
-Array = NDArray[np.float64]
 
 INTERFERENCE = "interference"
 RIGID = 1e-8
@@ -135,7 +135,7 @@ def _reactions(
     system: "System",
     rest: "nonlinear.Response",
     joints: NDArray[np.bool_],
-) -> dict[str, Array]:
+) -> dict[str, Floats]:
     """By the principle of virtual work, for a shift and a turn of the vane as a whole."""
     at = vane.dofs(vane.masters.nodes)
     x, y, _ = vane.masters.points.T

@@ -73,7 +73,7 @@ class FollowedPeak(Product):
 
 def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> FollowedPeak:
     """What the ring does at the peak of a response, if its wave is unstable."""
-    from vanelock.stages.response.solved import as_solved
+    from vanelock.stages.response.responses import as_solved
 
     response = case.responses[part.response]
     stability: nonlinear.Stability = case.product("stability", part.response)

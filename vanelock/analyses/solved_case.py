@@ -16,12 +16,10 @@ from vanelock.nonlinear import Options, Response
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
-from vanelock.stages.parts.places import Places, places
+from vanelock.stages.parts.outputs import Places, places
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits, frequencies
-from vanelock.stages.response.monitor import Monitor, monitor
-from vanelock.stages.response.responses import frequency_keys
-from vanelock.stages.response.solved import as_solved
+from vanelock.stages.response.responses import Monitor, as_solved, frequency_keys, monitor
 from vanelock.stages.response.summary import Peak, by_height, peak_of
 
 P = TypeVar("P", bound=Product)

@@ -51,7 +51,7 @@ def check(given: "Given", keys: StabilityKeys) -> Iterator[str]:
 
 def cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
     """Seconds."""
-    from vanelock.stages.sweep.time_left import TYPICAL
+    from vanelock.stages.cost_estimate import TYPICAL
 
     listed = study.response.frequencies
     points = len(listed) if listed else study.response.points or TYPICAL
@@ -61,7 +61,7 @@ def cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
 
 def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> "nonlinear.Stability":
     """Stability of a response: at its peak, or all along."""
-    from vanelock.stages.response.solved import as_solved
+    from vanelock.stages.response.responses import as_solved
 
     response = case.responses[part.response]
     chosen = np.flatnonzero(response.converged).tolist()

@@ -40,7 +40,7 @@ TEXT = (
 )
 
 
-class DwellKeys(KeyTable):
+class _DwellKeys(KeyTable):
     """Vibration that stays at a frequency, or at the peak of a range wherever that moves."""
 
     cycles: float = Field(gt=0, le=1e15, description="number of cycles")
@@ -62,10 +62,10 @@ class DwellKeys(KeyTable):
         return nonlinear.Dwell(self.cycles, near=(low, high), force=self.load)
 
 
-class WearKeys(KeyTable):
+class _WearKeys(KeyTable):
     """How contacts wear over cycles, and how the vibration changes with them."""
 
-    dwells: Annotated[tuple[DwellKeys, ...], BeforeValidator(sequence)] = Field(
+    dwells: Annotated[tuple[_DwellKeys, ...], BeforeValidator(sequence)] = Field(
         min_length=1, max_length=1000, description="dwells"
     )
     step: float = Field(
@@ -87,19 +87,19 @@ class WornCase(Product):
     reason: str = ""
 
 
-def check(given: "Given", keys: WearKeys) -> Iterator[str]:
+def check(given: "Given", keys: _WearKeys) -> Iterator[str]:
     """What keeps joints from wearing."""
     if not _coefficients(given):
         names = ", ".join(f"joints.{name}.wear_coefficient" for name in given.joint_names)
         yield f"wear: no joint wears: give one of {names}"
 
 
-def cost(study: "Study", keys: WearKeys, curve: float) -> float:
+def cost(study: "Study", keys: _WearKeys, curve: float) -> float:
     """Seconds: a sweep to begin with, and some peaks."""
     return len(keys.dwells) * curve
 
 
-def parts(given: "Given", keys: WearKeys) -> Sequence[AnalysisPart]:
+def parts(given: "Given", keys: _WearKeys) -> Sequence[AnalysisPart]:
     """One, which takes the wear coefficients."""
     return (AnalysisPart(inputs=_coefficients(given)),)
 
@@ -109,7 +109,7 @@ def _coefficients(given: "Given") -> dict[str, float]:
     return getattr(given, "wear_coefficients", {})
 
 
-def _compute(case: "SolvedCase", keys: WearKeys, part: AnalysisPart) -> WornCase:
+def _compute(case: "SolvedCase", keys: _WearKeys, part: AnalysisPart) -> WornCase:
     """Wear of a case over the cycles of its dwells."""
     if case.peak is None:
         return WornCase(reason="no point converged")
@@ -192,7 +192,7 @@ def warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
 
 def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Each case's vibration and preload from new to the end of its dwells."""
-    from vanelock.quantities.contacts.wear import HOUR
+    from vanelock.quantities.contacts import HOUR
 
     every, count = products_of(cases, "wear")
     known = {name: worn.history for name, (worn,) in every.items() if worn.history is not None}
@@ -329,7 +329,7 @@ def _mean(depth: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _columns(history: "WearHistory") -> dict[str, ArrayLike]:
-    from vanelock.quantities.contacts.wear import HOUR
+    from vanelock.quantities.contacts import HOUR
 
     depth = 1e6 * history.worn
     loads = zip(history.joints, history.rest_load.T, strict=True)
@@ -357,7 +357,7 @@ TEMPLATE = """\
 WEAR = Analysis(
     key="wear",
     title="wear over cycles",
-    keys=WearKeys,
+    keys=_WearKeys,
     product=lambda: WornCase,
     compute=_compute,
     parts=parts,

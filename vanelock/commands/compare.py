@@ -84,7 +84,7 @@ class Line(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Comparison:
+class _Comparison:
     """Two runs, their cases in pairs, and what could not be compared, a line each."""
 
     runs: tuple[StoredRun, StoredRun]
@@ -176,7 +176,7 @@ def compare_runs(
     other: str | os.PathLike[str],
     output: str | os.PathLike[str] | None = None,
     listener: Listener = silent,
-) -> Comparison:
+) -> _Comparison:
     """Compare two runs: tables for the listener, compare.html and compare.csv in a folder.
 
     Parameters
@@ -217,7 +217,7 @@ def compare_runs(
     return found
 
 
-def compared(one: StoredRun, other: StoredRun) -> Comparison:
+def compared(one: StoredRun, other: StoredRun) -> _Comparison:
     """Cases in pairs, and what is missing."""
     pairs, notes = matched(one, other)
     missing = [
@@ -231,7 +231,7 @@ def compared(one: StoredRun, other: StoredRun) -> Comparison:
             f"amplitudes are of different displacements: {names[0]} in {one.label}, "
             f"{names[1]} in {other.label}"
         )
-    return Comparison((one, other), pairs, (*missing, *notes))
+    return _Comparison((one, other), pairs, (*missing, *notes))
 
 
 def matched(
@@ -270,7 +270,7 @@ def _agree(one: CaseResult, other: CaseResult) -> bool:
     return bool(shared) and all(same(one.values[key], other.values[key]) for key in shared)
 
 
-def _write_csv(path: Path, found: Comparison) -> None:
+def _write_csv(path: Path, found: _Comparison) -> None:
     """All differing inputs and all numbers, a line each."""
     rows: list[tuple[str, ...]] = [("input", key, "", a, b, "") for key, a, b in found.inputs]
     for line in [*found.results, *found.sizes]:
@@ -283,7 +283,7 @@ def _write_csv(path: Path, found: Comparison) -> None:
     write_columns(path, columns, notes)
 
 
-def compare_page(found: Comparison) -> Page:
+def compare_page(found: _Comparison) -> Page:
     """Curves over one another, and tables of all that differs."""
     inputs, results, *others = found.tables
     rows = [(fixed(_words(str(name))), *rest) for name, *rest in results.rows]
@@ -301,7 +301,7 @@ def compare_page(found: Comparison) -> Page:
     )
 
 
-def _summary(found: Comparison) -> list[Answers | Text]:
+def _summary(found: _Comparison) -> list[Answers | Text]:
     by_case: dict[str, list[Line]] = {}
     for line in found.results:
         if line.column.head in CARDS:
@@ -321,7 +321,7 @@ def _summary(found: Comparison) -> list[Answers | Text]:
     return [Answers(tuple(answers)), Text("\n\n".join(notices))]
 
 
-def _answer(found: Comparison, line: Line) -> Answer:
+def _answer(found: _Comparison, line: Line) -> Answer:
     one, other = (text or "-" for text in line.row[2:4])
     case = "" if line.of == "nominal" else f", {_words(line.of)}"
     note = ", ".join(f"{t} in {r.label}" for t, r in zip((one, other), found.runs, strict=True))
@@ -334,7 +334,7 @@ def _words(name: str) -> str:
     return " | ".join(map(words, name.split(" | ")))
 
 
-def _plot(found: Comparison) -> Plot:
+def _plot(found: _Comparison) -> Plot:
     curves = []
     for pair in found.pairs:
         group = _words(_called(*pair)) if len(found.pairs) > 1 else ""

@@ -12,11 +12,10 @@ from vanelock.mesh import Part
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
-from vanelock.quantities.meshes import mesh_tables
-from vanelock.quantities.meshes.quality import Figures, figures
+from vanelock.quantities import meshes
+from vanelock.quantities.meshes import Figures, figures
 from vanelock.results.files.run_folder import claimed, record
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.components import PARTS, mesh_step
 
 FOLDER = "mesh"
 """Where the files go, in the run's folder."""
@@ -60,18 +59,18 @@ def mesh_study(
         refuse_without_areas(study, parts["vane"])
         found = {name: figures(part) for name, part in parts.items()}
         tables = (
-            mesh_tables.quality_table(
+            meshes.quality_table(
                 parts,
                 found,
                 {name: getattr(study.material, name).rho for name in parts},
                 {name: stages.done[step.key].seconds for name, step in steps.items()},
             ),
-            mesh_tables.sets_table(parts, study.mesh.face_nodes),
+            meshes.sets_table(parts, study.mesh.face_nodes),
         )
         files = _meshes(path / FOLDER, parts)
         for table in tables:
             files.append(path / FOLDER / f"{table.key}.csv")
-            record(files[-1], mesh_tables.csv_text(table))
+            record(files[-1], meshes.csv_text(table))
             listener(table)
         title = f"{study.name}: mesh"  # last: a machine without OpenGL has the rest by then
         files.append(render.mesh_picture(path / FOLDER / "mesh.png", *parts.values(), title))

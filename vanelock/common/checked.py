@@ -54,7 +54,7 @@ _TYPES = {
 }
 
 
-class Disagreement(ValueError):
+class _Disagreement(ValueError):
     """Keys of a table contradict one another: `lines` says how, each from the table's key on."""
 
     def __init__(self, lines: list[str]) -> None:
@@ -70,7 +70,7 @@ class Checked(BaseModel):
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         if lines := disagreements(self, self.checks):
-            raise Disagreement(lines)
+            raise _Disagreement(lines)
         return self
 
 
@@ -112,7 +112,7 @@ def _lines(details: ErrorDetails, data: dict[str, Any], schema: Schema) -> list[
     """One mistake, or each contradiction in a table."""
     location = details["loc"]
     error = details.get("ctx", {}).get("error")
-    if isinstance(error, Disagreement):
+    if isinstance(error, _Disagreement):
         return [_within(location, line, schema) for line in error.lines]
     value = _given(data, location, details["input"])
     text = reason(details, schema, value)

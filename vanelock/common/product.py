@@ -19,10 +19,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from vanelock.common.errors import InputError, cut_short, printable
-from vanelock.common.files.digests import verify
-from vanelock.common.files.files import placed
+from vanelock.common.files.files import placed, verify
 from vanelock.common.files.hdf5 import opened, written
-from vanelock.common.process.signals import held
+from vanelock.common.process import held
 
 PACKED = {"compression": "gzip", "compression_opts": 1, "shuffle": True}
 SMALL, PIECES = 4096, 8

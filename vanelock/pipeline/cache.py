@@ -3,30 +3,115 @@
 An entry is one HDF5 file whose name holds the stage, the key and the digest of the file's bytes: a
 truncated or altered entry is noticed before it is read, and computed again. It lies in a folder
 named by the first letters of its key.
+
+A file of solved points that grows by one at a time, and is read when their stage begins again.
+
+Each record is preceded by its length and its checksum, so that what a kill cut off, or something
+else spoilt, is noticed and left out together with all that follows.
 """
 
+import fcntl
 import hashlib
 import json
 import os
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+import zlib
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from secrets import token_hex
+from struct import Struct
 from typing import Any, Generic, TypeVar
 
 import h5py
+import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.common.files.digests import file_digest
-from vanelock.common.files.files import writing
+from vanelock.common.files.files import file_digest, writing
 from vanelock.common.files.hdf5 import written
-from vanelock.common.process.signals import held
-from vanelock.common.process.version import __version__, installed, release
+from vanelock.common.process import __version__, held, installed, release
 from vanelock.common.product import Product
-from vanelock.pipeline.points import PointsFile, points_file
+
+HEAD = b"vanelock-points 1\n"
+_BEFORE = Struct("<QI")
+
+
+class _PointsFile:
+    """Solved points by label, see `vanelock.nonlinear.forced_response.options`."""
+
+    def __init__(self, path: Path, notice: Callable[[str], None]) -> None:
+        self._path, self._notice = path, notice
+        self._known: dict[str, tuple[list[float], Floats]] = {}
+        with writing(path):
+            self._file = path.open("a+b", buffering=0)
+            self._writes = True
+            try:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:  # another process computes the same; it writes, this one does not
+                self._writes = False
+                return
+            self._file.seek(0)
+            self._read(self._file.read())
+
+    def _read(self, content: bytes) -> None:
+        """Take in what was written, as far as it is whole."""
+        end = len(HEAD) if content.startswith(HEAD) else 0
+        while end and len(content) >= (begin := end + _BEFORE.size):
+            length, checksum = _BEFORE.unpack(content[end:begin])
+            record = content[begin : begin + length]
+            if len(record) < length or zlib.crc32(record) != checksum:
+                break
+            head, _, numbers = record.partition(b"\n")
+            label, values, shape = json.loads(head)
+            self._known[label] = values, np.frombuffer(numbers).reshape(shape)
+            end = begin + length
+        if end < len(content):
+            self._notice(f"{self._path}: ends in the middle of a point: what follows is left out")
+            self._file.truncate(end)
+        if not end:
+            self._file.write(HEAD)
+        self._end = max(end, len(HEAD))
+
+    def get(self, label: str) -> tuple[list[float], Floats] | None:
+        """What was written of a point: some numbers, and its unknowns."""
+        return self._known.get(label)
+
+    def add(self, label: str, numbers: Sequence[float], unknowns: Floats) -> None:
+        """Write a point behind the last one."""
+        if not self._writes:
+            return
+        head = json.dumps([label, [*numbers], unknowns.shape]).encode()
+        record = head + b"\n" + np.ascontiguousarray(unknowns, float).tobytes()
+        whole = memoryview(_BEFORE.pack(len(record), zlib.crc32(record)) + record)
+        with writing(self._path):
+            try:
+                done = 0
+                while done < len(whole):
+                    done += self._file.write(whole[done:]) or 0
+            except OSError:
+                self._file.truncate(self._end)
+                raise
+        self._end += len(whole)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+@contextmanager
+def points_file(path: Path, notice: Callable[[str], None]) -> Generator[_PointsFile, None, None]:
+    """The points of a stage, open while it is computed."""
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    opened = _PointsFile(path, notice)
+    try:
+        yield opened
+    finally:
+        opened.close()
+
 
 P = TypeVar("P", bound=Product)
 SHARD = 2
@@ -100,7 +185,7 @@ class Cache:
                 temporary.unlink(missing_ok=True)
         return entry
 
-    def points(self, stage: str, key: str) -> AbstractContextManager[PointsFile]:
+    def points(self, stage: str, key: str) -> AbstractContextManager[_PointsFile]:
         """Where a stage that takes long writes down its points until its product is stored."""
         return points_file(self._points(stage, key), self.notice)
 

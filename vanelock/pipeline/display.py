@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from vanelock.common.errors import printable
-from vanelock.common.process.memory import gigabytes
+from vanelock.common.process import gigabytes
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import (
     Begun,

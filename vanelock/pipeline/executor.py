@@ -28,7 +28,7 @@ import vanelock
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import placed
 from vanelock.common.lazy import library
-from vanelock.common.process.memory import keep_freed
+from vanelock.common.process import keep_freed
 from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.progress import Listener, Notice
 from vanelock.pipeline.tasks import Failure, Killed, Workers, failure_of

@@ -12,7 +12,7 @@ from typing import Any, Generic, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock.common.process.signals import raise_dropped
+from vanelock.common.process import raise_dropped
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import Begun, Done, Listener
 

@@ -8,28 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vanelock.common.arrays import Floats
-from vanelock.common.process.memory import latest
+from vanelock.common.process import latest
 from vanelock.input.cases.values import Given
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Audit, Response
-from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio
-from vanelock.quantities.contacts.wear import Wear, wear
-from vanelock.quantities.curves import Curves, Drawn, as_drawn
-from vanelock.quantities.products import Products
+from vanelock.quantities.contacts import EnergyBalance, Wear, balance, bandwidth_ratio, wear
+from vanelock.quantities.products import Curves, Drawn, Products, as_drawn
 from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.quantities.stress.fields import ModeShapes, NodalFields
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
 from vanelock.quantities.stress.margins import Margins, margins
 from vanelock.rom import System
-from vanelock.stages.accuracy.errors import Errors
-from vanelock.stages.accuracy.left_out import LeftOut
+from vanelock.stages.accuracy.errors import Errors, LeftOut
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.gauges import Gauges, Strain
-from vanelock.stages.parts.places import Places, places
+from vanelock.stages.parts.outputs import Gauges, Places, Strain, places
 from vanelock.stages.response.limits import LIMITS, Limits
-from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.solved import as_solved
+from vanelock.stages.response.responses import Monitor, as_solved
 from vanelock.stages.response.summary import Peak, Summary
 
 if TYPE_CHECKING:

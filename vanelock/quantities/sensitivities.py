@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
+from vanelock.common.arrays import Array, Floats
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -18,12 +18,9 @@ from vanelock.rom import System
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.monitor import Monitor
-from vanelock.stages.response.solved import as_solved
+from vanelock.stages.response.responses import Monitor, as_solved
 from vanelock.stages.response.summary import Peak
 
-Array = NDArray[Any]
-Floats = NDArray[np.float64]
 Moduli: TypeAlias = dict[str, dict[int, Array]]
 """What a part's modulus adds to the stiffness, by key and nodal diameter."""
 

@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vanelock.common.arrays import Floats
 from vanelock.input.cases.names import words
 from vanelock.input.schema.response import ResponseKeys
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, STUCK, Response, StaticBounds
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.summary import AGREE, Peak, Summary, Sweep
-
-Floats = NDArray[np.float64]
 
 ALIKE = 0.8
 """Least modal assurance criterion between the mode of interest free and stuck."""

@@ -84,7 +84,7 @@ def applied() -> Any:
     return mpl.rc_context(plain)
 
 
-class HouseFigure(Figure):
+class _HouseFigure(Figure):
     """A figure that a notebook shows where it is a cell's last value."""
 
     def _repr_png_(self) -> bytes:
@@ -96,7 +96,7 @@ class HouseFigure(Figure):
 
 def figure(height: float, title: str, subtitle: str = "", width: float = WIDTH) -> Figure:
     """Figure of that size in inches with its title, and room of 0.9 inches for it at the top."""
-    made = HouseFigure(figsize=(width, height), dpi=DPI)
+    made = _HouseFigure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(made)
     left = 0.35 / width
     texts = [made.text(left, 1 - 0.22 / height, title, fontsize=16, fontweight="bold", va="top")]

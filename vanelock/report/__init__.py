@@ -16,7 +16,7 @@ _modules = {
     "Text": "blocks",
     "Trace": "blocks",
     "View": "blocks",
-    "body_of": "bodies",
+    "body_of": "views",
     "curve_plot": "curves",
     "withheld": "blocks",
     "write_page": "writer",

@@ -11,10 +11,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.tables import Flag, Table
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 Mode = Literal["lines", "markers", "lines+markers"]
 
 
@@ -114,8 +113,8 @@ class Trace:
         Opacity, 0 to 1, of what the line goes round, which then is shaded and not outlined.
     """
 
-    x: Real
-    y: Real
+    x: Floats
+    y: Floats
     name: str
     group: str = ""
     dash: Literal["solid", "dash", "dot", "dashdot"] = "solid"
@@ -123,7 +122,7 @@ class Trace:
     mode: Mode = "lines"
     colour: str = ""
     hover: str = ""
-    size: float | Real | None = None
+    size: float | Floats | None = None
     fill: float = 0.0
 
 
@@ -180,7 +179,7 @@ class Body:
         Of the part: selects its colour at rest.
     """
 
-    points: Real
+    points: Floats
     triangles: NDArray[np.integer]
     sectors: int
     outline: NDArray[np.integer]

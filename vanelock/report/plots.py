@@ -20,7 +20,7 @@ _MARKER: Final = 7.0  # pixels
 
 
 @dataclass(frozen=True)
-class LegendEntry:
+class _LegendEntry:
     """An entry of a plot's legend: a name, how it is drawn, and the traces that it toggles."""
 
     name: str
@@ -42,7 +42,7 @@ def figure(plot: Plot) -> dict[str, Any]:
     }
 
 
-def legend(plot: Plot) -> list[LegendEntry]:
+def legend(plot: Plot) -> list[_LegendEntry]:
     """Entries in the order of the traces, one for each group and each trace without a group."""
     members: dict[str, list[int]] = {}
     for i, trace in enumerate(plot.traces):
@@ -52,7 +52,7 @@ def legend(plot: Plot) -> list[LegendEntry]:
     for traces in members.values():
         first = plot.traces[traces[0]]
         entries.append(
-            LegendEntry(
+            _LegendEntry(
                 name=first.name,
                 colour=colours[traces[0]],
                 dash=first.dash,

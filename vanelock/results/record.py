@@ -11,8 +11,7 @@ import h5py
 
 import vanelock
 from vanelock.common.arrays import Floats
-from vanelock.common.process.signals import raise_dropped
-from vanelock.common.process.version import installed
+from vanelock.common.process import installed, raise_dropped
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
 from vanelock.pipeline.progress import Done
@@ -23,14 +22,13 @@ from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.products import structure_steps
 from vanelock.quantities.run_result import RunResult
 from vanelock.results.files import writer
-from vanelock.results.files.json_text import as_json
-from vanelock.results.files.results_file import NAME
+from vanelock.results.files.results_file import NAME, as_json
 from vanelock.results.files.writer import Results
 from vanelock.rom import Component
-from vanelock.stages.linear import Linear
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import LIMITS, Limit
 from vanelock.stages.response.summary import figures
+from vanelock.stages.structure import Linear
 
 LIBRARIES = (
     "gmsh",

@@ -3,20 +3,25 @@
 A study's two parts (`vanelock.stages.parts.study_structure`) and a scene's components
 (`vanelock.stages.matrices.scene_structure`) are reduced and joined at one nodal diameter after the
 other, as these are needed; from the system on a case is a case.
+
+The linear limits of a case, contacts free and stuck, and the steps to them.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, Self
 
 from vanelock import nonlinear, rom
 from vanelock.common.cyclic import folded
-from vanelock.input.cases.values import Given, diameters_of
+from vanelock.input.cases.values import Given, diameter_of, diameters_of
 from vanelock.mesh import Part
-from vanelock.nonlinear import HarmonicModes
+from vanelock.nonlinear import HarmonicModes, Response
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import System
+from vanelock.stages.response.limits import LIMITS, Limit, Limits
+from vanelock.stages.response.responses import limits_step, linear_step
 
 
 class CaseStructure(ABC):
@@ -121,3 +126,46 @@ def _stuck_modes(
 
     inputs, kind = {"harmonics": harmonics}, HarmonicModes
     return step("stuck modes", "nonlinear", inputs, kind, needs, compute, False, True)
+
+
+@dataclass(frozen=True, slots=True)
+class Linear:
+    """Linear limits that one or more cases share.
+
+    Attributes
+    ----------
+    name : str
+        The swept values that distinguish them from those of other cases, "" if there are no others.
+    system : Step
+        The system without friction and preload, at the nodal diameters of rest and load.
+    limits : Step
+        Its modes.
+    modes : Step
+        Those with all contacts stuck at all these nodal diameters, by which responses are computed.
+    responses : dict of "free" | "stuck" to Step
+        Linear responses.
+    """
+
+    name: str
+    system: Step[System]
+    limits: Step[Limits]
+    modes: Step[HarmonicModes]
+    responses: dict[Limit, Step[Response]]
+
+    @property
+    def key(self) -> str:
+        """Hash of all that it depends on."""
+        return " ".join(step.key for step in self.responses.values())
+
+
+def linear_of(structure: CaseStructure) -> Linear:
+    """The linear limits of a case."""
+    given, loaded = structure.given, structure.loaded
+    k = diameter_of(given, 1)
+    system = structure.bare.system(loaded)
+    parts = tuple(structure.component(name, k) for name in structure.names)
+    mode = given.response.mode
+    limits = limits_step(mode, system, structure.names, parts, structure.uncorrected)
+    modes = structure.stuck_modes(loaded)
+    responses = {which: linear_step(given, which, system, limits, modes) for which in LIMITS}
+    return Linear("", system, limits, modes, responses)

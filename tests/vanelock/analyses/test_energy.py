@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vanelock.analyses.energy import contact_table, joint_table
-from vanelock.quantities.contacts.wear import Wear
-from vanelock.stages.parts.places import Places
+from vanelock.quantities.contacts import Wear
+from vanelock.stages.parts.outputs import Places
 
 ENERGY, SLIP, LOAD = np.array([0.0, 1e-6, 3e-6]), np.array([0.0, 2e-6, 1e-6]), np.array([5, 1, 3.0])
 AREA = np.array([1e-6, 2e-6, np.nan])

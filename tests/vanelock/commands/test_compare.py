@@ -14,9 +14,9 @@ from vanelock.common.errors import InputError
 from vanelock.input.settings import as_text, settings
 from vanelock.pipeline.progress import silent
 from vanelock.report import Answers, Text
-from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.files.writer import Results
-from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.responses import Monitor
 from vanelock.stages.response.summary import Peak
 
 

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from tests.vanelock.scenes.scenes import generator
 from vanelock.__main__ import app
-from vanelock.commands.examples import examples, write_example
+from vanelock.commands.installed import examples, write_example
 
 ROOT = Path(__file__).resolve().parents[3]
 NAMES = (
@@ -79,7 +79,7 @@ def test_a_failure_leaves_nothing_half_written(tmp_path, monkeypatch, refused):
         Path(str(target)).write_bytes(b"some")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("vanelock.commands.examples.shutil.copyfile", full)
+    monkeypatch.setattr("vanelock.commands.installed.shutil.copyfile", full)
     for name, written in (("lap_joint", "lap_joint"), ("vane", "vane.toml")):
         line = refused("init", "--example", name)
         assert line.startswith(f"vanelock: {written}: cannot be written: ")

@@ -8,8 +8,8 @@ from typer.testing import CliRunner
 from vanelock import Study, __main__
 from vanelock.__main__ import app
 from vanelock.commands.converge.settings import settings_of
-from vanelock.commands.guidance import setting_keys, study_files
-from vanelock.commands.manual import pages
+from vanelock.commands.installed import pages
+from vanelock.commands.options import setting_keys, study_files
 
 COMMANDS = sorted(
     each.name or getattr(each.callback, "__name__", "") for each in app.registered_commands
@@ -31,7 +31,7 @@ def test_help_fits_a_terminal_of_80_columns(words: list[str]) -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_has_purpose_example_statuses_and_pages(name: str) -> None:
     text = printed(name)
-    missing = "add the command to vanelock/commands/guidance.py"
+    missing = "add the command to vanelock/commands/options.py"
     purpose = text.partition("Arguments:")[0].partition("Usage:")[2]
     assert len(purpose.split()) > 8, missing
     assert f"\n    vanelock {name} " in text, missing

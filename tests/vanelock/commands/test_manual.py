@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from vanelock.__main__ import app, main
-from vanelock.commands.manual import contents_list, page_text, pages
+from vanelock.commands.installed import contents_list, page_text, pages
 
 ROOT = Path(__file__).resolve().parents[3]
 NOT_INSTALLED = {"index", "project/changelog", "project/contributing", "project/licence"}

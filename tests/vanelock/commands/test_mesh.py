@@ -16,10 +16,9 @@ from vanelock.mesh import Part
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Done, Notice
 from vanelock.pipeline.step import Stages
-from vanelock.quantities.meshes.mesh_tables import sets_table
-from vanelock.quantities.meshes.quality import figures
+from vanelock.quantities.meshes import figures, sets_table
 from vanelock.render.scenes import offscreen
-from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.components import mesh_step
 
 STUDY = f"{SMALL}[material.casing]\nrho = 7800\n"
 FILES = {f"{name}.{kind}" for name in ("vane", "casing") for kind in ("vtu", "msh")} | {

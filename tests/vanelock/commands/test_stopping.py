@@ -20,7 +20,7 @@ from tests.small_study import SMALL
 from tests.vanelock.scenes.test_run import PAD, QUIET, arm
 from vanelock import open_results
 from vanelock.common.files.hdf5 import written
-from vanelock.common.process.signals import Stopped, held, raise_dropped, raised
+from vanelock.common.process import Stopped, held, raise_dropped, raised
 from vanelock.pipeline import progress
 
 pytestmark = pytest.mark.usefixtures("undrawn")

@@ -10,12 +10,11 @@ from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import linear_response
 from vanelock.pipeline.display import PlainLines
 from vanelock.pipeline.progress import Done, Finished, PointDone, Tasks, json_lines
-from vanelock.results.case_table import response_table
-from vanelock.results.listing import stage_times
+from vanelock.results.listing import response_table, stage_times
+from vanelock.stages.cost_estimate import Clock
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise
-from vanelock.stages.sweep.time_left import Clock
 
 
 def summary(**changed):
@@ -102,7 +101,7 @@ def test_time_left_follows_the_work(monkeypatch):
     text = '[response]\nrange = [1, 2]\npoints = 10\n[sweep]\n"joints.hook.mu" = [0.1, 0.2, 0.3]'
     planned = plan(cases(parse_study(text)), lambda *_: None)
     now = [100.0]
-    monkeypatch.setattr("vanelock.stages.sweep.time_left.time.perf_counter", lambda: now[0])
+    monkeypatch.setattr("vanelock.stages.cost_estimate.time.perf_counter", lambda: now[0])
     clock = Clock(planned)
     clock.begin(planned[0])
     now[0] += 2

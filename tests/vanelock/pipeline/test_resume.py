@@ -19,8 +19,7 @@ import vanelock
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear import PointStore
-from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.points import HEAD, points_file
+from vanelock.pipeline.cache import HEAD, Cache, points_file
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.results.files.run_folder import claimed

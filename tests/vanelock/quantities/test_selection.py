@@ -9,7 +9,7 @@ import pytest
 
 from tests.vanelock.run_results import run_of
 from vanelock import cases, parse_study, render
-from vanelock.quantities.selection import looked_into_names, named
+from vanelock.quantities.run_result import looked_into_names, named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
 from vanelock.results.figures.pictures import detailed

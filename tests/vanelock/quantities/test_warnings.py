@@ -23,9 +23,8 @@ from vanelock.nonlinear import (
     wear_history,
 )
 from vanelock.quantities import warnings
-from vanelock.results.case_table import response_table
-from vanelock.results.listing import limits_table
-from vanelock.results.page_sections.summary import best_friction
+from vanelock.results.listing import limits_table, response_table
+from vanelock.results.page import best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.limits import limits
 from vanelock.stages.response.summary import Peak, peak_of

@@ -12,15 +12,14 @@ from matplotlib.image import imread
 from vanelock import render
 from vanelock.common.errors import InputError
 from vanelock.render import contact_map_picture, loop_picture, preload_picture, style
-from vanelock.render.plots import campbell
-from vanelock.render.plots.contacts import loops, preload
+from vanelock.render.plots import campbell, contacts
 from vanelock.render.scenes import scene
 from vanelock.render.scenes.window import aimed, snapshot
 from vanelock.render.shapes import contact_map
 
 
 @pytest.fixture
-def contacts(coarse):
+def vane_contacts(coarse):
     """The coarse vane, and its contacts as a system orders them: hooks, then the interlock."""
     vane = coarse[0]
     sets = ("hook_front", "hook_rear", "interlock_right")
@@ -43,8 +42,8 @@ def test_places_in_a_picture_are_where_the_camera_sees_them():
     np.testing.assert_allclose([columns.mean() + 0.5, rows.mean() + 0.5], place, atol=0.8)
 
 
-def test_bands_are_unrolled_in_their_order(contacts):
-    vane, x, frames, joints = contacts
+def test_bands_are_unrolled_in_their_order(vane_contacts):
+    vane, x, frames, joints = vane_contacts
     hook = np.array(joints) == "hook"
     places = contact_map._band_places(x[hook], frames[hook])
     # Roof and lip of the front hook, then of the rear one, 15 nodes each.
@@ -55,7 +54,7 @@ def test_bands_are_unrolled_in_their_order(contacts):
         np.testing.assert_allclose(arc[[0, 7, 14]], [-reach * radius, 0, reach * radius], atol=1e-6)
 
 
-def test_markers_show_state_and_energy(contacts, tmp_path, monkeypatch):
+def test_markers_show_state_and_energy(vane_contacts, tmp_path, monkeypatch):
     figures: list[Figure] = []
     write = style.write
 
@@ -64,7 +63,7 @@ def test_markers_show_state_and_energy(contacts, tmp_path, monkeypatch):
         return write(figure, path)
 
     monkeypatch.setattr(style, "write", noted)
-    vane, x, frames, joints = contacts
+    vane, x, frames, joints = vane_contacts
     count = len(joints)
     states = np.zeros((2, count), int)
     states[1, -10:] = [1, 1, 2, 3, 3, 3, 3, 3, 3, 3]
@@ -93,9 +92,9 @@ def test_markers_show_state_and_energy(contacts, tmp_path, monkeypatch):
     assert imread(path).shape[1] == 1800
 
 
-def test_without_an_interlock_nothing_is_rendered(contacts, tmp_path, monkeypatch):
+def test_without_an_interlock_nothing_is_rendered(vane_contacts, tmp_path, monkeypatch):
     monkeypatch.setattr(contact_map, "snapshot", None)
-    vane, x, frames, joints = contacts
+    vane, x, frames, joints = vane_contacts
     own = slice(len(joints) - 10)
     state = np.ones((1, len(joints) - 10), int)
     args = (vane, x[own], frames[own], joints[own], [250.0], state, 0.0 * state)
@@ -111,8 +110,8 @@ def test_without_an_interlock_nothing_is_rendered(contacts, tmp_path, monkeypatc
         ({"positions": np.zeros((3, 3))}, r"positions of shape \(3, 3\)"),
     ],
 )
-def test_arrays_that_do_not_fit_are_refused(contacts, tmp_path, change, message):
-    vane, x, frames, joints = contacts
+def test_arrays_that_do_not_fit_are_refused(vane_contacts, tmp_path, change, message):
+    vane, x, frames, joints = vane_contacts
     given: dict[str, Any] = {
         "positions": x,
         "frames": frames,
@@ -150,8 +149,8 @@ def contact(u, t, normal=LOAD):
 
 def test_an_open_contact_is_open_and_drawn(tmp_path):
     normal = np.array([5.0, 0.0, 0.0, 5.0])
-    state = loops.states(normal, np.array([1.0, 0.0, 0.0, 1.5]), MU)
-    assert list(state) == [loops.STICKS, loops.OPEN, loops.OPEN, loops.SLIPS]
+    state = contacts.states(normal, np.array([1.0, 0.0, 0.0, 1.5]), MU)
+    assert list(state) == [contacts.STICKS, contacts.OPEN, contacts.OPEN, contacts.SLIPS]
     flat = np.zeros((64, 3))
     path = loop_picture(tmp_path / "open.png", flat, flat, MU, "Open contact")
     u, t = jenkins()
@@ -236,8 +235,8 @@ def test_preload_by_joint_of_open_contacts_and_of_those_without_friction(figures
     assert figures[0].axes[2].get_title(loc="left") == "interlock: 2 contacts\n0 N"
     figures.clear()
     force = np.array([[2.0, 0.0, 0.0], [1e-3, 1e-17, 0.0], [3.0, 1e-16, 1e-17]])
-    assert list(preload.utilisation(force, np.zeros(3))) == [1, 1, 1]
-    assert list(preload.utilisation(force, np.full(3, 1e-300))) == pytest.approx([0, 1, 1])
+    assert list(contacts.utilisation(force, np.zeros(3))) == [1, 1, 1]
+    assert list(contacts.utilisation(force, np.full(3, 1e-300))) == pytest.approx([0, 1, 1])
     preload_picture("x.png", force, 0.0, ["hook"] * 3)
     upper = figures[0].axes[0]
     assert {to_hex(bar.get_facecolor()) for bar in upper.patches} == {style.VERMILION}

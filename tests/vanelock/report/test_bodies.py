@@ -3,7 +3,7 @@
 import numpy as np
 
 from vanelock import report
-from vanelock.report import bodies, views
+from vanelock.report import views
 
 
 def volume_inside(body):
@@ -46,7 +46,7 @@ def test_cube_is_crisp_and_its_faces_are_flat():
     corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), -1).reshape(-1, 3)
     quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     triangles = np.array([t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
-    split, numbered, normals = bodies.shaded(corners.astype(float), triangles)
+    split, numbered, normals = views.shaded(corners.astype(float), triangles)
     assert len(split) == 24  # each corner once for each of its three faces
     assert np.array_equal(split[numbered], triangles)
     outward = corners[split[numbered]].mean(axis=1) - 0.5
@@ -63,7 +63,7 @@ def test_cylinder_is_smooth_around_and_crisp_at_its_rim():
     j = (i + 1) % count
     side = np.vstack([np.c_[i, j, count + j], np.c_[i, count + j, count + i]])
     lid = np.c_[count + i, count + j, np.full(count, 2 * count)]
-    split, _, normals = bodies.shaded(points, np.vstack([side, lid]))
+    split, _, normals = views.shaded(points, np.vstack([side, lid]))
     assert len(split) == 3 * count + 1
     upright = np.abs(normals[:, 2]) > 0.5
     assert upright.sum() == count + 1

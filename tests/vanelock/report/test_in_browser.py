@@ -10,7 +10,7 @@ from playwright.sync_api import expect
 from tests.vanelock.report.pixels import colours, read, seen
 from vanelock import report
 from vanelock.render.scenes import annulus
-from vanelock.report import bodies, views
+from vanelock.report import views
 
 pytestmark = pytest.mark.system
 
@@ -291,7 +291,7 @@ def test_graphics_card_moves_the_ring_as_the_pictures_do(page, sample, body, mot
     scale = 0.1 / np.abs(wave.shapes[body]).max()
     values = page.evaluate(SHADER, [scene, body, motion, alpha, scale])
     found = np.reshape(values, (given.sectors, -1, 4))
-    split, _, _ = bodies.shaded(given.points, given.triangles)
+    split, _, _ = views.shaded(given.points, given.triangles)
     shape = wave.shapes[body]
     largest = max(annulus.peak(s).max() for s in wave.shapes)
     for j in range(given.sectors):

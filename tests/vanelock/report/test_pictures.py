@@ -8,7 +8,7 @@ import pytest
 from PIL import Image, ImageSequence
 
 from vanelock.common.errors import InputError
-from vanelock.report import pictures
+from vanelock.report import writer
 
 
 def opened(uri):
@@ -29,7 +29,7 @@ def test_drawing_of_lines_stays_exact(tmp_path):
     x = np.arange(500)
     pixels[(150 + 100 * np.sin(x / 40)).astype(int), x] = [0, 114, 178]
     Image.fromarray(pixels).save(tmp_path / "curve.png", compress_level=1)
-    uri, size = pictures.embedded(tmp_path / "curve.png")
+    uri, size = writer.embedded(tmp_path / "curve.png")
     kind, weight, picture = opened(uri)
     assert size == (500, 300)
     assert kind == "data:image/webp"
@@ -40,7 +40,7 @@ def test_drawing_of_lines_stays_exact(tmp_path):
 def test_shaded_picture_looks_the_same(tmp_path):
     pixels = waves(600, 900)
     Image.fromarray(pixels).save(tmp_path / "shape.png")
-    kind, weight, picture = opened(pictures.embedded(tmp_path / "shape.png")[0])
+    kind, weight, picture = opened(writer.embedded(tmp_path / "shape.png")[0])
     assert kind == "data:image/webp"
     assert weight < 0.5 * (tmp_path / "shape.png").stat().st_size
     off = np.abs(np.asarray(picture.convert("RGB"), int) - pixels)
@@ -52,7 +52,7 @@ def test_animation_keeps_its_frames_and_their_time(tmp_path):
     frames = [Image.fromarray(np.roll(pixels, 7 * i, 1)).quantize(64) for i in range(6)]
     path = tmp_path / "motion.gif"
     frames[0].save(path, save_all=True, append_images=frames[1:], duration=80, loop=0)
-    kind, _, picture = opened(pictures.embedded(path)[0])
+    kind, _, picture = opened(writer.embedded(path)[0])
     assert kind == "data:image/webp"
     with Image.open(path) as given:
         for frame, exact in zip(
@@ -68,4 +68,4 @@ def test_animation_keeps_its_frames_and_their_time(tmp_path):
 def test_what_is_no_picture_is_refused(tmp_path, content):
     (tmp_path / "a.png").write_bytes(content)
     with pytest.raises(InputError, match=r"a\.png: is neither a PNG nor a GIF picture"):
-        pictures.embedded(tmp_path / "a.png")
+        writer.embedded(tmp_path / "a.png")

@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from vanelock.common.files.digests import BLOCK, stamp
+from vanelock.common.files.files import BLOCK, stamp
 
 
 def everything(group: h5py.Group, place: str = "") -> Iterator[tuple[str, Any]]:

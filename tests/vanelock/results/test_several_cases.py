@@ -11,7 +11,7 @@ import pytest
 from tests.vanelock.pipeline.test_progress import summary
 from tests.vanelock.results.pages import card, number, on_page, plain
 from vanelock import parse_study
-from vanelock.results.page_sections.summary import _speed
+from vanelock.results.page import _speed
 from vanelock.stages.response.summary import Peak
 
 CASES = {

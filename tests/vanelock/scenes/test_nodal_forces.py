@@ -175,7 +175,7 @@ def test_a_file_that_changes_while_it_is_read_is_refused(tmp_path, scene_file, m
         file.write_text("node,fx\n1,2\n")
         return found
 
-    monkeypatch.setattr("vanelock.stages.matrices.nodal_forces.load_pairs", meanwhile)
+    monkeypatch.setattr("vanelock.stages.matrices.piece.load_pairs", meanwhile)
     with pytest.raises(InputError, match=r"loads\[0\]\.file: .*gas\.csv: changed while it was"):
         gathered(load_scene(path))
 

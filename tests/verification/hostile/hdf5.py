@@ -9,7 +9,7 @@ import numpy as np
 
 from tests.verification.hostile.mutations import bits, cut, flips
 from tests.verification.hostile.words import VALUES, WORDS
-from vanelock.common.files.digests import BLOCK, stamp
+from vanelock.common.files.files import BLOCK, stamp
 
 Random = np.random.Generator
 Edit = Callable[[Random, h5py.File, str], None]

@@ -28,7 +28,7 @@ PATIENCE = 120
 """Seconds after which a command that takes no processor time is taken to hang."""
 LOADED = (
     "ansys.mapdl.reader", "meshio", "pyuff", "vanelock.__main__", "vanelock.commands.check.file",
-    "vanelock.commands.check.scene", "vanelock.mesh", "vanelock.mesh.files.read",
+    "vanelock.commands.check.study", "vanelock.mesh", "vanelock.mesh.files.read",
     "vanelock.mesh.matching.pairing", "vanelock.commands.check.study",
     "vanelock.commands.compare", "vanelock.pipeline.display", "vanelock.pipeline.progress",
     "vanelock.report.writer", "pint", "h5py", "scipy.io", "scipy.sparse.csgraph",

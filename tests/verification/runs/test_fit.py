@@ -16,7 +16,7 @@ from vanelock import parse_study
 from vanelock.commands.fit.fit import rejoined
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.residuals import LEVEL
+from vanelock.commands.fit.solution import LEVEL
 from vanelock.commands.fit.tables import doubts
 from vanelock.input.measured.curve import Measured
 from vanelock.pipeline.cache import Cache

@@ -36,7 +36,7 @@ def check_file(path: str | os.PathLike[str], outside: bool = False) -> Table:
 
         rows, title = stored(place)
     elif is_scene(toml_tables(read_text(place), str(path))):
-        from vanelock.commands.check.scene import planned_scene
+        from vanelock.commands.check.study import planned_scene
         from vanelock.files import load_scene
 
         rows = list(planned_scene(load_scene(place, outside)))

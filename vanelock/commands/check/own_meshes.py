@@ -12,8 +12,7 @@ from vanelock.mesh import Part
 from vanelock.pipeline.cache import Cache, Entry
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.components import PARTS, mesh_step
 
 P = TypeVar("P", bound=Product)
 

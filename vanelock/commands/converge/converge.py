@@ -38,9 +38,9 @@ from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
-from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
+from vanelock.stages.campbell.frequencies import with_temperature_speeds
 from vanelock.stages.plan import Planned, plan
-from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.responses import monitor
 
 NEAR = 9
 """Frequencies between the neighbours of the largest point, where the peak is located."""

@@ -22,7 +22,7 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.nonlinear.contact.sampling import least_samples
-from vanelock.stages.accuracy.mesh_sizes import unknowns
+from vanelock.stages.accuracy.choose_mesh import unknowns
 
 DOFS = 150_000
 """Default limit of the estimated degrees of freedom of the meshes of both parts."""
@@ -33,7 +33,7 @@ COARSEST = 0.025
 
 
 @dataclass(frozen=True)
-class Level:
+class _Level:
     """A value of a setting.
 
     Attributes
@@ -67,7 +67,7 @@ class NumericalSetting:
     """
 
     key: str
-    levels: tuple[Level, ...]
+    levels: tuple[_Level, ...]
     points: bool = False
 
 
@@ -194,7 +194,7 @@ def _setting(
             changed = study if own else with_values(study, changes)
         except ValidationError:
             continue  # such as patches of a part that has no dimensions
-        levels.append(Level(shown, changed, own))
+        levels.append(_Level(shown, changed, own))
     return NumericalSetting(key, tuple(levels), points)
 
 

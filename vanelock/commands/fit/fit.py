@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import render
 from vanelock.commands.converge.converge import pinned
@@ -18,6 +17,7 @@ from vanelock.commands.fit.parameters import FitParameter, varied_parameters
 from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.commands.fit.solution import FitSolution, Start
 from vanelock.commands.fit.tables import fit_table, json_of, shown
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import counted
@@ -33,12 +33,10 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
-from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
-from vanelock.stages.parts.temperatures import described
+from vanelock.stages.campbell.frequencies import with_temperature_speeds
+from vanelock.stages.parts.loads import described
 from vanelock.stages.plan import Planned, plan
-from vanelock.stages.response.monitor import monitor
-
-Floats = NDArray[np.float64]
+from vanelock.stages.response.responses import monitor
 
 NAME = "fit"
 FINE = 160

@@ -18,16 +18,14 @@ each singular vector, which is evaluated.
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.residuals import noise_tests
-from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitSolution, Start
+from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitSolution, Start, noise_tests
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 
-Floats = NDArray[np.float64]
 Predict = Callable[[Floats], Floats]
 """Model values (n,) at parameters θ (p,); NaN where there is none."""
 Slopes = Callable[[Floats], Floats]

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundsKeys
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.measured.curve import Measured
@@ -28,13 +28,11 @@ from vanelock.nonlinear.following.amplitude_gradient import (
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.pipeline.step import Step
 from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
-from vanelock.stages.parts.gauges import Gauges
+from vanelock.stages.parts.outputs import Gauges
 from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.monitor import Monitor
-
-Floats = NDArray[np.float64]
+from vanelock.stages.response.responses import Monitor
 
 KEPT = 8
 """Responses that are kept, for their slopes."""
@@ -51,7 +49,7 @@ class Rejoined:
     study: Study = field(init=False)
     _stiff: tuple[Any, ...] = ()
     _modes: Mapping[int, Any] = field(default_factory=dict)
-    _known: dict[Any, "SolvedCurve"] = field(default_factory=dict)
+    _known: dict[Any, "_SolvedCurve"] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """The study is that of the case."""
@@ -100,7 +98,7 @@ class Rejoined:
         direction: str = "up",
         load: float = 1.0,
         jumps: bool = False,
-    ) -> "SolvedCurve":
+    ) -> "_SolvedCurve":
         """The response at frequencies (p,), Hz, to a multiple of the load, and what it is of."""
         asked = (tuple(sorted(values.items())), hertz.tobytes(), direction, load, jumps)
         if asked in self._known:
@@ -116,7 +114,7 @@ class Rejoined:
         response = nonlinear.frequency_response(
             system, hertz, options, modes=modes, find_jumps=jumps
         )
-        found = SolvedCurve(system, response, modes)
+        found = _SolvedCurve(system, response, modes)
         while len(self._known) >= KEPT:
             self._known.pop(next(iter(self._known)))
         self._known[asked] = found
@@ -218,7 +216,7 @@ class Rejoined:
                 found[i] = [known[key] for key in keys]
         return found[places]
 
-    def _moduli(self, values: Mapping[str, float], solved: "SolvedCurve") -> Moduli:
+    def _moduli(self, values: Mapping[str, float], solved: "_SolvedCurve") -> Moduli:
         moduli = self._moduli_over(with_values(self.study, dict(values)))
         sectors = self.study.ring.sectors
         wanted = {folded(int(k), sectors) for k in solved.response.harmonic_diameters}
@@ -243,7 +241,7 @@ class Rejoined:
         return np.array(found)[places]
 
 
-class SolvedCurve(NamedTuple):
+class _SolvedCurve(NamedTuple):
     """A response, the system that it is of, and its modes, all contacts stuck."""
 
     system: System

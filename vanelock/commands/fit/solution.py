@@ -1,14 +1,132 @@
-"""What a fit varies, and what it found: values, errors, and whether they can be believed."""
+"""What a fit varies, and what it found: values, errors, and whether they can be believed.
 
+Whether what remains of a fit is noise: tests of significance on its residuals.
+
+Least squares and its standard errors hold if residuals are independent, of one variance after
+weighting, and normal. Four tests say where they are not:
+
+- *signs*: of points next to each other each has the other's sign or not with probability 1/2, so
+  that the number of changes is binomial (R. C. Geary, Biometrika 57, 1970);
+- *neighbours*: Σ (r_{i+1} - r_i)² / Σ r², the scatter between neighbours over the misfit, which is
+  near 2 for noise (J. von Neumann, Ann. Math. Stat. 12, 1941; Durbin and Watson, Biometrika 37,
+  1950), by its own distribution: that of residuals (I - J J⁺) ε of normal ε;
+- *largest*: the externally studentised residual, of Student's distribution with n - p - 1 degrees,
+  among n by Bonferroni (Cook and Weisberg, Residuals and Influence in Regression, 1982, ch. 2);
+- *size*, where σ is given: Σ r² is that of χ² with n - p degrees.
+
+Each is made at `LEVEL` over their number, so that at most that share of right models is accused.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import binom, chi2, t
 
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.residuals import NoiseTest
+from vanelock.common.arrays import Floats
+from vanelock.common.tables import counted
 
-Floats = NDArray[np.float64]
+LEVEL = 0.05
+"""Share of fits of a right model to noise that all tests together call a miss, at most."""
+DRAWS = 9999
+"""Of noise, for the distribution of the neighbours' ratio: p to 2e-3 at a hundredth."""
+SINGLE = 1e-6
+"""Of 1 less a point's leverage, below which only this point determines a direction."""
+
+
+@dataclass(frozen=True)
+class _NoiseTest:
+    """A test of residuals.
+
+    Attributes
+    ----------
+    name : str
+        "signs", "neighbours", "largest" or "size".
+    statistic : float
+        What is tested.
+    p : float
+        Probability that noise alone is as far off.
+    failed : bool
+        Whether that is below the level.
+    text : str
+        The finding, with the points that it is about.
+    """
+
+    name: str
+    statistic: float
+    p: float
+    failed: bool
+    text: str
+
+
+def noise_tests(
+    left: Floats, J: Floats, lengths: Sequence[int], known: bool, names: Sequence[str]
+) -> tuple[_NoiseTest, ...]:
+    """Test residuals for being noise."""
+    n, p = J.shape
+    # Given σ, what remains can move a value by its norm in standard errors: by less than one here.
+    if n - p < 2 or np.linalg.norm(left) <= (1.0 if known else np.finfo(float).eps):
+        return ()
+    near = np.diff(np.repeat(np.arange(len(lengths)), lengths)) == 0
+    span = np.linalg.svd(J, full_matrices=False)[0][:, : np.linalg.matrix_rank(J)]
+    found = [_signs(left, near, names), _neighbours(left, near, span), _largest(left, span, names)]
+    if known:
+        square = float(left @ left)
+        misfit = np.sqrt(square / (n - p))
+        text = f"by {misfit:.3g} times their standard deviations"
+        found.append(("size", square, float(chi2.sf(square, n - p)), text))
+    return tuple(
+        _NoiseTest(name, statistic, each, each < LEVEL / len(found), text)
+        for name, statistic, each, text in found
+    )
+
+
+_Found = tuple[str, float, float, str]
+
+
+def _signs(left: Floats, near: NDArray[np.bool_], names: Sequence[str]) -> _Found:
+    positive = left > 0
+    changes = int(np.sum((positive[1:] != positive[:-1]) & near))
+    ends = np.flatnonzero(np.concatenate([[True], (positive[1:] != positive[:-1]) | ~near, [True]]))
+    first = ends[np.argmax(np.diff(ends))]
+    last = first + np.diff(ends).max() - 1
+    text = (
+        f"residuals change sign {counted(changes, 'time')} between {near.sum()} neighbours, "
+        f"and keep it from {names[first]} to {names[last]}"
+    )
+    return "signs", float(changes), float(binom.cdf(changes, near.sum(), 0.5)), text
+
+
+def _neighbours(left: Floats, near: NDArray[np.bool_], span: Floats) -> _Found:
+    def ratio(r: Floats) -> Floats:
+        square = np.sum(np.diff(r, axis=0)[near] ** 2, axis=0) / np.sum(r**2, axis=0)
+        return np.asarray(square)
+
+    noise = np.random.default_rng(1).standard_normal((len(left), DRAWS))
+    own = float(ratio(left))
+    below = np.sum(ratio(noise - span @ (span.T @ noise)) <= own)
+    scatter = np.sqrt(np.mean(np.diff(left)[near] ** 2) / 2)
+    times = float(np.sqrt(np.mean(left**2)) / scatter)
+    text = f"residuals are {times:.2g} times as large as the scatter between neighbours"
+    return "neighbours", own, float((1 + below) / (1 + DRAWS)), text
+
+
+def _largest(left: Floats, span: Floats, names: Sequence[str]) -> _Found:
+    n, p = span.shape
+    free = 1 - np.sum(span**2, axis=1)
+    others = left @ left - left**2 / np.maximum(free, SINGLE)
+    student = np.abs(left) * np.sqrt((n - p - 1) / np.maximum(others * free, np.finfo(float).tiny))
+    student[free < SINGLE] = 0
+    worst = int(np.argmax(student))
+    chance = min(1.0, 2 * n * float(t.sf(student[worst], n - p - 1)))
+    text = (
+        f"at {names[worst]} the residual is {student[worst]:.3g} standard deviations of the others "
+        "(a jump of the response, an outlier, or scatter that grows with amplitude: give sigma)"
+    )
+    return "largest", float(student[worst]), chance, text
+
 
 UNDETERMINED = 0.3
 """Standard error of x along a direction above which the data are said not to determine it."""
@@ -97,7 +215,7 @@ class FitSolution:
     held: tuple[bool, ...]
     points: int
     lost: int
-    tests: tuple[NoiseTest, ...]
+    tests: tuple[_NoiseTest, ...]
     rises: tuple[tuple[float, ...], ...]
     starts: tuple[Start, ...]
     remarks: tuple[str, ...] = ()
@@ -110,7 +228,7 @@ class FitSolution:
         return parameter.outer(min(x) - spread), parameter.outer(max(x) + spread)
 
     @property
-    def missed(self) -> tuple[NoiseTest, ...]:
+    def missed(self) -> tuple[_NoiseTest, ...]:
         """Tests by which the model misses the data."""
         return tuple(each for each in self.tests if each.failed)
 

@@ -11,17 +11,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock.analyses.bounds import HIGH
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.optimise.minimax import Functions
-from vanelock.commands.optimise.peaks import Peaks
+from vanelock.commands.optimise.peaks import Functions, Peaks
 from vanelock.commands.optimise.search import TRIALS, Optimum, Progress, on_bounds, searched
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear import PeakBounds
 from vanelock.pipeline.progress import Listener, silent
-
-Floats = NDArray[np.float64]
 
 AGREE = 1e-2
 """Relative difference between bound and known peaks that ends the search; bounds are that exact."""
@@ -30,7 +27,7 @@ ADDED = 8
 BOUND = "upper bound"
 
 
-class WorstPeaks:
+class _WorstPeaks:
     """The peaks of several places of sliders at once.
 
     Attributes
@@ -79,7 +76,7 @@ def least_bound(
     own = np.array([each.inner(each.start) for each in peaks.parameters])
     first = bounds(own)
     before, solved = float(first.amplitude[HIGH]), first.solved
-    worst, largest = WorstPeaks([peaks]), begun.after
+    worst, largest = _WorstPeaks([peaks]), begun.after
     progress = Progress(listener, TRIALS, BOUND)
     best, settled = None, False
     for _ in range(ADDED):

@@ -13,17 +13,17 @@ from vanelock.analyses.bounds import BOUNDS, BoundsKeys
 from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone
 from vanelock.commands.fit.parameters import varied_parameters
 from vanelock.commands.optimise.bound import BOUND, least_bound
-from vanelock.commands.optimise.front import front
-from vanelock.commands.optimise.peaks import Peaks
-from vanelock.commands.optimise.search import ROUNDS, TOLERANCE, Optimum, optimum
-from vanelock.commands.optimise.tables import (
+from vanelock.commands.optimise.front import (
     NAME,
     cases_table,
+    front,
     front_table,
     json_of,
     notes,
     optimum_table,
 )
+from vanelock.commands.optimise.peaks import Peaks
+from vanelock.commands.optimise.search import ROUNDS, TOLERANCE, Optimum, optimum
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
 from vanelock.input.cases.sweep import Case, cases

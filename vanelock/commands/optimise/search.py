@@ -12,16 +12,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.optimise.minimax import Functions, Minimax, minimax
-from vanelock.commands.optimise.peaks import Peaks
+from vanelock.commands.optimise.peaks import Functions, Minimax, Peaks, minimax
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Listener, Trial, silent
-
-Floats = NDArray[np.float64]
 
 LOWEST = 3
 """Of the starts, that are tried with all harmonics."""

@@ -24,27 +24,24 @@ from vanelock.pipeline.step import Stages, Step
 from vanelock.pipeline.tasks import Failure, TaskFailed, Workers
 from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.curves import with_curves
-from vanelock.quantities.products import StepProducts
+from vanelock.quantities.products import StepProducts, with_curves
 from vanelock.quantities.run_result import RunResult
 from vanelock.quantities.warnings import notes
 from vanelock.results import listing
 from vanelock.results.files import results_file
-from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.record import Record, versions
-from vanelock.stages.accuracy.choose_mesh import choose_mesh
+from vanelock.stages.accuracy.choose_mesh import choose_mesh, most_dofs
 from vanelock.stages.accuracy.evidence import judged
-from vanelock.stages.accuracy.mesh_sizes import most_dofs
-from vanelock.stages.campbell.temperature_speed import with_temperature_speeds
-from vanelock.stages.linear import Linear
+from vanelock.stages.campbell.frequencies import with_temperature_speeds
+from vanelock.stages.cost_estimate import Clock, attempt
 from vanelock.stages.matrices.scene_structure import at_rest, motions_step
-from vanelock.stages.parts.temperatures import described
+from vanelock.stages.parts.loads import described
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.limits import LIMITS
-from vanelock.stages.response.monitor import monitor
-from vanelock.stages.response.rest import constant_loads, not_held, undetermined
+from vanelock.stages.response.responses import constant_loads, monitor, not_held, undetermined
 from vanelock.stages.response.summary import Peak, Summary, by_height, peak_of, summarise, sweep_of
-from vanelock.stages.sweep.time_left import Clock, attempt
+from vanelock.stages.structure import Linear
 
 C = TypeVar("C")
 BY_RESPONSE = {each.key for each in ANALYSES if each.by_response}

@@ -12,11 +12,10 @@ from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
 from vanelock.rom import Contacts
 from vanelock.stages.matrices.gather import gathered
-from vanelock.stages.parts.load_lines import load_lines
-from vanelock.stages.parts.places import places_on
+from vanelock.stages.parts.loads import load_lines
+from vanelock.stages.parts.outputs import places_on
 from vanelock.stages.plan import Planned
-from vanelock.stages.response.responses import static_bounds_step
-from vanelock.stages.response.rest import on_inertia
+from vanelock.stages.response.responses import on_inertia, static_bounds_step
 
 MOST = 300
 """Contacts up to which the loads that static friction may hold are looked for without being asked:

@@ -72,7 +72,7 @@ class CaseWork:
         return [*steps_of(planned), *planned.pieces]
 
 
-class Job(NamedTuple):
+class _Job(NamedTuple):
     """Steps whose products are wanted together, how lists call that, and whether it counts."""
 
     name: str
@@ -96,21 +96,21 @@ def parts_of(planned: Planned) -> list[Step[Any]]:
     return found
 
 
-def jobs(planned: Sequence[Planned]) -> list[Job]:
+def jobs(planned: Sequence[Planned]) -> list[_Job]:
     """Of each case what a run shows, and what its analyses need; their pieces by themselves."""
-    found, first = list[Job](), None
+    found, first = list[_Job](), None
     for each in planned:
         work = CaseWork(each.case, each.choice, first)
         first, pieces = first or work, {*each.pieces}
         needs = (need for step in (*each.analysed, *each.pieces) for need in step.needs)
         steps = [need for need in needs if need not in pieces]
         steps += [step for step in steps_of(each) if step.kept]
-        found.append(Job(each.case.name, steps, work))
-        found += [Job(piece.name, (piece,), work, counts=False) for piece in each.pieces]
+        found.append(_Job(each.case.name, steps, work))
+        found += [_Job(piece.name, (piece,), work, counts=False) for piece in each.pieces]
     return found
 
 
-def bundle(jobs: Sequence[Job], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+def bundle(jobs: Sequence[_Job], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
     """What all jobs need and is not in the cache, in order, and the tasks after it."""
     held = cache.held()
     nodes: dict[str, Step[Any]] = {}

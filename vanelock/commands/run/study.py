@@ -10,7 +10,7 @@ from vanelock.analyses import ANALYSES
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.commands.stored.run import Run, load
 from vanelock.common.files.files import default_folder
-from vanelock.common.process.memory import largest
+from vanelock.common.process import largest
 from vanelock.files import load_given, read_text
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Given
@@ -23,12 +23,11 @@ from vanelock.pipeline.step import Stages
 from vanelock.results import listing
 from vanelock.results.figures.pictures import look_into
 from vanelock.results.files import results_file
-from vanelock.results.files.redrawn import REPORT, OutputFiles
-from vanelock.results.files.run_folder import claimed
+from vanelock.results.files.run_folder import REPORT, OutputFiles, claimed
 from vanelock.results.listing import tables
 from vanelock.results.page import show
-from vanelock.stages.accuracy.cost_estimate import estimated
-from vanelock.stages.accuracy.mesh_sizes import processes
+from vanelock.stages.accuracy.choose_mesh import processes
+from vanelock.stages.cost_estimate import estimated
 from vanelock.stages.response.summary import Summary
 
 

@@ -16,7 +16,7 @@ from vanelock.analyses import ANALYSES
 from vanelock.analyses.scatter import Scattered
 from vanelock.common.errors import InputError, printable
 from vanelock.common.files.hdf5 import texts
-from vanelock.common.process.memory import latest
+from vanelock.common.process import latest
 from vanelock.common.product import Product
 from vanelock.files import given_of
 from vanelock.input.measured.curve import Measured
@@ -26,13 +26,12 @@ from vanelock.pipeline.tasks import Failure
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.products import Products
 from vanelock.quantities.run_result import RunResult
-from vanelock.results.files.json_text import from_json
-from vanelock.results.files.redrawn import OutputFiles
-from vanelock.results.files.results_file import NAME, open_results
+from vanelock.results.files.results_file import NAME, from_json, open_results
+from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.record import STORED
 from vanelock.stages.parts.components import PARTS
 from vanelock.stages.response.limits import LIMITS
-from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.responses import Monitor
 
 REMEMBERED = 32
 """Products of a file that are remembered."""

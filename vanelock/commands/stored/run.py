@@ -1,9 +1,12 @@
 """A run as one object, read from its folder: its cases, their table, responses and curves.
 
 Tables are pandas' and responses xarray's, which are optional.
+
+`vanelock page`: tables, pictures and page of a run again, from its results alone.
 """
 
 import os
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -17,20 +20,25 @@ from vanelock import render
 from vanelock.commands.stored.contents import StoredRun, load_run
 from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.errors import InputError
-from vanelock.common.files.digests import verify
+from vanelock.common.files.files import verify
 from vanelock.common.lazy import library
+from vanelock.common.process import largest
 from vanelock.common.tables import Table
-from vanelock.quantities.selection import MANY, looked_into_names
-from vanelock.results.case_table import case_row, case_table
+from vanelock.pipeline.progress import Finished, Listener, silent
+from vanelock.quantities.run_result import MANY, RunResult, looked_into_names
 from vanelock.results.figures.curves import called, limit_curves, one_order
-from vanelock.results.files.redrawn import REPORT
 from vanelock.results.files.results_file import NAME, load_system, open_results, response_group
+from vanelock.results.files.run_folder import REPORT, OutputFiles, claimed
+from vanelock.results.listing import case_row, case_table, tables
+from vanelock.results.page import show
 from vanelock.rom import System
-from vanelock.stages.response.monitor import CARTESIAN
+from vanelock.stages.response.responses import CARTESIAN
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.figure import Figure
+
 
 EXTRA = "frames"
 
@@ -83,12 +91,6 @@ def dataset(
         dict(about),
     )
     return made
-
-
-if TYPE_CHECKING:
-    import pandas
-    import xarray
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, repr=False)
@@ -300,3 +302,43 @@ def load(folder: str | os.PathLike[str]) -> Run:
     if path.name == NAME:
         path = path.parent
     return Run(path, load_run(path, path.name))
+
+
+def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> RunResult:
+    """Make all that a run shows from what its results file holds; nothing is computed.
+
+    Parameters
+    ----------
+    folder : path
+        The run's folder, or the results file in it; its cache need not be there, nor the files
+        that its study names.
+    listener : callable
+        Called with the tables, with each picture drawn, and with where all of it is.
+
+    Raises
+    ------
+    InputError
+        If it holds no results, they are damaged, or no case is finished; after the tables, if the
+        run is not complete.
+    """
+    place, began = Path(folder), time.perf_counter()
+    if place.name == NAME:
+        place = place.parent
+    run = load_run(place, place.name)
+    if not run.cases:
+        raise InputError(f"{place}: no case is finished yet")
+    with claimed(place):
+        run.output_files = OutputFiles(place, listener)
+        for table in tables(run):
+            listener(table)
+        if not run.complete:
+            raise InputError(
+                f"{place}: not complete, so without pictures and page: the same `vanelock run` "
+                "goes on from there"
+            )
+        show(run)
+    pictures = [str(file) for shown in run.pictures for file in (shown.path, *shown.data)]
+    found = {"results": str(place / NAME), "pictures": pictures}
+    page = str(place / REPORT) if run.given.outputs.report else ""
+    listener(Finished(str(place), time.perf_counter() - began, found, page, largest()))
+    return run

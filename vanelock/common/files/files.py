@@ -2,17 +2,43 @@
 
 Every path that a study file names goes through `beside`, every file of the user that is read as a
 whole through `contents`, and every file that is written through `placed`.
+
+Digests of files, so that damage and mix-ups are noticed.
+
+A file that is written once has the digest of its bytes in its name, `mu=0.1-<digest>.h5`, and lists
+the files that it links to, which are named in the same way: where its own name fits, theirs are
+those that it was written with. The file that changes as a run goes on has its digest in the block
+before its HDF5 data.
+
+No protection from intent: whoever alters a file can give it a digest that fits.
+
+Work on a user's file in a forked child of bounded memory and time, for libraries that trust it.
+
+A damaged file makes such a library crash, loop, or ask for any amount of memory; if the child
+falls, only the child does.
 """
 
+import contextlib
+import faulthandler
+import hashlib
+import io
 import os
 import re
+import resource
+import signal
 import stat
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import lru_cache
 from glob import escape
 from pathlib import Path
+from typing import TypeAlias, TypeVar
 
-from vanelock.common.errors import FolderError, InputError, printable
+import h5py
+
+from vanelock.common.errors import FolderError, InputError, printable, raised
+from vanelock.common.process import ENDING
 
 PathLike = str | os.PathLike[str]
 LARGEST = 1 << 30
@@ -133,3 +159,175 @@ def _runs(process: int) -> bool:
     except PermissionError:
         pass
     return True
+
+
+NEEDS = "files"
+"""Attribute of a file that was written once: names of all others in its folder that it needs."""
+BLOCK = 512
+"""Bytes before the HDF5 data of a file that changes."""
+NAMED = re.compile(r"-([0-9a-f]{20})\.h5$")
+
+
+def file_digest(path: Path, start: int = 0) -> str:
+    """Digest of a file's bytes, from one of them on."""
+    with path.open("rb") as file:
+        file.seek(start)
+        return hashlib.file_digest(file, "sha256").hexdigest()[:20]
+
+
+def stamp(path: Path) -> None:
+    """Write the digest of a file that changes into the block before its HDF5 data."""
+    digest = file_digest(path, BLOCK)
+    with path.open("r+b") as file:
+        file.write(digest.encode())
+
+
+def verify(group: h5py.Group) -> None:
+    """Refuse a group of results whose file, or one that it needs, is not what was written."""
+    file = group.file
+    names = needs(file)
+    if names is None and file.userblock_size != BLOCK:
+        return
+    path = Path(os.fsdecode(file.filename))
+    for name in (path.name, *(names or ())):
+        verify_file(path.with_name(name))
+
+
+def needs(file: h5py.File) -> list[str] | None:
+    """Names of the files, in its folder, that a file needs; None where it does not say."""
+    if not h5py.h5a.exists(file.id, NEEDS.encode()):
+        return None
+    return [name for name in str(file.attrs[NEEDS]).split("/") if name]
+
+
+def verify_file(path: Path) -> None:
+    """Refuse a file that is not what its name says, or where that says nothing, its first block."""
+    try:
+        fits = _fits(path, _state(path))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    if not fits:
+        raise InputError(f"{path}: is not what was written: damaged, or altered since")
+
+
+State: TypeAlias = tuple[int, int, int]
+
+
+def _state(path: Path) -> State:
+    """What changes when a file does."""
+    found = os.stat(path)
+    return found.st_size, found.st_mtime_ns, found.st_ino
+
+
+@lru_cache(maxsize=1 << 16)
+def _fits(path: Path, state: State) -> bool:
+    named = NAMED.search(path.name)
+    if named is not None:
+        return file_digest(path) == named[1]
+    with path.open("rb") as file:
+        stated = file.read(20)
+    return file_digest(path, BLOCK).encode() == stated
+
+
+T = TypeVar("T")
+
+FULL = 3
+"""Exit status of a child that ran out of memory."""
+SECONDS, MEMORY = 10, 300_000_000
+"""What reading a small file may take; each 2 MB more add a second, and each byte EACH bytes."""
+EACH = 20
+
+
+class Fallen(Exception):
+    """The child did not come to an end: the message says why."""
+
+
+def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
+    """What some work says, done in a child process."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        status = 0
+        try:
+            os.close(reading)
+            _limit(seconds, memory)
+            os.write(writing, work().encode("utf-8", "replace")[:4000])
+        except MemoryError:
+            status = FULL
+        finally:
+            os._exit(status)  # without anything that the parent would do at its end
+    os.close(writing)
+    try:
+        with open(reading, "rb") as pipe:
+            text = pipe.read().decode("utf-8", "replace")
+    except BaseException:
+        os.kill(child, signal.SIGKILL)
+        raise
+    finally:
+        _, status = os.waitpid(child, 0)
+    if text and status == 0:
+        return text
+    if os.WIFEXITED(status) and os.WEXITSTATUS(status) == FULL:
+        raise Fallen("it asks for too much memory")
+    slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
+    raise Fallen("reading it does not end" if slow else "it makes the library that reads it fail")
+
+
+def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
+    """What a library reads from a user's file, in a child first: libraries need not fail well."""
+    printed = io.StringIO()
+
+    def quietly() -> T:
+        try:
+            with (
+                contextlib.redirect_stdout(printed),
+                contextlib.redirect_stderr(printed),
+                warnings.catch_warnings(),
+            ):
+                warnings.simplefilter("ignore")
+                # numpy's way to say that numbers were expected and something else was found
+                warnings.filterwarnings("error", message="string or file could not be read")
+                return read()
+        except (InputError, MemoryError):
+            raise
+        except (Exception, SystemExit) as error:
+            reason = "" if isinstance(error, SystemExit) else str(error)
+            lines = [line for line in (reason or printed.getvalue()).splitlines() if line.strip()]
+            said = printable((lines or [type(error).__name__])[0]).strip()[:160]
+            raise InputError(f"{where}: not {what} that can be read: {said}") from None
+
+    try:
+        trouble = limited(
+            lambda: "".join(raised(quietly)) or FINE,
+            SECONDS + size // 2_000_000,
+            MEMORY + EACH * size,
+        )
+    except Fallen as fallen:
+        trouble = f"{where}: not {what} that can be read: {fallen}"
+    if trouble != FINE:
+        raise InputError(trouble)
+    return quietly()
+
+
+FINE = "fine"
+"""What a child says of a file that it could read."""
+
+
+def _limit(seconds: int, memory: int) -> None:
+    """Bound what this process may take; a crash leaves no core file and no message."""
+    with open("/proc/self/statm") as file:
+        taken = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    for what, limit in (
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_AS, taken + memory),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        most = resource.getrlimit(what)[1]
+        limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
+        resource.setrlimit(what, (limit, most))
+    for number in ENDING:
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, signal.SIG_DFL)
+    faulthandler.disable()
+    for stream in (1, 2):  # what a C library says as it aborts
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream)

@@ -18,10 +18,8 @@ import h5py
 import numpy as np
 
 from vanelock.common.errors import InputError, printable
-from vanelock.common.files.digests import NAMED
-from vanelock.common.files.files import regular
-from vanelock.common.files.limited import Fallen, limited
-from vanelock.common.process.signals import held
+from vanelock.common.files.files import NAMED, Fallen, limited, regular
+from vanelock.common.process import held
 
 UNPACKED = 256_000_000
 """Bytes that all data sets that are packed, or not written in full, may have in all."""

@@ -15,11 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import show
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import contents
 from vanelock.common.tables import counted
-from vanelock.input.measured.points import Floats, Points
+from vanelock.input.measured.points import Points
 from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, UNITS, amplitude_factor
 
 NAMES = {

@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError, printable
-from vanelock.common.files.files import regular
-from vanelock.common.files.limited import by_library
+from vanelock.common.files.files import by_library, regular
 from vanelock.common.lazy import library
 from vanelock.common.quantities import si
 from vanelock.common.tables import counted
-from vanelock.input.measured.points import Floats, Points
+from vanelock.input.measured.points import Points
 from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, TURN, UNITS
 
 NAMES = {3: STRAIN, 8: DISPLACEMENT, 11: "velocity", 12: "acceleration"}

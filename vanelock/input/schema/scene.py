@@ -89,7 +89,7 @@ class SceneRingKeys(KeyTable):
     )
 
 
-class UnitKeys(KeyTable):
+class _UnitKeys(KeyTable):
     """Units of a component's files."""
 
     length: Literal["m", "mm", "cm", "in", "ft"] = Field(default="m", description="length unit")
@@ -113,7 +113,7 @@ class ComponentKeys(KeyTable):
     damping_name: str | None = Field(default=None, description="name of the damping matrix")
     dofs: str | None = Field(default=None, min_length=1, description="file of rows")
     nodes: str | None = Field(default=None, min_length=1, description="file of nodes")
-    units: UnitKeys = UnitKeys()
+    units: _UnitKeys = _UnitKeys()
     kind: Literal["full", "superelement"] = Field(default="full", description="kind")
     fixed: Nodes | None = Field(default=None, description="clamped nodes")
     low: Nodes | None = Field(default=None, description="nodes of the low cyclic face")
@@ -231,19 +231,19 @@ class LoadKeys(KeyTable):
     checks: ClassVar[tuple[Check, ...]] = (_is_given_in_one_way,)
 
 
-class SystemKeys(KeyTable):
+class _SystemKeys(KeyTable):
     """A system that is joined already, in place of components."""
 
     file: str = Field(min_length=1, description="system file")
 
 
-class SceneExcitation(KeyTable):
+class _SceneExcitation(KeyTable):
     """The travelling wave of the loads."""
 
     engine_order: Order = Field(default=1, description="engine order")
 
 
-class SceneDamping(KeyTable):
+class _SceneDamping(KeyTable):
     """Structural damping."""
 
     ratio: float | None = Field(default=None, gt=0, lt=1, description="damping ratio")
@@ -252,13 +252,13 @@ class SceneDamping(KeyTable):
     )
 
 
-class SceneResponse(ResponseKeys):
+class _SceneResponse(ResponseKeys):
     """Where and how finely the forced response is computed."""
 
     mode: int = Field(default=1, ge=1, le=1000, description="mode of interest")
 
 
-class SceneOutputs(KeyTable):
+class _SceneOutputs(KeyTable):
     """What a run shows of its results."""
 
     nodes: dict[str, Nodes] = Field(default_factory=dict, description="output nodes")
@@ -273,17 +273,17 @@ class Scene(KeyTable):
     name: str = Field(default="scene", min_length=1, max_length=200, description="name")
     ring: SceneRingKeys = SceneRingKeys()
     components: dict[Name, ComponentKeys] = Field(default_factory=dict, description="components")
-    system: SystemKeys | None = Field(default=None, description="joined system")
+    system: _SystemKeys | None = Field(default=None, description="joined system")
     ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")
     contacts: dict[Name, ContactKeys] = Field(default_factory=dict, description="contacts")
     elements: dict[Name, ElementKeys] = Field(default_factory=dict, description="elements")
     loads: Annotated[tuple[LoadKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), description="loads"
     )
-    excitation: SceneExcitation = SceneExcitation()
-    damping: SceneDamping = SceneDamping()
-    response: SceneResponse = SceneResponse()
-    outputs: SceneOutputs = SceneOutputs()
+    excitation: _SceneExcitation = _SceneExcitation()
+    damping: _SceneDamping = _SceneDamping()
+    response: _SceneResponse = _SceneResponse()
+    outputs: _SceneOutputs = _SceneOutputs()
     measured: Annotated[tuple[MeasuredCurve, ...], BeforeValidator(curves)] = Field(
         default=(), max_length=100, description="measured curves"
     )

@@ -30,9 +30,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock import fem
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 
-Floats = NDArray[np.float64]
 Stress = NDArray[np.complex128]
 
 BLOCK = 64

@@ -20,12 +20,11 @@ from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.step import Step, step
 from vanelock.quantities.stress.fatigue import Cycle, cycle
 from vanelock.rom import System
-from vanelock.stages.parts.components import PARTS, model_step, recovery_step
+from vanelock.stages.parts.components import PARTS, mesh_step, model_step, recovery_step
 from vanelock.stages.parts.loads import growth
-from vanelock.stages.parts.meshes import mesh_step
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import LIMITS, Limit, Limits
-from vanelock.stages.response.solved import as_solved
+from vanelock.stages.response.responses import as_solved
 
 Get = Callable[[Step[Any]], Any]
 

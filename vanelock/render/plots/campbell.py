@@ -15,10 +15,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.render import style
-
-Floats = NDArray[np.float64]
 
 FREE: Final = (0, (5, 2.5))
 _LARGEST: Final = 900.0  # area of the largest circle, points²

@@ -4,14 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.render import style
-
-Floats = NDArray[np.float64]
 
 _BEFORE, _AFTER = (style.GREY, (0, (5, 2.5))), (style.BLUE, "-")
 

@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.render import style
-
-Real = NDArray[np.float64]
 
 MPA: Final = 1e-6
 FACTORS: Final = (1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
@@ -34,8 +33,8 @@ class Named:
 
 def haigh_picture(
     path: style.PathLike,
-    mean: Real,
-    amplitude: Real,
+    mean: Floats,
+    amplitude: Floats,
     doubtful: NDArray[np.bool_],
     limit: float,
     tensile: float,
@@ -92,7 +91,7 @@ def haigh_picture(
 
 
 def _places(
-    axes: Axes, mean: Real, amplitude: Real, doubtful: NDArray[np.bool_], named: Sequence[Named]
+    axes: Axes, mean: Floats, amplitude: Floats, doubtful: NDArray[np.bool_], named: Sequence[Named]
 ) -> None:
     for chosen, colour, size in ((doubtful, style.LIGHT, 5), (~doubtful, style.SKY, 5)):
         x, y = MPA * mean[chosen], MPA * amplitude[chosen]
@@ -117,7 +116,7 @@ def _line(axes: Axes, limit: float, tensile: float, n: float) -> None:
     axes.plot(x, y, color=style.BLACK if n == 1 else style.GREY, lw=1.6 if n == 1 else 0.9)
 
 
-def _enlarge(axes: Axes, mean: Real, amplitude: Real, limit: float, tensile: float) -> None:
+def _enlarge(axes: Axes, mean: Floats, amplitude: Floats, limit: float, tensile: float) -> None:
     x, y = MPA * mean, MPA * amplitude
     low, high = float(x.min(initial=0.0)), float(x.max(initial=1.0))
     room = 0.08 * max(high - low, 1.0)

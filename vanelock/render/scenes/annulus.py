@@ -6,12 +6,9 @@ axis z. The displacement at the phase angle α = ωt is Re(x e^{iα}).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.cyclic import phase_factor, turn
-
-Complex = NDArray[np.complex128]
-Real = NDArray[np.float64]
 
 
 def wave_name(nodal_diameter: int, sectors: int) -> str:
@@ -22,7 +19,7 @@ def wave_name(nodal_diameter: int, sectors: int) -> str:
     return f"nodal diameter {k}"
 
 
-def sector_points(points: Real, sector: int, sectors: int) -> Real:
+def sector_points(points: Floats, sector: int, sectors: int) -> Floats:
     """(n, 3) coordinates of the same nodes on sector j, m."""
     return points @ turn(sectors, sector).T
 
@@ -34,13 +31,13 @@ def sector_shape(shape: Complex, sector: int, sectors: int, nodal_diameter: int)
     return turned
 
 
-def at(shape: Complex, angle: float) -> Real:
+def at(shape: Complex, angle: float) -> Floats:
     """Displacement at the phase angle α = ωt in radians, Re(x e^{iα})."""
-    moved: Real = np.real(np.asarray(shape) * np.exp(1j * angle))
+    moved: Floats = np.real(np.asarray(shape) * np.exp(1j * angle))
     return moved
 
 
-def peak(shape: Complex) -> Real:
+def peak(shape: Complex) -> Floats:
     """(n,) largest length that each node's displacement reaches in a cycle.
 
     The node runs along an ellipse; this is its larger half axis, with
@@ -48,7 +45,7 @@ def peak(shape: Complex) -> Real:
     """
     shape = np.asarray(shape)
     norm = np.sum(np.abs(shape) ** 2, axis=-1)
-    largest: Real = np.sqrt((norm + np.abs(np.sum(shape**2, axis=-1))) / 2)
+    largest: Floats = np.sqrt((norm + np.abs(np.sum(shape**2, axis=-1))) / 2)
     return largest
 
 
@@ -58,7 +55,7 @@ def largest_instant(*shapes: Complex) -> float:
     return float(-np.angle(square) / 2) if square else 0.0
 
 
-def cylindrical(points: Real, shape: Complex) -> Complex:
+def cylindrical(points: Floats, shape: Complex) -> Complex:
     """(n, 3) radial, circumferential and axial components at each node's own angle."""
     angle = np.arctan2(points[:, 1], points[:, 0])
     c, s = np.cos(angle), np.sin(angle)
@@ -66,7 +63,7 @@ def cylindrical(points: Real, shape: Complex) -> Complex:
     return np.column_stack([c * x + s * y, -s * x + c * y, z])
 
 
-def dominant(points: Real, shape: Complex) -> int:
+def dominant(points: Floats, shape: Complex) -> int:
     """Which of the radial (0), circumferential (1) and axial (2) components moves most."""
     return int(np.argmax(np.sum(np.abs(cylindrical(points, shape)) ** 2, axis=0)))
 

@@ -13,12 +13,12 @@ import numpy as np
 from matplotlib.colors import Colormap, to_rgb
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.mesh import Part
 from vanelock.render import style
-from vanelock.render.scenes import annulus, offscreen
+from vanelock.render.scenes import offscreen
+from vanelock.render.scenes.annulus import sector_points
 from vanelock.render.scenes.surface import Surface, surface
-
-Real = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class SceneBody:
         1: solid.
     """
 
-    points: Real
+    points: Floats
     triangles: NDArray[np.int64]
-    colour: str | Real
+    colour: str | Floats
     opacity: float = 1.0
 
 
@@ -50,7 +50,7 @@ class SceneBody:
 class SceneLines:
     """Straight edges (k, 2) between points (m, 3), with a width in pixels."""
 
-    points: Real
+    points: Floats
     edges: NDArray[np.int64]
     colour: str = style.BLACK
     width: float = 1.0
@@ -61,7 +61,7 @@ class SceneLines:
 class Marks:
     """Points (m, 3) drawn as balls of a diameter in pixels; faintly where something hides them."""
 
-    points: Real
+    points: Floats
     colour: str
     size: float = 12.0
 
@@ -73,9 +73,9 @@ class Camera:
     What `fit` holds fills the picture; None: everything drawn.
     """
 
-    direction: tuple[float, float, float] | Real
-    up: tuple[float, float, float] | Real
-    fit: Real | None = None
+    direction: tuple[float, float, float] | Floats
+    up: tuple[float, float, float] | Floats
+    fit: Floats | None = None
     margin: float = 1.03
 
 
@@ -89,7 +89,7 @@ class DrawnScene:
     marks: Sequence[Marks] = field(default=())
 
 
-def smooth_surface(points: Real, skin: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def smooth_surface(points: Floats, skin: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Points doubled along sharp edges, so that shading is smooth between them and crisp there."""
     pv = offscreen.pyvista()
     mesh = pv.PolyData.from_regular_faces(points, skin.triangles)
@@ -133,7 +133,7 @@ def _smooth_skin(
     return skin, *smooth_surface(given.part.points[skin.nodes], skin)
 
 
-def colours(values: Real, colour_map: Colormap, low: float, high: float) -> Real:
+def colours(values: Floats, colour_map: Colormap, low: float, high: float) -> Floats:
     """(m, 3) colours of values; light grey where a value is not a number."""
     norm = mpl.colors.Normalize(low, high, clip=True)
     shown = colour_map(norm(np.nan_to_num(values)))[:, :3]
@@ -147,6 +147,6 @@ def repeat(faces: NDArray[np.int64], points: int, copies: int) -> NDArray[np.int
     return (faces[None] + steps).reshape(-1, faces.shape[1])
 
 
-def ring(points: Real, sectors: int) -> Real:
+def ring(points: Floats, sectors: int) -> Floats:
     """(N·m, 3) points of all sectors, sector after sector."""
-    return np.concatenate([annulus.sector_points(points, j, sectors) for j in range(sectors)])
+    return np.concatenate([sector_points(points, j, sectors) for j in range(sectors)])

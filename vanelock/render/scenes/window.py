@@ -12,10 +12,10 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.render.scenes import offscreen
 from vanelock.render.scenes.scene import Camera, DrawnScene, Marks, SceneBody, SceneLines
 
-Real = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
 # Positions in the camera's own frame (right, up, towards the viewer) and strengths.
@@ -43,7 +43,7 @@ class Window:
     plotter: Any
     bodies: list[Any]
     lines: list[Any]
-    nearer: Real
+    nearer: Floats
 
     def move(self, scene: DrawnScene) -> None:
         """Show other points and colours; triangles, edges and the camera stay."""
@@ -160,7 +160,7 @@ def _add_body(plotter: Any, body: SceneBody) -> Any:
     return plotter.add_mesh(_surface(body), reset_camera=False, **look)
 
 
-def _add_lines(plotter: Any, lines: SceneLines, shift: Real) -> Any:
+def _add_lines(plotter: Any, lines: SceneLines, shift: Floats) -> Any:
     """Edges, a little nearer to the camera so that the faces they border do not hide them."""
     mesh = offscreen.pyvista().PolyData(lines.points + shift)
     mesh.verts = np.empty(0, int)
@@ -178,7 +178,7 @@ def _add_lines(plotter: Any, lines: SceneLines, shift: Real) -> Any:
 
 
 @dataclass(frozen=True)
-class CameraView:
+class _CameraView:
     """A parallel view, aimed.
 
     Attributes
@@ -191,18 +191,18 @@ class CameraView:
         Half of what the picture shows in height, m.
     """
 
-    frame: Real
-    centre: Real
+    frame: Floats
+    centre: Floats
     half_height: float
 
-    def pixels(self, points: Real, size: tuple[int, int]) -> Real:
+    def pixels(self, points: Floats, size: tuple[int, int]) -> Floats:
         """(m, 2) where points lie in a picture of that size: to the right, and downwards."""
         across, up = ((np.asarray(points) - self.centre) @ self.frame[:2].T).T
         fine = size[1] / 2 / self.half_height
         return np.column_stack([size[0] / 2 + fine * across, size[1] / 2 - fine * up])
 
 
-def aimed(camera: Camera, fit: Real, size: Sequence[int]) -> CameraView:
+def aimed(camera: Camera, fit: Floats, size: Sequence[int]) -> _CameraView:
     """A camera's view in which points (m, 3) fill a picture of that size."""
     forward = np.asarray(camera.direction, float)
     forward = forward / np.linalg.norm(forward)
@@ -212,10 +212,10 @@ def aimed(camera: Camera, fit: Real, size: Sequence[int]) -> CameraView:
     seen = fit @ frame.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     half = (high - low) / 2 * camera.margin
-    return CameraView(frame, (low + high) / 2 @ frame, max(half[1], half[0] * size[1] / size[0]))
+    return _CameraView(frame, (low + high) / 2 @ frame, max(half[1], half[0] * size[1] / size[0]))
 
 
-def _aim(plotter: Any, scene: DrawnScene, size: Sequence[int]) -> tuple[Real, float]:
+def _aim(plotter: Any, scene: DrawnScene, size: Sequence[int]) -> tuple[Floats, float]:
     """Point the camera and fit what it shall show into the picture.
 
     Returns the view's side, up and forward directions (rows), and the length of a pixel in m.

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.cyclic import phase_factor
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
@@ -33,9 +33,6 @@ from vanelock.render.shapes.shapes import (
     sentences,
     skins_of,
 )
-
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 FRAMES: Final = 24
 MILLISECONDS: Final = 80
@@ -65,7 +62,7 @@ class Wave:
 
 
 @dataclass(frozen=True)
-class Moving:
+class _Moving:
     """A part's skin with its waves.
 
     Attributes
@@ -79,7 +76,7 @@ class Moving:
     skin: DeformedSkin
     waves: tuple[tuple[int, int, Complex], ...]
 
-    def displacement(self, sector: int, angle: float) -> Real:
+    def displacement(self, sector: int, angle: float) -> Floats:
         """(m, 3) displacement on a sector at a phase angle, in the frame of sector 0."""
         sectors = self.skin.part.sectors
         total = np.zeros(self.skin.points.shape)
@@ -90,7 +87,7 @@ class Moving:
 
 
 @dataclass(frozen=True)
-class ColourBar:
+class _ColourBar:
     """Colours of displacement.
 
     Attributes
@@ -107,7 +104,7 @@ class ColourBar:
     unit: float
     top: float
 
-    def colours(self, length: Real) -> Real:
+    def colours(self, length: Floats) -> Floats:
         """(m, 3) of lengths in m."""
         return scene.colours(self.unit * length, style.AMPLITUDE_MAP, 0, self.top)
 
@@ -129,7 +126,7 @@ def mode_animation(
     moving = moving_parts(parts, [Wave(1, nodal_diameter, shapes)])
     largest, drawn = _largest(moving), mode_size(parts)
     stated = f"Largest displacement drawn as {1e3 * drawn:.3g} mm"
-    bar = ColourBar("displacement / largest displacement (–)", 1 / largest, 1.0)
+    bar = _ColourBar("displacement / largest displacement (–)", 1 / largest, 1.0)
     heading = ring_and_wave(parts, nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
     return _animate(path, moving, drawn / largest, bar, texts, frames)
@@ -170,13 +167,13 @@ def response_animation(
     amplitude = max(float(annulus.peak(shape).max()) for shape in waves[0].shapes)
     scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
     stated = f"Deformation drawn {scale:,.10g} times as large"
-    bar = ColourBar("displacement at the instant (µm)", 1e6, 1e6 * _largest(moving))
+    bar = _ColourBar("displacement at the instant (µm)", 1e6, 1e6 * _largest(moving))
     heading = ring_and_wave(parts, waves[0].nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
     return _animate(path, moving, scale, bar, texts, frames)
 
 
-def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[Moving]:
+def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[_Moving]:
     """Parts with their waves, on skins of few triangles."""
     for wave in waves:
         if wave.harmonic < 1:
@@ -188,7 +185,7 @@ def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[Moving]:
         of_skin = [np.asarray(wave.shapes[i])[thin.surface.nodes] for wave in waves]
         each = zip(waves, of_skin, strict=True)
         found.append(
-            Moving(thin, tuple((w.harmonic, w.nodal_diameter, shape) for w, shape in each))
+            _Moving(thin, tuple((w.harmonic, w.nodal_diameter, shape) for w, shape in each))
         )
     return found
 
@@ -227,7 +224,7 @@ def thinned(skin: DeformedSkin, triangles: int = TRIANGLES) -> DeformedSkin:
 
 
 def _ring_at(
-    moving: Sequence[Moving], angle: float, scale: float, bar: ColourBar
+    moving: Sequence[_Moving], angle: float, scale: float, bar: _ColourBar
 ) -> scene.DrawnScene:
     """Scene of all sectors at a phase angle α in rad, coloured by the length of displacement."""
     bodies, lines = [], []
@@ -254,7 +251,7 @@ def _ring_at(
     return scene.DrawnScene(camera, bodies, lines)
 
 
-def _largest(moving: Sequence[Moving]) -> float:
+def _largest(moving: Sequence[_Moving]) -> float:
     """Largest displacement in a period, which is the same in every sector, m."""
     angles = 2 * np.pi * np.arange(72) / 72
     return max(
@@ -266,9 +263,9 @@ def _largest(moving: Sequence[Moving]) -> float:
 
 def _animate(
     path: style.PathLike,
-    moving: Sequence[Moving],
+    moving: Sequence[_Moving],
     scale: float,
-    bar: ColourBar,
+    bar: _ColourBar,
     texts: tuple[str, str, str],
     frames: int,
 ) -> Path:

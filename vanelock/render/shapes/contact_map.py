@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import scene
 from vanelock.render.scenes.window import aimed, snapshot
 
-Real = NDArray[np.float64]
 States = NDArray[np.int64]
 
 LOOKS: Final = (
@@ -124,7 +124,7 @@ def contact_map_picture(
 
 
 def _check(
-    x: Real, frames: Real, joints: Sequence[str], hertz: Real, state: States, energy: Real
+    x: Floats, frames: Floats, joints: Sequence[str], hertz: Floats, state: States, energy: Floats
 ) -> None:
     count, columns = len(joints), len(hertz)
     if not count or x.shape != (count, 3) or frames.shape != (count, 3, 3):
@@ -144,8 +144,8 @@ def _check(
 
 
 def _face(
-    part: Part, x: Real, frames: Real, width: float, height: float
-) -> tuple[NDArray[np.uint8], Real]:
+    part: Part, x: Floats, frames: Floats, width: float, height: float
+) -> tuple[NDArray[np.uint8], Floats]:
     """Picture of the face that some contacts lie on, and the contacts' places in it, pixels."""
     size = round(width * style.DPI), round(height * style.DPI)
     skin, split, triangles = scene.smooth_skin(part, corners_only=True)
@@ -160,7 +160,7 @@ def _face(
     return picture, aimed(camera, x, size).pixels(x, size)
 
 
-def _band_places(x: Real, frames: Real) -> Real:
+def _band_places(x: Floats, frames: Floats) -> Floats:
     """(c, 2) unrolled places: arc from the middle, mm, and the band, slightly apart by z."""
     angle = np.arctan2(x[:, 1], x[:, 0])
     middle = np.arctan2(np.sin(angle).mean(), np.cos(angle).mean())
@@ -178,7 +178,7 @@ def _band_places(x: Real, frames: Real) -> Real:
     return np.column_stack([1e3 * radius * turned, band + apart])
 
 
-def _unrolled(axes: Axes, x: Real, frames: Real) -> None:
+def _unrolled(axes: Axes, x: Floats, frames: Floats) -> None:
     places = _band_places(x, frames)
     reach = 1.08 * float(np.abs(places[:, 0]).max()) or 1.0
     axes.set(xlim=(-reach, reach), ylim=(3.6, -0.6), yticks=range(4))
@@ -187,7 +187,7 @@ def _unrolled(axes: Axes, x: Real, frames: Real) -> None:
 
 
 def _marks(
-    axes: Axes, places: Real, state: States, area: Real, number: States, font: float
+    axes: Axes, places: Floats, state: States, area: Floats, number: States, font: float
 ) -> None:
     for kind in np.unique(state):
         _, colour, marker = LOOKS[kind]

@@ -1,6 +1,6 @@
-"""The mesh: one sector with its node sets, the hook's foot in its groove, and the ring."""
+"""The mesh: node sets, hook and ring; where it has its error; `.vtu` files for ParaView."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -12,11 +12,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
+from vanelock.common.errors import InputError
+from vanelock.common.files.files import placed
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import annulus, offscreen, scene, views, window
-
-Real = NDArray[np.float64]
 
 # Sets that belong together share a colour; an entry without nodes in any part is left out.
 SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
@@ -167,7 +168,7 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
     axes.grid(False)
 
 
-def meridional_section(part: Part, angle: float) -> tuple[list[Real], Real]:
+def meridional_section(part: Part, angle: float) -> tuple[list[Floats], Floats]:
     """Cut of a part's elements by the half plane at `angle` radians about z.
 
     Quadratic tetrahedra are cut in eight pieces each, so that their curved sides show.
@@ -240,3 +241,135 @@ def _legend(figure: Figure, parts: Sequence[Part]) -> None:
             fontsize=9.5,
             color=style.GREY,
         )
+
+
+LOW, HIGH = -2.0, 2.0
+"""Powers of ten of the mean between which colours lie."""
+
+
+def mesh_error_picture(
+    path: style.PathLike,
+    parts: Sequence[Part],
+    densities: Sequence[Floats],
+    title: str,
+    subtitle: str = "",
+) -> Path:
+    """Draw what meshes add to a mode's stiffness, and return the path.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    parts : sequence of Part
+        Vane and casing.
+    densities : sequence of (n,) float
+        At each node, energy per volume over the mean of both.
+    title, subtitle : str
+        Heading, and the line under it.
+
+    Raises
+    ------
+    InputError
+        If this machine cannot draw.
+    """
+    with style.applied():
+        figure = style.figure(6.9, title, subtitle)
+        across, up = figure.get_size_inches()
+        headings = (f"The {part.name}'s elements" for part in parts)
+        for left, part, values, heading in zip((0.3, 5.7), parts, densities, headings, strict=True):
+            skin, split, triangles = scene.smooth_skin(part, corners_only=True)
+            points = part.points[skin.nodes]
+            powers = np.log10(np.maximum(values[skin.nodes], 10**LOW)).clip(LOW, HIGH)
+            colour = scene.colours(powers, style.AMPLITUDE_MAP, LOW, HIGH)
+            sides = np.sort(skin.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+            lines = [scene.SceneLines(points, np.unique(sides, axis=0), style.BLACK, 0.5, 0.35)]
+            axes, size = style.image_axes(figure, left, 0.4, 5.1, 5.25)
+            body = scene.SceneBody(points[split], triangles, colour[split])
+            drawn = scene.DrawnScene(views.sector_camera(part.points), [body], lines, [])
+            style.show(axes, window.snapshot(drawn, size))
+            figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
+        bar = style.axes(figure, 10.95, 1.6, 0.15, 3.2)
+        label = "error per volume, over its mean"
+        shown = style.colour_bar(bar, style.AMPLITUDE_MAP, LOW, HIGH, label)
+        ticks = np.arange(LOW, HIGH + 1)
+        shown.set_ticks(ticks, labels=[f"{10.0**tick:g}" for tick in ticks])
+        return style.write(figure, path)
+
+
+Data = dict[str, NDArray[np.float64] | NDArray[np.int32]]
+
+
+def write_vtu(
+    path: style.PathLike,
+    part: Part,
+    shape: NDArray[np.complex128] | None = None,
+    fields: Mapping[str, NDArray[np.float64]] | None = None,
+    unit: str = "m",
+) -> Path:
+    """Write a part with its node sets and, if given, a shape or fields, and return the path.
+
+    Parameters
+    ----------
+    path : path
+        File to write, named `.vtu`.
+    part : Part
+        Becomes points (m) and elements; each node set becomes point data of its name, the place 1,
+        2, ... in the set at its nodes and 0 elsewhere, from which `mesh.read_mesh` reads it back.
+    shape : (n, 3) complex, optional
+        Becomes the point data `displacement_real (m)`, `displacement_imag (m)` (Cartesian),
+        `amplitude (m)` (largest length in a cycle) and `phase_radial (deg)`. ParaView's "Warp By
+        Vector" on the first two deforms the part at the instants 0 and a quarter period before.
+    fields : mapping of str to (n,) or (n, k) float, optional
+        Point data by their names, which have the unit.
+    unit : str
+        Of the shape.
+
+    Raises
+    ------
+    InputError
+        If the shape or a field does not fit the part, or the file cannot be written.
+    """
+    data: Data = {}
+    if shape is not None:
+        _fits(part, shape)
+        data |= _moving(part.points, shape, unit)
+    for name, values in (fields or {}).items():
+        if len(values) != len(part.points):
+            given = f"{part.name}: {name} of {len(values)} nodes"
+            raise InputError(f"{given}: the part has {len(part.points)}")
+        data[name] = np.asarray(values, float)
+    for name, nodes in part.node_sets.items():
+        place = np.zeros(len(part.points), np.int32)
+        place[nodes] = np.arange(1, len(nodes) + 1)
+        data[name] = place
+    return _written(path, part.points, part.cell_type, part.cells, data)
+
+
+def _written(
+    path: style.PathLike, points: Floats, cell_type: str, cells: NDArray[np.int64], data: Data
+) -> Path:
+    """The file, whole or not at all."""
+    import meshio
+
+    target = Path(path)
+    mesh = meshio.Mesh(points, [(cell_type, cells)], point_data=data)
+    with placed(target) as temporary:
+        mesh.write(temporary, file_format="vtu")
+    return target
+
+
+def _fits(part: Part, shape: NDArray[np.complex128]) -> None:
+    if np.shape(shape) != part.points.shape:
+        wanted = part.points.shape
+        raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
+
+
+def _moving(points: Floats, shape: NDArray[np.complex128], unit: str) -> Data:
+    """Point data of a shape."""
+    radial = annulus.cylindrical(points, shape)[:, 0]
+    return {
+        f"displacement_real ({unit})": np.real(shape).astype(float),
+        f"displacement_imag ({unit})": np.imag(shape).astype(float),
+        f"amplitude ({unit})": annulus.peak(shape),
+        "phase_radial (deg)": np.degrees(np.angle(radial)),
+    }

@@ -10,17 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock import nonlinear, render
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.input.cases.names import of_case, slug, words
 from vanelock.nonlinear import Response
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.contacts.wear import exact
-from vanelock.quantities.run_result import RunResult
-from vanelock.quantities.selection import DETAILED, named
+from vanelock.quantities.contacts import exact
+from vanelock.quantities.run_result import DETAILED, RunResult, named
 from vanelock.report import Picture
 from vanelock.rom.joining.connections import properties
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.places import tangents
+from vanelock.stages.parts.outputs import tangents
 from vanelock.stages.parts.segment import segment_of
 
 
@@ -191,9 +190,6 @@ def loops(run: RunResult, each: CaseResult) -> list[Picture]:
     )
     file, heading = f"figures/loop_{slug(name)}", f"Hysteresis of {heading}"
     return [run.picture(file, heading, shows, draw, loop.columns, notes, caption)]
-
-
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

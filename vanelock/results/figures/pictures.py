@@ -1,12 +1,23 @@
-"""The pictures of a run, in the order in which they are drawn and shown."""
+"""The pictures of a run, in the order in which they are drawn and shown.
 
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+Meshes and their errors, modes of interest, responses at their peaks: pictures and fields.
+"""
 
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from vanelock import render
+from vanelock.common.arrays import Complex
+from vanelock.input.cases.names import of_case, slug, words
+from vanelock.input.cases.sweep import Case, label
 from vanelock.pipeline.progress import Notice
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.run_result import RunResult
-from vanelock.quantities.selection import (
+from vanelock.quantities.run_result import (
+    DETAILED,
+    RunResult,
     energies,
     in_words,
     looked_into_names,
@@ -16,16 +27,263 @@ from vanelock.quantities.selection import (
 from vanelock.report import Picture
 from vanelock.results.figures.contacts import contacts, loops, preloads
 from vanelock.results.figures.curves import curves
-from vanelock.results.figures.shapes import (
-    all_modes,
-    distinct_modes,
-    few,
-    mesh,
-    mesh_errors,
-    response,
-    stress,
-)
-from vanelock.results.files.redrawn import REPORT
+from vanelock.results.files.run_folder import REPORT
+from vanelock.stages.accuracy.evidence import ErrorPlaces
+from vanelock.stages.parts.components import PARTS
+from vanelock.stages.response.limits import Limit
+
+MASS_NORMALISED = "kg^-0.5"
+"""Unit of modes."""
+
+
+@dataclass(frozen=True)
+class _ShownField:
+    """A field to be drawn, recovered when it is first needed.
+
+    Attributes
+    ----------
+    name : str
+        Of the files, without what marks their kind.
+    title, subtitle : str
+        Heading, and the line under it.
+    nodal_diameter : int
+        Of the wave.
+    recover : callable
+        The displacement of each part's nodes.
+    shows : JSON
+        All that it depends on.
+    unit : str
+        Of the displacement.
+    """
+
+    name: str
+    title: str
+    subtitle: str
+    nodal_diameter: int
+    recover: Callable[[], list[Complex]]
+    shows: Any
+    unit: str = "m"
+
+    @cached_property
+    def fields(self) -> list[Complex]:
+        """(nodes, 3) of each part."""
+        return self.recover()
+
+
+def mesh(run: RunResult, each: CaseResult, data: Sequence[Path] = ()) -> Picture:
+    """Both parts with their node sets."""
+    title = f"{run.study.name}: mesh"
+    path = run.output_files.draw(
+        "figures/mesh.png",
+        [each.mesh_keys, title],
+        lambda path: render.mesh_picture(path, *each.parts, title),
+    )
+    caption = (
+        "Finite-element mesh of one vane segment and one casing sector (translucent). Balls are "
+        "the nodes where the parts touch, are loaded and are measured; pale ones lie behind. "
+        "Right: the meridional section through the front hook, whose foot sits in the casing's "
+        f"groove, and the full ring of {run.study.ring.sectors} sectors,"
+        " of which one is meshed."
+    )
+    return Picture(path, "Mesh and node sets", caption, tuple(data))
+
+
+def all_modes(run: RunResult) -> list[Picture]:
+    """Modes of distinct sets of linear limits, of many the first and the last."""
+    distinct = _distinct_modes(run)
+    if len(distinct) > DETAILED:
+        text = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
+        run.output_files.listener(Notice(text))
+    found: list[Picture] = []
+    for each, name in few(distinct):
+        found += _modes(run, each, name, run.study.outputs.animations and not found)
+    return found
+
+
+def few(distinct: list[tuple[CaseResult, str]]) -> list[tuple[CaseResult, str]]:
+    """Those of distinct modes that are drawn."""
+    return distinct if len(distinct) <= DETAILED else [distinct[0], distinct[-1]]
+
+
+def _distinct_modes(run: RunResult) -> list[tuple[CaseResult, str]]:
+    """A case of each set of linear limits, under the swept values that distinguish them."""
+    cases = list(run.cases.values())
+    groups = list(map(_mode_key, cases))
+    names = label([Case(each.name, dict(each.values), each.given) for each in cases], groups)
+    chosen: dict[Any, tuple[CaseResult, str]] = {}
+    for each, group, name in zip(cases, groups, names, strict=True):
+        chosen.setdefault(group, (each, name))
+    return list(chosen.values())
+
+
+def _mode_key(each: CaseResult) -> tuple[Any, ...]:
+    """What tells modes apart; a load or a damping ratio does not."""
+    limits = each.limits
+    places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
+    return *each.component_keys, *places, limits.free.tobytes(), limits.stuck.tobytes()
+
+
+def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[Picture]:
+    """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
+    limits = each.limits
+    k = limits.nodal_diameter
+    made = []
+    for which in limits.conditions:
+        place, frequency = limits.of_interest(which)
+        wave = render.wave_name(k, run.study.ring.sectors)
+        held = f", interlock {which}" if limits.opens else ""
+        title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
+
+        def recover(which: Limit = which) -> list[Complex]:
+            return each.mode_shapes.shape(which)
+
+        shows = [each.key_at("limits"), title, name]
+        file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
+        drawn = _ShownField(file, title, words(name), k, recover, shows, MASS_NORMALISED)
+        caption = (
+            f"Linear mode of interest{held}{of_case(name)}: natural frequency {frequency:.2f} Hz, "
+            f"{wave} on the full ring, all other contacts stuck. Deformation is exaggerated as "
+            "stated, colours show where it moves most. Left: one sector at its largest deflection, "
+            "undeformed in grey; right: the wave around the ring."
+        )
+        data = _data(run, each, drawn)
+        made.append(_picture(run, each, drawn, render.mode_picture, caption, data))
+        if animated and which == limits.conditions[-1]:
+            caption = (
+                f"The same mode over one period{of_case(name)}: a wave that travels round the ring "
+                "as the load does. Colours are the displacement at the instant."
+            )
+
+            def animate(path: Path, drawn: _ShownField = drawn) -> None:
+                render.mode_animation(
+                    path, each.parts, drawn.fields, k, drawn.title, drawn.subtitle
+                )
+
+            path = run.output_files.draw(f"shapes/{file}.gif", shows, animate)
+            made.append(Picture(path, f"{title}, in motion", caption, data))
+    return made
+
+
+def response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]:
+    """First harmonic at the peak; `animated`, all of them too."""
+    name = each.name
+    top, peak = each.top, each.at_peak
+    k = int(top.harmonic_diameters[1])
+    title = f"Response at its peak, {peak.frequency:.2f} Hz"
+    shows = [each.key_at("response"), title, name, run.monitor.name]
+    subtitle = f"{words(name)}, first harmonic"
+    drawn = _ShownField(
+        f"response_{slug(name)}", title, subtitle, k, lambda: each.fields.shape(1), shows
+    )
+    caption = (
+        f"First harmonic of the vibration with friction at the largest response, "
+        f"{peak.frequency:.2f} Hz{of_case(name)}. Left: the amplitude that each point reaches in "
+        "a cycle, deformation exaggerated as stated. Right: phase of the dominant component; where "
+        "colours run once around the ring for each nodal diameter the wave travels, and a jump "
+        "within a sector marks parts that move in opposite phase."
+    )
+    data = _data(run, each, drawn)
+    made = [_picture(run, each, drawn, render.response_picture, caption, data)]
+    if animated:
+
+        def animate(path: Path) -> None:
+            waves = [
+                render.Wave(h, int(top.harmonic_diameters[h]), each.fields.shape(h))
+                for h in range(1, top.harmonics + 1)
+            ]
+            render.response_animation(path, each.parts, waves, title, words(name))
+
+        path = run.output_files.draw(f"shapes/{drawn.name}.gif", shows, animate)
+        caption = (
+            f"The vibration at the peak over one period{of_case(name)}, all harmonics, each with "
+            "its own nodal diameter, without what the preload does at rest. Colours are the "
+            "displacement at the instant: the pattern runs round the ring with the load."
+        )
+        made.append(Picture(path, f"{title}, in motion", caption, data))
+    return made
+
+
+def stress(run: RunResult, each: CaseResult) -> Picture:
+    """Von Mises stress of the vane at the peak."""
+    name = each.name
+    peak = each.at_peak
+    title = f"Largest von Mises stress in a period, {peak.frequency:.2f} Hz"
+    placed = None if (gauges := each.gauges) is None else gauges.positions
+    shows = [each.key_at("response"), title, name, [] if placed is None else placed.tolist()]
+
+    def picture(path: Path) -> None:
+        marked = () if placed is None else placed
+        values = each.fields.largest, each.fields.vane.amplitude
+        render.stress_picture(path, each.parts[0], *values, title, words(name), marked)
+
+    def write(path: Path) -> None:
+        stresses = {
+            "von_mises_max (Pa)": each.fields.largest,
+            "von_mises_max_of_vibration (Pa)": each.fields.vane.amplitude,
+        }
+        render.write_vtu(path, each.parts[0], fields=stresses)
+
+    path = run.output_files.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
+    data = run.output_files.draw(f"shapes/stress_{slug(name)}_vane.vtu", shows, write, quick=True)
+    caption = (
+        f"Largest von Mises stress of the vane in a period at the peak, {peak.frequency:.2f} Hz"
+        f"{of_case(name)}. Left: with what the preload does at rest; right: of the vibration "
+        "alone, which causes fatigue. Stress at nodes that carry contact forces grows with every "
+        "refinement of the mesh, so look at fillets and aerofoils, not at contacts."
+    )
+    return Picture(path, "Stress of the vane at the peak", caption, (data,))
+
+
+def _picture(
+    run: RunResult,
+    each: CaseResult,
+    drawn: _ShownField,
+    draw: Callable[..., Path],
+    caption: str,
+    data: tuple[Path, ...],
+) -> Picture:
+    def function(path: Path) -> None:
+        parts, k = each.parts, drawn.nodal_diameter
+        draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
+
+    path = run.output_files.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
+    return Picture(path, drawn.title, caption, data)
+
+
+def _data(run: RunResult, each: CaseResult, drawn: _ShownField) -> tuple[Path, ...]:
+    """One .vtu file for each part of a displacement field."""
+    data = []
+    for i, part in enumerate(PARTS):
+
+        def write(path: Path, i: int = i) -> None:
+            render.write_vtu(path, each.parts[i], drawn.fields[i], unit=drawn.unit)
+
+        file = f"shapes/{drawn.name}_{part}.vtu"
+        data.append(run.output_files.draw(file, drawn.shows, write, quick=True))
+    return tuple(data)
+
+
+def mesh_errors(run: RunResult, each: CaseResult) -> list[Picture]:
+    """The picture of a case, where a part of it is an own mesh."""
+    if "mesh_error" not in each.products:
+        return []
+    places: ErrorPlaces = each.products.get("mesh_error")
+    title = f"Where the meshes err in the mode of interest, {each.limits.stuck_frequency:.2f} Hz"
+    subtitle = f"{each.study.name}. What elements add to its stiffness, by their own estimate."
+    shows = [each.key_at("mesh_error"), title, each.study.name]
+
+    def picture(path: Path) -> None:
+        densities = places.vane, places.casing
+        render.mesh_error_picture(path, each.parts, densities, title, subtitle)
+
+    table = places.table
+    caption = (
+        "What each element adds to the stiffness of the mode of interest, by its own estimate: "
+        "elements are best made smaller where colours are dark. The table lists the worst places."
+    )
+    own = shows, picture, table.by_head, table.lines
+    return [run.picture("figures/mesh_error", title, *own, caption)]
+
 
 FEW = 60
 """Cases that all get their damping ratio: each takes its system anew."""
@@ -41,7 +299,7 @@ def look_into(run: RunResult) -> None:
                 run.cases[name] = with_details(case)
             elif case.peak is not None and len(run.cases) <= FEW:
                 run.cases[name] = replace(case, numbers=energies(case))
-    wanted = [(case, "mode_shapes") for case, _ in few(distinct_modes(run))] if shapes else []
+    wanted = [(case, "mode_shapes") for case, _ in few(_distinct_modes(run))] if shapes else []
     wanted += [(case, "fields") for case in named(run)] if shapes else []
     wanted += [(run.first, "mesh_error")] if shapes else []
     if (main := run.main) is not None:

@@ -36,20 +36,25 @@ to which this file, the index, has links; these have links to files of single pr
 may share. What the cache keeps, too, is one file on the disk with a name there and one here.
 
 Each file in the folder has the digest of its bytes in its name, the index in its first block, see
-`vanelock.common.files.digests`.
+`vanelock.common.files.files`.
+
+Plain data and dataclasses of them as JSON, and back; NaN stays so.
 """
 
+import json
 import os
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
+from dataclasses import fields, is_dataclass
 from pathlib import Path
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
+from pydantic import TypeAdapter
 
 from vanelock.common.errors import InputError
-from vanelock.common.files.digests import needs, verify_file
-from vanelock.common.files.files import beside
+from vanelock.common.files.files import beside, needs, verify_file
 from vanelock.common.files.hdf5 import opened
 from vanelock.rom import Component, System
 
@@ -200,3 +205,24 @@ def load_component(path: str | os.PathLike[str], part: str) -> Component:
     verify_file(whole)
     with opened(whole) as file:
         return Component.load(file["product"])
+
+
+T = TypeVar("T")
+
+
+def as_json(value: Any) -> str:
+    """A value as JSON text."""
+    return json.dumps(value, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        return {each.name: getattr(value, each.name) for each in fields(value)}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return dict(value)
+
+
+def from_json(kind: type[T], value: Any) -> T:
+    """A value of a kind from what JSON holds of it."""
+    return TypeAdapter(kind).validate_python(value)

@@ -14,16 +14,15 @@ import h5py
 import numpy as np
 
 from vanelock.common.errors import FolderError, InputError
-from vanelock.common.files.digests import BLOCK, NAMED, NEEDS, file_digest, stamp
-from vanelock.common.files.files import writing
+from vanelock.common.files.files import BLOCK, NAMED, NEEDS, file_digest, stamp, writing
 from vanelock.common.files.hdf5 import written
-from vanelock.common.process.signals import held
+from vanelock.common.process import held
 from vanelock.common.product import Product
 from vanelock.input.cases.names import slug
 from vanelock.quantities.warnings import rows
 from vanelock.results.files.results_file import FORMAT, PARTS, VERSION, WHOLE, open_results
 from vanelock.rom import Component, System
-from vanelock.stages.parts.gauges import Strain
+from vanelock.stages.parts.outputs import Strain
 from vanelock.stages.response.summary import Sweep
 
 SELDOM = 20.0

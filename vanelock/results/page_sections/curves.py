@@ -1,21 +1,30 @@
-"""Curves and loops on a run's page, to zoom into."""
+"""Curves and loops on a run's page, to zoom into.
+
+Convergence and errors on a run's page: what is estimated, what is checked, and what is not.
+
+Modes and responses on a run's page, to turn and to play.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from vanelock.input.cases.names import words
+from vanelock.common.arrays import Complex
+from vanelock.common.tables import Cell, Flag, Table, heads
+from vanelock.input.cases.names import fixed, words
+from vanelock.input.schema.scene import Scene
 from vanelock.nonlinear import ELEMENT
 from vanelock.quantities.case_result import CaseResult
-from vanelock.quantities.contacts.wear import exact
-from vanelock.quantities.run_result import RunResult
-from vanelock.quantities.selection import band
+from vanelock.quantities.contacts import exact
+from vanelock.quantities.run_result import RunResult, band
 from vanelock.render.plots.curve import Curve, converged
-from vanelock.report import Plot, Section, Trace, curve_plot
+from vanelock.report import Motion, Plot, Section, Text, Trace, View, body_of, curve_plot
+from vanelock.report.blocks import Block
 from vanelock.results.figures.contacts import Loop
 from vanelock.results.figures.curves import all_curves, key_to_lines
-from vanelock.stages.parts.places import tangents
+from vanelock.stages.accuracy.errors import error_table, left_out_table
+from vanelock.stages.parts.outputs import tangents
 
 HALF, WIDER, ROOM = 0.5, 0.5, 1.1
 """Shown around the peaks with friction: all above a half of each, half as much again on both sides,
@@ -109,3 +118,145 @@ def loop(found: CaseResult) -> list[Plot]:
             y_from_zero=False,
         )
     ]
+
+
+CHECKED = (
+    "Checked: at the peak every contact is marched in time by independent code and its forces are "
+    "put into the equations of motion of the reduced model; the residual of forces, and of power, "
+    "is given relative to the largest terms."
+)
+
+
+def convergence(run: RunResult) -> Section:
+    """How sure the numbers are."""
+    blocks: list[Block] = [_points(run), Text(CHECKED)]
+    for name, (errors, without) in run.errors.items():
+        case = words(name)
+        blocks += [error_table(case, errors, run.monitor.name), left_out_table(case, without)]
+    blocks.append(Text(_not_estimated(run)))
+    return Section("Convergence and errors", blocks, id="errors")
+
+
+def _points(run: RunResult) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    flags: list[Flag] = []
+    for each in run.summaries:
+        found = run.looked_into.get(each.case)
+        audit = found.audit if found else None
+        rows.append(
+            (
+                fixed(words(each.case)),
+                each.harmonics,
+                each.points,
+                each.points - each.converged,
+                each.worst or None,
+                None if audit is None else audit.residual[0],
+                None if audit is None else audit.imbalance[0],
+            )
+        )
+        flags.append("good" if each.converged == each.points else "bad")
+    columns = ("case", "H", "points", "lost", "max residual", "force residual", "power residual")
+    title = "Points of each curve, and the peak checked by other code"
+    return Table(title, heads(*columns), rows, flags=flags)
+
+
+def _not_estimated(run: RunResult) -> str:
+    given = run.given
+    missing = []
+    if isinstance(given, Scene):
+        missing.append(
+            "**Matrices and frequency points**: chosen by the scene, their errors not estimated; "
+            "that of the harmonics to first order alone."
+        )
+    elif not run.errors:
+        missing.append(
+            "**Modes and frequency points**: chosen by the study, their errors not estimated; "
+            "those of mesh and harmonics to first order alone, for the largest peak. "
+            "`accuracy = 0.01` asks for estimates of all, `vanelock converge` measures them."
+        )
+        if given.mesh.correction != "none":
+            missing.append(
+                "**Mesh stiffening** is corrected, by the amount given with the linear limits. A "
+                "quarter of it is uncertain, and amplitudes change with it."
+            )
+    if not isinstance(given, Scene):
+        missing.append(
+            "**Stresses**: no error is estimated; they converge more slowly than frequencies, and "
+            "not at all at sharp corners and point forces."
+        )
+    missing += [
+        "**Contact**: stiffnesses, friction and interference are inputs; their scatter between "
+        "builds is usually larger than every number in this section.",
+    ]
+    missing += [
+        text
+        for analysis in run.analyses
+        if analysis.keys_of(given) is None and (text := analysis.absent(run.first))
+    ]
+    if given.response.samples is not None:
+        missing.append("**Samples**: contact forces are sampled, their error is not estimated.")
+    return "Not estimated:\n\n" + "\n\n".join(missing)
+
+
+MOST = 4
+"""Responses shown besides the modes."""
+
+
+def shapes(run: RunResult) -> Section:
+    """The 3-D view of the case with the largest peak, and of others on the same meshes.
+
+    None where the study wants no shapes.
+    """
+    main = run.main
+    wanted = main is not None and main.margins and run.shapes
+    blocks: list[Block] = [view(run, _same_mesh(run))] if wanted else []
+    return Section("Shapes in three dimensions", blocks, id="shapes")
+
+
+def _same_mesh(run: RunResult) -> list[CaseResult]:
+    """Cases with answers on the meshes of the main one, that first."""
+    main = run.main
+    assert main is not None
+    cases = [main, *(each for each in run.looked_into.values() if each is not main)]
+    return [each for each in cases if each.mesh_keys == main.mesh_keys][:MOST]
+
+
+def view(run: RunResult, cases: list[CaseResult]) -> View:
+    """Modes of the first of some cases on one mesh, and the response of each at its peak."""
+    found = [body_of(part) for part in cases[0].parts]
+    taken = [nodes for _, nodes in found]
+
+    def cut(fields: list[Complex]) -> tuple[Complex, ...]:
+        return tuple(field[nodes] for field, nodes in zip(fields, taken, strict=True))
+
+    motions = []
+    for each in cases:
+        name = "" if each.name == "nominal" else f", {words(each.name)}"
+        motions.append(
+            Motion(
+                f"Response at the peak{name}",
+                int(each.top.harmonic_diameters[1]),
+                cut(each.fields.shape(1)),
+                each.at_peak.frequency,
+                note="First harmonic alone.",
+            )
+        )
+    limits = cases[0].limits
+    for which in limits.conditions:
+        place, frequency = limits.of_interest(which)
+        motions.append(
+            Motion(
+                f"Mode {place + 1}{f', interlock {which}' if limits.opens else ''}",
+                limits.nodal_diameter,
+                cut(cases[0].mode_shapes.shape(which)),
+                frequency,
+                note="A linear mode: its height means nothing.",
+                relative=True,
+            )
+        )
+    return View(
+        [body for body, _ in found],
+        motions,
+        "Response and modes on the full ring",
+        "Drag to turn, scroll to zoom. Colours show the amplitude; the motion is exaggerated.",
+    )

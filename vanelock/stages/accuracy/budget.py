@@ -21,7 +21,7 @@ SOURCES = ("mesh", "modes", "harmonics", "frequencies")
 
 
 @dataclass(frozen=True)
-class Cost:
+class _Cost:
     """Cost c s^(-a) of an error s, the part that grows alone, in CPU seconds at s = 1.
 
     Attributes
@@ -39,19 +39,19 @@ class Cost:
 COSTS = {
     # docs/benchmarks/mesh_study.md, tetra10: 0.42 units at 7.8 % to 4.38 at 2.0 %; the joined parts
     # at 1 % take about 60 s from mesh to system (docs/benchmarks/reduction_cost.md, "paper").
-    "mesh": Cost(scale=0.025, power=1.7),
+    "mesh": _Cost(scale=0.025, power=1.7),
     # docs/benchmarks/speed-against-error.md, rom.accuracy from 1e-4 to 1e-6: 0.3 to 1.0 of a run
     # of 12 s more than at 1e-2.
-    "modes": Cost(scale=0.25, power=0.27),
+    "modes": _Cost(scale=0.25, power=0.27),
     # There, response.harmonics 3 to 7: error 1e-3 to 9e-5 at 0.45 to 1.10 of it.
-    "harmonics": Cost(scale=0.3, power=0.39),
+    "harmonics": _Cost(scale=0.3, power=0.39),
     # A cubic between points with their slopes: the error falls with the fourth power of their
     # distance; 25 points within 1e-2 take about 0.05 of a run.
-    "frequencies": Cost(scale=0.2, power=0.25),
+    "frequencies": _Cost(scale=0.2, power=0.25),
 }
 """Evidence beside each; for the example's scene, which others resemble in ratio."""
 
-ON_FINE_MESHES = Cost(scale=3.0, power=0.39)
+ON_FINE_MESHES = _Cost(scale=3.0, power=0.39)
 """Of harmonics, where the mesh is chosen too: each costs the casing's reduction at its nodal
 diameter, 12 s on the 165,000 degrees of freedom that 3 % take, 1 s on the coarse mesh."""
 
@@ -129,7 +129,7 @@ def pins(study: Study) -> dict[str, str]:
     return found
 
 
-def costs_of(sources: Collection[str]) -> dict[str, Cost]:
+def costs_of(sources: Collection[str]) -> dict[str, _Cost]:
     """What the errors of some sources cost where all of them are open."""
     return COSTS | ({"harmonics": ON_FINE_MESHES} if "mesh" in sources else {})
 

@@ -7,32 +7,90 @@ work asks for: with errors e_p and dofs d_p of both, and sizes f_p times the las
 
     minimise  sum w_p d_p f_p^-RISE   where   sum e_p f_p^q_p = aim:
     f_p^(q_p + RISE) ~ w_p d_p RISE / (q_p e_p).
+
+How large meshes may be: what a run's process takes of memory, and what there is.
+
+    bytes = max(LEAST, BASE + EACH * degrees of freedom)
+
+the largest of what was measured over meshes of 37,000 to 442,000 degrees of freedom
+(docs/benchmarks/memory.md).
 """
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from vanelock.common import process
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import with_values
 from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.mesh.element_size import SMALLEST, element_size, words_of
+from vanelock.mesh.element_size import SMALLEST, Size, element_size, words_of
+from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
+from vanelock.mesh.refinement import casing_dofs, vane_dofs
 from vanelock.pipeline.step import Stages
-from vanelock.stages.accuracy.amplitude_errors import amplitude_error, amplitude_errors_step
 from vanelock.stages.accuracy.budget import Budget, budget, pins
-from vanelock.stages.accuracy.mesh_errors import mesh_errors_step
-from vanelock.stages.accuracy.mesh_sizes import DOFS, most_dofs, unknowns
-from vanelock.stages.linear import linear_of
-from vanelock.stages.parts.components import PARTS, model_step
-from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.accuracy.mesh_errors import (
+    amplitude_error,
+    amplitude_errors_step,
+    mesh_errors_step,
+)
+from vanelock.stages.parts.components import PARTS, mesh_step, model_step
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits
+from vanelock.stages.structure import linear_of
 
-Floats = NDArray[np.float64]
+DOFS = 1_000_000
+"""Largest meshes chosen, estimated degrees of freedom of both parts; a study may set a larger."""
+LEAST, BASE, EACH = 1.5e9, 0.35e9, 24.5e3
+"""Peak memory, bytes: of a run with pictures, of libraries, and of a degree of freedom's matrices,
+factors and vectors."""
+SHARE = 0.7
+"""Of all memory, what choices may take: the system and other programs have the rest."""
+COARSE = 30_000
+"""Degrees of freedom of the example's coarse meshes."""
+
+
+def unknowns(study: Study, size: Size, own: Mapping[str, int] | None = None) -> float:
+    """Degrees of freedom of both parts, meshed with elements of a size."""
+    vane, casing, N = study.vane, study.casing, study.ring.sectors
+    count, hook = float(sum((own or {}).values())), HookDimensions()
+    if isinstance(vane, VaneDimensions):
+        count, hook = count + vane_dofs(vane, N, element_size(size, "vane")), vane.hook
+    if isinstance(casing, CasingDimensions):
+        count += casing_dofs(casing, hook, N, element_size(size, "casing"), study.stretch)
+    return count
+
+
+def peak_memory(dofs: float) -> float:
+    """Largest memory of a run's process, bytes."""
+    return max(LEAST, BASE + EACH * dofs)
+
+
+def _most_memory(given: float | None = None) -> float:
+    """Bytes that choices may take: a share of what there is, or what is given if that is less."""
+    share = SHARE * process.capacity()
+    return share if given is None else min(share, given)
+
+
+def most_dofs(given: float | None = None) -> float:
+    """Degrees of freedom of the largest meshes that are chosen."""
+    fit = (_most_memory(given) - BASE) / EACH
+    if given is not None and fit < COARSE:
+        least = process.gigabytes(peak_memory(COARSE))
+        raise InputError(f"memory = {process.gigabytes(given)}: a coarse mesh takes {least}")
+    return min(DOFS, max(fit, COARSE))
+
+
+def processes(each: float, given: float | None = None) -> int:
+    """How many processes of so many bytes fit, at least one."""
+    return max(1, math.floor(min(_most_memory(given) / each, 1e6)))
+
 
 ORDER = 0.93
 """Order at which errors fall with the element size, from the coarse mesh on: that of the example
@@ -49,7 +107,7 @@ RISE, WORK = 2.2, np.array([1.0, 4.0])
 """Power of 1/size with which dofs rise where walls are a few elements thick, and work a dof of each
 part, mesh to stress: a casing is reduced at each nodal diameter (docs/benchmarks/memory.md)."""
 TINY = 1e-12
-COARSE = "the mesh is too coarse"
+TOO_COARSE = "the mesh is too coarse"
 """What a reduction says of patches that its mesh cannot tell apart."""
 ROUGHEST = 1e-2
 """Largest `rom.accuracy` chosen: rougher reductions cost as much."""
@@ -149,7 +207,7 @@ def _meshed(
             tried, limits = _tried(chosen, stages)
         except InputError as refused:
             finer = _fitting(study, lengths, lengths / 2**0.5, most)
-            if COARSE not in str(refused) or np.all(finer >= lengths):
+            if TOO_COARSE not in str(refused) or np.all(finer >= lengths):
                 raise
             size = tuple(finer.tolist())
             continue

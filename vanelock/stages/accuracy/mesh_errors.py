@@ -8,25 +8,40 @@ parts, where `fem.excess_stiffness` estimates by how much each mesh is too stiff
 Where the study takes this off (`mesh.correction`), a quarter of it remains in doubt.
 
 The nodal diameters of higher harmonics get the errors of the same frequencies at that of the first.
+
+How much of the peak's amplitude stands in doubt because of the meshes, by each study's own peak.
+
+What a mesh adds to the stiffness (`vanelock.rom.joining.mesh_excess`) lowers or raises the friction
+peak by the peak's own gradient. It acts in two ways that have little to do with one another: at
+rest it changes how interference loads the joints, in vibration how the structure yields to them. Of
+either, by the vane and by the casing, a quarter remains in doubt where it is taken off; the four
+add up, since nothing says that they cancel. Where it is not taken off, their sum with its signs is
+an error besides.
+
+One harmonic is enough to know a gradient to some tens of per cent.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import fem, rom
+from vanelock import fem, nonlinear, rom
+from vanelock.common.arrays import Floats
+from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.study import Study
+from vanelock.mesh import Part
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import System
+from vanelock.rom import MeshExcess, System
 from vanelock.rom.joining.mesh_excess import DOUBT
-from vanelock.stages.parts.components import PARTS, recovery_step
-from vanelock.stages.parts.mesh_excess import ESTIMATED
-from vanelock.stages.response.limits import Limits
-
-Floats = NDArray[np.float64]
+from vanelock.stages.parts.components import PARTS, mesh_step, recovery_step
+from vanelock.stages.parts.segment import ESTIMATED
+from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.response.limits import Limits, frequencies
+from vanelock.stages.response.responses import frequency_keys
 
 MODES = 5
 """Modes of the stuck structure that are expanded, the mode of interest and its next ones."""
@@ -101,3 +116,95 @@ def mesh_errors_step(study: Study, system: Step[System], limits: Step[Limits]) -
     needs = (system, limits, *recovered)
     inputs = {"corrects": corrects}
     return step("mesh errors", "fem", inputs, MeshErrors, needs, compute)
+
+
+AMPLITUDE = {"none": 1.5, "modal": 3.0}
+"""Error of the peak's amplitude over that of its frequency, by `mesh.correction`, in the example:
+of peaks that are not known (docs/theory/mesh_correction.md)."""
+
+
+@dataclass(frozen=True)
+class AmplitudeErrors(Product):
+    """What the meshes add to a peak's amplitude, relative to it, to first order.
+
+    Attributes
+    ----------
+    parts : (2, 2) float
+        By the vane's and the casing's mesh, at rest and in vibration. NaN where no peak with a
+        gradient was found, or a part's elements have no estimate.
+    corrected : bool
+        Whether it is taken off.
+    """
+
+    parts: Floats
+    corrected: bool
+
+    @property
+    def total(self) -> float:
+        """Estimated relative error of the amplitude."""
+        left = 0.0 if self.corrected else abs(float(self.parts.sum()))
+        return left + DOUBT * float(np.abs(self.parts).sum())
+
+    @property
+    def vane_share(self) -> float:
+        """Of the vane's mesh in what both add; NaN where that is not known."""
+        added = np.abs(self.parts).sum(axis=1)
+        return float(added[0] / added.sum()) if added.sum() else np.nan
+
+
+def amplitude_errors_step(
+    structure: StudyStructure, system: Step[System], limits: Step[Limits]
+) -> Step[AmplitudeErrors]:
+    """Estimates for a case by its system and its limits."""
+    study = structure.given
+    corrects = study.mesh.correction != "none"
+    k, response = diameter_of(study, 1), study.response
+    options = {"harmonics": 1, "coupling": response.coupling, "friction": response.friction}
+    excess = tuple(map(structure.mesh_excess, structure.loaded))
+    meshes = tuple(mesh_step(study, part) for part in PARTS)
+
+    def compute(system: System, limits: Limits, *others: Part | MeshExcess) -> AmplitudeErrors:
+        parts = [each for each in others if isinstance(each, Part)]
+        found = [each for each in others if isinstance(each, MeshExcess)]
+        if any(part.cell_type != ESTIMATED for part in parts):
+            return AmplitudeErrors(np.full((2, 2), np.nan), corrects)
+        wanted = np.asarray(frequencies(study, limits))
+        near = float(wanted.min()), float(wanted.max())
+        diameters = {k: each for excess in found for k, each in excess.diameters.items()}
+        once = nonlinear.Options(1, response.coupling, response.friction)
+        rest = {0: diameters[0].stiffness}
+        vibration = {k: diameters[k].stiffness} if k else {}
+        added = _added_to_peak(system, near, once, rest, vibration)
+        return AmplitudeErrors(added, corrects)
+
+    needs = (system, limits, *meshes, *excess)
+    inputs = {**frequency_keys(study), "corrects": corrects, "options": options}
+    return step("mesh errors, peak", "nonlinear", inputs, AmplitudeErrors, needs, compute)
+
+
+def _added_to_peak(
+    system: System,
+    near: tuple[float, float],
+    options: nonlinear.Options,
+    rest: Mapping[int, NDArray[np.generic]],
+    vibration: Mapping[int, NDArray[np.generic]],
+) -> Floats:
+    """What (2, n, n) of both parts' meshes, N/m by nodal diameter, add to a peak, (2, 2)."""
+    added = np.full((2, 2), np.nan)
+    try:
+        found = nonlinear.peak_gradient(system, near, options)
+    except InputError:
+        return added
+    if not found.peak.sharp:  # a sharp one moves by what its contacts do
+        for part in range(len(PARTS)):
+            for column, excess in enumerate((rest, vibration)):
+                changes = {k: each[part] for k, each in excess.items()}
+                added[part, column] = found.at_peak.by_stiffness(changes) / found.amplitude
+    return added
+
+
+def amplitude_error(found: AmplitudeErrors, frequency: float) -> float:
+    """Relative error of a peak's amplitude by the meshes, by that of its frequency if need be."""
+    if np.isnan(found.total):
+        return AMPLITUDE["modal" if found.corrected else "none"] * frequency
+    return found.total

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import unit_vectors
+from vanelock.common.arrays import Floats, Integers, unit_vectors
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
 from vanelock.fem.matrix_files import load_nodes, load_pairs
@@ -22,10 +21,7 @@ from vanelock.input.schema.scene import (
 )
 from vanelock.rom import Element
 from vanelock.rom.joining.connections import Load, Output, Tie, Touching
-from vanelock.stages.matrices.nodal_forces import NodalForces, read_forces
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
+from vanelock.stages.matrices.piece import NodalForces, read_forces
 
 COLUMNS = {
     "node": (),

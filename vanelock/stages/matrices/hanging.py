@@ -18,15 +18,13 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import Matrices
 from vanelock.stages.matrices.gather import Gathered
-from vanelock.stages.matrices.nodal_forces import NodalForces, on_rows
+from vanelock.stages.matrices.piece import NodalForces, on_rows
 from vanelock.stages.matrices.pieces import WORDS
-
-Integers = NDArray[np.int64]
-Floats = NDArray[np.float64]
 
 SOFT = 1e-14
 """Stiffness of a rigid motion, scaled to a diagonal of ones, below which it is round-off."""

@@ -1,19 +1,130 @@
-"""A component ready to be joined: dense matrices by nodal diameter, and its coordinates' names."""
+"""A component ready to be joined: dense matrices by nodal diameter, and its coordinates' names.
 
-from collections.abc import Iterator
+Forces on nodes of a component from a file, such as a gas or thermal load of another program.
+
+None of their nodes becomes a coordinate: the reduction holds the static answer to all of them
+together, and they act on its coordinates as Tᵀ f (`vanelock.rom.routes.rows`). What acts on clamped
+nodes the ground bears.
+
+What loads and outputs see of a component without adding to its coordinates.
+
+With x = T y the reduction, a load f acts on the coordinates as Tᵀ f, and row i moves as the row i
+of T; the static answer to f is among the columns of T (`vanelock.rom.routes.rows`).
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
+from vanelock.fem.matrix_files import load_pairs
+from vanelock.fem.matrix_files.model import GENERALISED
+from vanelock.pipeline.cache import content_digest
+from vanelock.rom import ReducedRows
 from vanelock.rom.component import Reduced
 from vanelock.rom.joining.connections import Load, Output
-from vanelock.stages.matrices.nodal_forces import NodalForces
 
-Integers = NDArray[np.int64]
+COLUMNS = ("fx", "fy", "fz")
+
+
+@dataclass(frozen=True)
+class NodalForces:
+    """A load from a file.
+
+    Attributes
+    ----------
+    where : str
+        Who asks, in messages.
+    part : str
+        Whose nodes.
+    digest : str
+        Of what the file holds.
+    nodes : (k,) int
+        The file's.
+    forces : (k, 3) float
+        On each of them, N.
+    factor : complex
+        What multiplies them: scale and phase.
+    harmonic : int
+        0: a static load.
+    """
+
+    where: str
+    part: str
+    digest: str
+    nodes: Integers
+    forces: Floats
+    factor: complex
+    harmonic: int
+
+
+def read_forces(path: Path) -> tuple[str, Integers, Floats]:
+    """Digest of a file with the columns node, fx, fy, fz, its nodes (k,) and forces (k, 3), N."""
+    digest = content_digest(path)
+    return digest, *_read(path, digest)
+
+
+@lru_cache(maxsize=16)
+def _read(path: Path, digest: str) -> tuple[Integers, Floats]:
+    """Nodes and forces, once for all cases."""
+    table = load_pairs(path)
+    if content_digest(path) != digest:
+        raise InputError(f"{path}: changed while it was read: run again")
+    nodes, given = table.get("node"), [each for each in COLUMNS if each in table]
+    if nodes is None or nodes.dtype.kind != "i" or nodes.min() < 1:
+        raise InputError(f"{path}: a column 'node' of node numbers is needed")
+    if unknown := [each for each in table if each not in ("node", *COLUMNS)]:
+        raise InputError(f"{path}: column {unknown[0]!r}: allowed are node, {', '.join(COLUMNS)}")
+    if not given:
+        raise InputError(f"{path}: at least one of the columns {', '.join(COLUMNS)} is needed")
+    for each in given:
+        if table[each].dtype.kind not in "if":
+            raise InputError(f"{path}: column {each!r} does not hold numbers")
+    distinct, count = np.unique(nodes, return_counts=True)
+    if np.any(count > 1):
+        raise InputError(f"{path}: node {distinct[count > 1][0]} is listed twice")
+    none = np.zeros(len(nodes))
+    forces = np.column_stack([np.asarray(table.get(each, none), float) for each in COLUMNS])
+    if not forces.any():
+        raise InputError(f"{path}: all its forces are 0")
+    return np.asarray(nodes), forces
+
+
+def on_rows(
+    given: Sequence[NodalForces], node: Integers, direction: Integers, fixed: Integers
+) -> sp.csc_array:
+    """(n, p) forces on a component's rows, one load a column, in unit size, N."""
+    key = (GENERALISED + 1) * node + direction
+    order = np.argsort(key, kind="stable")
+    rows, columns, values = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0)]
+    for i, each in enumerate(given):
+        of = f"of components.{each.part}"
+        free = ~np.isin(each.nodes, fixed)
+        nodes, forces = each.nodes[free], each.forces[free]
+        if len(missing := nodes[~np.isin(nodes, node)]):
+            raise InputError(f"{each.where}.file: node {missing[0]} is not among the nodes {of}")
+        wanted = (GENERALISED + 1) * nodes[:, None] + np.arange(3)
+        at = order[np.searchsorted(key[order], wanted).clip(max=len(order) - 1)]
+        there, acts = key[at] == wanted, forces != 0
+        if np.any(lost := acts & ~there):
+            k, d = np.argwhere(lost)[0]
+            raise InputError(
+                f"{each.where}.file: node {nodes[k]} {of} has no row for its {COLUMNS[d]}"
+            )
+        rows.append(at[acts])
+        columns.append(np.full(np.count_nonzero(acts), i))
+        values.append(forces[acts])
+    where = np.concatenate(rows), np.concatenate(columns)
+    return sp.csc_array((np.concatenate(values), where), shape=(len(node), len(given)))
 
 
 @dataclass(frozen=True)
@@ -138,3 +249,95 @@ class Piece(Product):
                 f"components.{self.name}.nodes"
             )
         return cylindrical(self.positions[order[at]])
+
+
+Followed: TypeAlias = tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]
+"""Sets of nodes that are loaded, and nodes that are shown, which nothing joins to others."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Sets of loaded nodes and output nodes that are no coordinates.
+
+    Attributes
+    ----------
+    pushed : tuple of ((k,) int, (k, 3) int)
+        Nodes of each set, and their rows x, y, z.
+    shown : tuple of (int, (3,) int)
+        Output nodes, and their rows.
+    rows : (m,) int
+        Rows that are kept as coordinates.
+    digests : tuple of str
+        Files of nodal forces.
+    forces : (n, f) sparse, optional
+        What they hold, one a column, N.
+    """
+
+    pushed: tuple[tuple[Integers, Integers], ...]
+    shown: tuple[tuple[int, Integers], ...]
+    rows: Integers
+    digests: tuple[str, ...] = ()
+    forces: sp.csc_array | None = None
+
+    def columns(self, size: int) -> tuple[sp.csc_array | None, Integers | None]:
+        """(size, 3p + f) forces, and rows of outputs.
+
+        Forces are units along x, y, z on each node of a set, and behind them those of files.
+        """
+        loads, outputs = self.forces, None
+        if self.pushed:
+            at = [rows[:, axis] for _, rows in self.pushed for axis in range(3)]
+            column = np.repeat(np.arange(len(at)), [len(each) for each in at])
+            entries = np.ones(len(column)), (np.concatenate(at), column)
+            units = sp.csc_array(entries, shape=(size, len(at)))
+            loads = units if loads is None else sp.hstack([units, loads], format="csc")
+        if self.shown:
+            outputs = np.concatenate([rows for _, rows in self.shown])
+        return loads, outputs
+
+    def by(self, reduced: ReducedRows) -> dict[str, Any]:
+        """Fields of a `Piece`."""
+        found: dict[str, Any] = {}
+        if reduced.loads is not None:
+            p, r = len(self.pushed), reduced.loads.shape[1]
+            found["pushed"] = {i: nodes for i, (nodes, _) in enumerate(self.pushed)}
+            found["loads"] = reduced.loads[: 3 * p].reshape(p, 3, r)
+            found["forces"] = dict(zip(self.digests, reduced.loads[3 * p :], strict=True))
+        if reduced.outputs is not None:
+            found["shown"] = np.array([node for node, _ in self.shown], np.int64)
+            found["outputs"] = reduced.outputs.reshape(len(self.shown), 3, -1)
+        return found
+
+
+def seen_from(
+    followed: Followed,
+    kept: Integers,
+    node: Integers,
+    direction: Integers,
+    K: sp.csc_array,
+    M: sp.csc_array,
+) -> Seen:
+    """What of loads and outputs need not be kept: nodes that move, with mass, in all directions."""
+    inert = (K.diagonal().real > 0) & (M.diagonal().real > 0) & (direction < 3)
+    own = np.flatnonzero(inert & np.isin(node, _all(followed)))
+    place: dict[int, dict[int, int]] = {}
+    for row in own:
+        place.setdefault(int(node[row]), {})[int(direction[row])] = int(row)
+    whole = {n: np.array([at[d] for d in range(3)]) for n, at in place.items() if len(at) == 3}
+    pushed = [each for each in followed[0] if all(n in whole for n in each)]
+    held = {n for each in followed[0] if each not in pushed for n in each}
+    pushed = [each for each in pushed if held.isdisjoint(each)]
+    shown = [n for n in followed[1] if n in whole and n not in held]
+    gone = _all((tuple(pushed), tuple(shown)))
+    rows = kept[~np.isin(node[kept], gone)]
+    if not len(rows):
+        return Seen((), (), kept)
+    return Seen(
+        tuple((np.array(each), np.array([whole[n] for n in each])) for each in pushed),
+        tuple((n, whole[n]) for n in shown),
+        rows,
+    )
+
+
+def _all(followed: Followed) -> Integers:
+    return np.array([*{n for each in followed[0] for n in each}, *followed[1]], np.int64)

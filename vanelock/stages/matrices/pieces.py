@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.fem import SingularError
@@ -27,11 +27,7 @@ from vanelock.rom import (
 )
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
-from vanelock.stages.matrices.nodal_forces import NodalForces, on_rows
-from vanelock.stages.matrices.piece import Piece
-from vanelock.stages.matrices.seen import Followed, Seen, seen_from
-
-Integers = NDArray[np.int64]
+from vanelock.stages.matrices.piece import Followed, NodalForces, Piece, Seen, on_rows, seen_from
 
 LARGEST = 5000
 """Most coordinates of a superelement: its matrices are dense."""

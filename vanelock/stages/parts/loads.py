@@ -8,20 +8,30 @@ no thermal strain, and the vane that by which it would outgrow the casing:
 A vane is reduced with each load in unit size, and scaled loads act on the system: neither other
 loads nor other temperatures reduce anything again, but for those that a file holds, nor do limits
 without them change.
+
+What a study or a scene is excited with, in words: directions as they act, and resultants.
+
+Young's modulus of the parts at their temperatures.
 """
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vanelock import fem
+from vanelock.common.arrays import Floats, unit_vectors
 from vanelock.common.errors import InputError
+from vanelock.common.tables import counted
 from vanelock.fem import Model
 from vanelock.fem.loads import centroid, faces_of
+from vanelock.input.cases.values import Given, ring_of
+from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.structure.loads import GAS, grows
+from vanelock.input.schema.structure.piecewise import at
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
@@ -29,7 +39,9 @@ from vanelock.mesh.files.nodal_field import nodal_field
 from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 from vanelock.pipeline.cache import content_digest
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from vanelock.stages.matrices.gather import Gathered
+
 
 HEAT = "heat"
 
@@ -102,7 +114,7 @@ def _uniform(study: Study) -> float:
     return float(found[0] - found[1])
 
 
-def growth(study: Study, name: str, part: Part) -> float | Array | None:
+def growth(study: Study, name: str, part: Part) -> float | Floats | None:
     """Thermal strain of a part over the casing's, (nodes,) where its temperature is a field.
 
     At the temperatures of the response; None where nothing grows.
@@ -115,11 +127,11 @@ def growth(study: Study, name: str, part: Part) -> float | Array | None:
     return np.asarray(whole + expansion * _temperatures(study.temperature.field, part))
 
 
-def _temperatures(file: str, part: Part) -> Array:
+def _temperatures(file: str, part: Part) -> Floats:
     return nodal_field(Path(file), "temperature", "degC", part.points)
 
 
-def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -> Array:
+def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -> Floats:
     """Nodal loads (n,) of a unit: 1 N or 1 N m on each aerofoil, 1 Pa, thermal strain 1.
 
     Of a field of pressure in Pa, or of the thermal strain that a field of degC is for 1/K.
@@ -128,7 +140,7 @@ def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -
     if load.cause == HEAT:
         found = fem.thermal(model, _temperatures(load.file, part) if load.file else 1.0)
     elif load.faces:
-        value: float | Array = 1.0
+        value: float | Floats = 1.0
         if load.file:
             value, on = np.zeros(len(part.points)), np.unique(faces_of(part, load.faces))
             value[on] = nodal_field(Path(load.file), "pressure", "Pa", part.points[on])
@@ -141,7 +153,7 @@ def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -
     return found
 
 
-def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Array:
+def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Floats:
     found, none = np.zeros(model.K.shape[0]), np.zeros(3)
     for faces in aerofoil_faces(model.part, dimensions):
         x, y, _ = centroid(model, faces)
@@ -155,3 +167,81 @@ def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Array:
 def strained(loads: Iterable[RestLoad]) -> tuple[str, ...]:
     """Names of those that grow with the modulus."""
     return tuple(load.name for load in loads if load.cause == HEAT)
+
+
+UNIT = 1e-9
+"""Difference of a vector's length from 1 that is rounding."""
+
+
+def load_lines(given: Given, nodes: int | None, lists: "Gathered | None" = None) -> Iterator[str]:
+    """A line for each load."""
+    sectors, _ = ring_of(given)
+    if not isinstance(given, Scene):
+        if (force := given.excitation.force_per_node) and nodes:
+            yield f"excitation: {_each(force, nodes, sectors)}, radial"
+        return
+    if lists is None:
+        return
+    tables = {f"loads[{i}]": keys for i, keys in enumerate(given.loads)}
+    for load in lists.loads:
+        keys = tables[load.where]
+        direction = np.array(keys.direction, float)
+        text = f"{load.where}: {_each(keys.amplitude or 0.0, len(load.nodes), sectors)}, along "
+        text += _vector(unit_vectors(direction, load.where))
+        if abs(np.linalg.norm(direction) - 1) > UNIT:
+            text += f", the direction {_vector(direction)} at length 1"
+        yield text
+    for each in lists.forces:
+        total = abs(each.factor) * each.forces.sum(axis=0)
+        yield f"{each.where}: forces on {counted(len(each.nodes), 'node')}, sum {_vector(total)} N"
+
+
+def _vector(values: NDArray[np.float64]) -> str:
+    return f"[{', '.join(f'{value:.4g}' for value in values.tolist())}]"
+
+
+def _each(force: float, nodes: int, sectors: int) -> str:
+    """A force on each of some nodes, and what it comes to."""
+    text = f"{force:,.6g} N on {'each of ' if nodes > 1 else ''}{counted(nodes, 'node')}"
+    if nodes > 1:
+        text += f", {force * nodes:,.6g} N together"
+    return text if sectors == 1 else f"{text}, {force * nodes * sectors:,.6g} N around the ring"
+
+
+def modulus(study: Study, part: str, speed: float | None = None) -> float:
+    """Young's modulus of a part, Pa: at a rotor speed, rpm, or that of the study's response."""
+    heat, metal = study.temperature, getattr(study.material, part)
+    if getattr(heat, part) is None or metal.E_at is None:
+        return float(metal.E)
+    speed = heat.speed if speed is None else speed
+    if speed is None and isinstance(getattr(heat, part), tuple):
+        raise InputError("temperature.speed: must be given: the temperatures depend on the speed")
+    temperature = heat.of(part, 0.0 if speed is None else speed)
+    assert temperature is not None
+    return at(metal.E_at, temperature)
+
+
+def reference(study: Study, part: str) -> float:
+    """Young's modulus at which a part is reduced, Pa; other moduli scale what comes of it.
+
+    With an accuracy that of the response, whose meshes and reductions are chosen by their errors.
+    """
+    if study.accuracy is not None:
+        return modulus(study, part)
+    return float(getattr(study.material, part).E)
+
+
+def described(study: Study) -> str:
+    """What a run says of a study's temperatures; "" without any."""
+    heat = study.temperature
+    if not heat.given:
+        return ""
+    words = []
+    for part in PARTS:
+        E = f"E = {1e-9 * modulus(study, part):.5g} GPa"
+        temperature = heat.of(part, heat.speed or 0.0)
+        words.append(
+            f"{part} {E}" if temperature is None else f"{part} {temperature:.4g} degC, {E}"
+        )
+    where = "" if heat.speed is None else f" at {heat.speed:,.0f} rpm"
+    return f"temperatures of the response{where}: {'; '.join(words)}"

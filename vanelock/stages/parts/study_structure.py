@@ -15,16 +15,16 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import MeshExcess, System
-from vanelock.stages.parts.components import PARTS, part_step, recovery_step
+from vanelock.stages.parts.components import PARTS, mesh_step, part_step, recovery_step
 from vanelock.stages.parts.loads import loads_of, strained
-from vanelock.stages.parts.mesh_excess import (
+from vanelock.stages.parts.segment import (
+    Segment,
     excess_step,
     joined,
     joined_step,
+    segment_of,
     vane_excess_step,
 )
-from vanelock.stages.parts.meshes import mesh_step
-from vanelock.stages.parts.segment import Segment, segment_of
 from vanelock.stages.structure import CaseStructure
 
 

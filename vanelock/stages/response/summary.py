@@ -10,7 +10,7 @@ from vanelock.input.cases.sweep import Case
 from vanelock.nonlinear import OPEN, SLIP_OPEN, Response
 from vanelock.rom import Contacts
 from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.monitor import Monitor
+from vanelock.stages.response.responses import Monitor
 
 OPENING = (OPEN, SLIP_OPEN)
 LEAST_WORK = 1e-6

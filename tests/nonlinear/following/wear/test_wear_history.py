@@ -17,7 +17,7 @@ from vanelock.nonlinear import (
     static_response,
     wear_history,
 )
-from vanelock.quantities.contacts.wear import wear
+from vanelock.quantities.contacts import wear
 
 
 def ring(seed):

@@ -6,7 +6,7 @@ from scipy.stats import binom, kstest, t
 
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.residuals import LEVEL, noise_tests
+from vanelock.commands.fit.solution import LEVEL, noise_tests
 from vanelock.commands.fit.tables import doubts, fit_table, json_of
 
 X = np.linspace(-1, 1, 30)

@@ -9,7 +9,7 @@ import pytest
 from tests.small_study import SMALL
 from vanelock import load_study, optimise_study, parse_study
 from vanelock.commands.fit.fit import rejoined
-from vanelock.commands.optimise.tables import notes
+from vanelock.commands.optimise.front import notes
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, peak_response

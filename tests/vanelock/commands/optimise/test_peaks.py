@@ -9,11 +9,9 @@ import pytest
 
 from vanelock.commands.fit.parameters import FitParameter
 from vanelock.commands.optimise.bound import least_bound
-from vanelock.commands.optimise.front import front, undominated
-from vanelock.commands.optimise.minimax import Functions
-from vanelock.commands.optimise.peaks import NEAR, Peaks
+from vanelock.commands.optimise.front import front, notes, undominated
+from vanelock.commands.optimise.peaks import NEAR, Functions, Peaks
 from vanelock.commands.optimise.search import Progress, optimum, searched, spread
-from vanelock.commands.optimise.tables import notes
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.following.peak import CurvePoint
 

@@ -15,7 +15,7 @@ from vanelock.common.tables import Table
 from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Finished, Notice, PointDone
-from vanelock.stages.parts.meshes import mesh_step
+from vanelock.stages.parts.components import mesh_step
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vanelock.commands.stored.page import show_again
+from vanelock.commands.stored.run import show_again
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event

@@ -13,7 +13,7 @@ import pytest
 
 import vanelock
 from tests.vanelock.scenes.test_run import PAD, arm
-from vanelock.commands.stored.page import show_again
+from vanelock.commands.stored.run import show_again
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Options, frequency_response

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.common.files.limited import Fallen, by_library, limited
+from vanelock.common.files.files import Fallen, by_library, limited
 
 
 def endless() -> str:

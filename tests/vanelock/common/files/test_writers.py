@@ -10,7 +10,7 @@ BESIDE = ("placed(", "os.replace(")
 """What a function that writes a file has in it: the file is written beside its place."""
 ELSEWHERE = {
     "common/files/hdf5.py:written": "the others call it",
-    "pipeline/points.py": "grows by records with checksums",
+    "pipeline/cache.py:__init__": "grows by records with checksums",
     "results/files/run_folder.py:claimed": "an empty file that is locked",
     "render/style.py:_repr_png_": "in memory",
     "fem/matrix_files/ansys_full.py:_child": "a temporary file, for the parent alone",

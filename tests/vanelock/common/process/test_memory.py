@@ -10,7 +10,7 @@ import pytest
 import scipy.sparse as sp
 
 from vanelock import fem
-from vanelock.common.process import memory
+from vanelock.common import process
 from vanelock.fem.solvers import backend
 
 STUDY = '[mesh]\nsize = "coarse"\n'
@@ -26,8 +26,8 @@ def machine(path, total, free):
 @pytest.fixture
 def proc(tmp_path, monkeypatch):
     """A machine with 8,000 kB, 6,000 of them free, and no control groups."""
-    monkeypatch.setattr(memory, "_PROC", tmp_path / "proc")
-    monkeypatch.setattr(memory, "_GROUPS", tmp_path / "groups")
+    monkeypatch.setattr(process, "_PROC", tmp_path / "proc")
+    monkeypatch.setattr(process, "_GROUPS", tmp_path / "groups")
     machine(tmp_path / "proc", 8000, 6000)
     return tmp_path
 
@@ -45,13 +45,13 @@ def limited(monkeypatch, **given):
 
 def test_machine_and_limits_of_the_shell_bound_what_is_not_taken_already(proc, monkeypatch):
     limited(monkeypatch)
-    assert memory.bounds() == [(8000 * KB, 6000 * KB, "this machine's memory")]
-    assert memory.capacity() == 8000 * KB
+    assert process.bounds() == [(8000 * KB, 6000 * KB, "this machine's memory")]
+    assert process.capacity() == 8000 * KB
     limited(monkeypatch, space=3000 * KB, data=1000 * KB)
-    left = {each.name: each.left / KB for each in memory.bounds()}
+    left = {each.name: each.left / KB for each in process.bounds()}
     assert left["the address space that `ulimit -v` allows"] == 2500
     assert left["the data that `ulimit -d` allows"] == 800
-    assert memory.capacity() == 1000 * KB
+    assert process.capacity() == 1000 * KB
 
 
 def test_control_groups_bound_a_process_as_those_above_them_do(proc, monkeypatch):
@@ -63,7 +63,7 @@ def test_control_groups_bound_a_process_as_those_above_them_do(proc, monkeypatch
         (place / "memory.max").write_text(most + "\n")
         (place / "memory.current").write_text(used + "\n")
         (place / "memory.stat").write_text("anon 3\ninactive_file 24000\n")
-    (group,) = [each for each in memory.bounds() if "group" in each.name]
+    (group,) = [each for each in process.bounds() if "group" in each.name]
     assert group[:2] == (4096000, 4096000 - 1024000 + 24000)
 
 
@@ -76,23 +76,23 @@ def test_control_groups_of_the_first_version(proc, monkeypatch):
     (place / "memory.usage_in_bytes").write_text("96000")
     (place.parent / "memory.limit_in_bytes").write_text(str(2**63 - 4096))  # none
     (place.parent / "memory.usage_in_bytes").write_text("96000")
-    (group,) = [each for each in memory.bounds() if "group" in each.name]
+    (group,) = [each for each in process.bounds() if "group" in each.name]
     assert group[:2] == (4096000, 4000000)
 
 
 def test_an_unknown_machine_bounds_nothing(tmp_path, monkeypatch):
     limited(monkeypatch)
-    monkeypatch.setattr(memory, "_PROC", tmp_path)
-    assert memory.bounds() == []
-    assert memory.capacity() == np.inf
-    memory.require(1e15, "anything")
+    monkeypatch.setattr(process, "_PROC", tmp_path)
+    assert process.bounds() == []
+    assert process.capacity() == np.inf
+    process.require(1e15, "anything")
 
 
 def test_a_factorisation_that_does_not_fit_is_refused_before_it_is_begun(monkeypatch):
     A = sp.diags_array(np.arange(1.0, 1001.0), format="csc")
     assert fem.factorise(A).solve(np.ones(1000))[9] == pytest.approx(0.1)
-    little = memory.Bound(1e9, 1e6, "a test's memory")
-    monkeypatch.setattr(memory, "bounds", lambda: [little])
+    little = process.Bound(1e9, 1e6, "a test's memory")
+    monkeypatch.setattr(process, "bounds", lambda: [little])
     said = r"^factorising 1,000 rows takes about 0.00\d+ GB, 0.001 GB of a test's memory are left$"
     with pytest.raises(MemoryError, match=said):
         fem.factorise(A)
@@ -108,7 +108,7 @@ def test_what_cholmod_cannot_allocate_is_an_error_and_what_is_used_least_goes_fi
         raise CholmodOutOfMemoryError("out of memory")
     kept: dict[str, str] = {}
     for key in "abacb":
-        assert memory.latest(kept, key, key.upper, 2) == key.upper()
+        assert process.latest(kept, key, key.upper, 2) == key.upper()
     assert kept == {"c": "C", "b": "B"}
 
 
@@ -142,7 +142,7 @@ def test_a_run_under_a_small_limit_is_one_line_and_status_2(tmp_path, limit, siz
 FAULTS = """
 import resource, sys
 import numpy as np
-from vanelock.common.process.memory import keep_freed
+from vanelock.common.process import keep_freed
 if sys.argv[1:]:
     keep_freed()
 for turn in range(20):

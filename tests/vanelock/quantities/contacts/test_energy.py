@@ -5,7 +5,7 @@ import pytest
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Contacts, Diameter, Force, System
-from vanelock.quantities.contacts.energy import EnergyBalance, balance, bandwidth_ratio, half_power
+from vanelock.quantities.contacts import EnergyBalance, balance, bandwidth_ratio, half_power
 
 ZETA, K, M = 0.02, 4e6, 1.0
 F = np.sqrt(K / M) / (2 * np.pi)

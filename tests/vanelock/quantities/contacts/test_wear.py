@@ -5,7 +5,7 @@ import pytest
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Contacts, Diameter, Force, System
-from vanelock.quantities.contacts.wear import travel, wear
+from vanelock.quantities.contacts import travel, wear
 
 K, KT, MU, N = 4e5, 2e6, 0.4, 50.0
 

@@ -6,9 +6,8 @@ import pytest
 from vanelock import mesh, parse_study
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry.aerofoil import output_points
-from vanelock.quantities.stress.corners import reentrant_edges, within
-from vanelock.quantities.stress.locations import locations_of
-from vanelock.stages.parts.places import places_on
+from vanelock.quantities.stress.locations import locations_of, reentrant_edges, within
+from vanelock.stages.parts.outputs import places_on
 
 
 @pytest.fixture(scope="module")

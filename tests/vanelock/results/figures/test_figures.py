@@ -15,7 +15,7 @@ from vanelock.results.figures.contacts import (
     contact_columns,
     preload_columns,
 )
-from vanelock.stages.parts.places import TANGENTS
+from vanelock.stages.parts.outputs import TANGENTS
 
 
 def test_preload_columns_are_the_state_at_rest(ring):

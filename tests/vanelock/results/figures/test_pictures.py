@@ -20,9 +20,8 @@ from vanelock.pipeline.progress import silent
 from vanelock.report import Picture
 from vanelock.results.figures.curves import curves
 from vanelock.results.figures.curves import linear as linear_curves
-from vanelock.results.figures.pictures import draw
-from vanelock.results.figures.shapes import all_modes
-from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.figures.pictures import all_modes, draw
+from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.listing import preload_table
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.summary import Peak
@@ -56,8 +55,8 @@ def modes(monkeypatch, drawn):
     def picture(run_data, each, field, *_):
         heard.append((field.name, field.title, field.subtitle))
 
-    monkeypatch.setattr("vanelock.results.figures.shapes._picture", picture)
-    monkeypatch.setattr("vanelock.results.figures.shapes._data", lambda *_: ())
+    monkeypatch.setattr("vanelock.results.figures.pictures._picture", picture)
+    monkeypatch.setattr("vanelock.results.figures.pictures._data", lambda *_: ())
     all_modes(drawn)
     return heard
 

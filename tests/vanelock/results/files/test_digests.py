@@ -15,7 +15,7 @@ from vanelock.commands.stored.contents import load_run
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response, static_response
 from vanelock.pipeline.cache import Cache
-from vanelock.results.files.json_text import as_json
+from vanelock.results.files.results_file import as_json
 from vanelock.results.files.writer import Results, put_answers
 from vanelock.results.record import STORED
 from vanelock.rom import System

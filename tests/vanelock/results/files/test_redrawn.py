@@ -4,7 +4,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import silent
-from vanelock.results.files.redrawn import OutputFiles
+from vanelock.results.files.run_folder import OutputFiles
 
 
 def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):

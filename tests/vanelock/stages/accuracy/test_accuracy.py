@@ -16,9 +16,14 @@ from vanelock.pipeline.progress import Done
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.choose_mesh import Round
-from vanelock.stages.accuracy.errors import Errors, Source, error_table
+from vanelock.stages.accuracy.errors import (
+    Errors,
+    Source,
+    _listed_harmonics,
+    error_table,
+    utilisation,
+)
 from vanelock.stages.accuracy.errors import _warnings as errors_of
-from vanelock.stages.accuracy.left_out import _listed, utilisation
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -167,8 +172,8 @@ def test_the_sum_is_good_only_where_each_part_is_known():
 
 
 def test_numbers_in_words():
-    assert _listed([0, 1, 4, 5, 6, 8]) == "0, 1, 4 to 6, 8"
-    assert _listed([]) == ""
+    assert _listed_harmonics([0, 1, 4, 5, 6, 8]) == "0, 1, 4 to 6, 8"
+    assert _listed_harmonics([]) == ""
 
 
 def test_utilisation_of_the_friction_bound(asked):

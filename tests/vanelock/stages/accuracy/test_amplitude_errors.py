@@ -7,8 +7,8 @@ import pytest
 
 from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import nonlinear
-from vanelock.stages.accuracy.amplitude_errors import AmplitudeErrors, amplitude_error
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
+from vanelock.stages.accuracy.mesh_errors import AmplitudeErrors, amplitude_error
 from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import frequencies
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from vanelock import parse_study
+from vanelock.common import process
 from vanelock.common.errors import InputError
-from vanelock.common.process import memory
 from vanelock.mesh.element_size import element_size
 from vanelock.mesh.refinement import casing_dofs, vane_dofs
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
-from vanelock.stages.accuracy import choose_mesh, mesh_sizes
+from vanelock.stages.accuracy import choose_mesh
 from vanelock.stages.accuracy.budget import budget
 from vanelock.stages.accuracy.mesh_errors import MeshErrors
 
@@ -97,30 +97,30 @@ def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatc
 
 def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
-    monkeypatch.setattr(mesh_sizes, "DOFS", 250_000)
+    monkeypatch.setattr(choose_mesh, "DOFS", 250_000)
     found = choice_of("accuracy = 0.001")
     size = found.study.mesh.size
     assert all(0.003 < each < 0.009 for each in size)
     vane, casing = found.study.vane, found.study.casing
     dofs = vane_dofs(vane, 16, size[0]) + casing_dofs(casing, vane.hook, 16, size[1], 3)
-    assert 0.9 * mesh_sizes.DOFS < dofs <= 1.001 * mesh_sizes.DOFS
+    assert 0.9 * choose_mesh.DOFS < dofs <= 1.001 * choose_mesh.DOFS
     assert f"estimated error {found.rounds[-1].amplitude:.1e} at" in found.short
     assert "was its share" in found.short
 
 
 def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
-    monkeypatch.setattr(memory, "bounds", lambda: [memory.Bound(4e9, 1e9, "a test's memory")])
-    most = mesh_sizes.most_dofs()
-    assert mesh_sizes.peak_memory(most) == pytest.approx(mesh_sizes.SHARE * 4e9)
+    monkeypatch.setattr(process, "bounds", lambda: [process.Bound(4e9, 1e9, "a test's memory")])
+    most = choose_mesh.most_dofs()
+    assert choose_mesh.peak_memory(most) == pytest.approx(choose_mesh.SHARE * 4e9)
     found = choice_of("accuracy = 0.001")
-    dofs = mesh_sizes.unknowns(found.study, found.study.mesh.size)
+    dofs = choose_mesh.unknowns(found.study, found.study.mesh.size)
     assert 0.9 * most < dofs <= 1.001 * most
     assert f"none larger than {most:,.0f} fit the memory" in found.short
-    assert mesh_sizes.most_dofs(2e9) < most
-    assert mesh_sizes.most_dofs(8e9) == most
+    assert choose_mesh.most_dofs(2e9) < most
+    assert choose_mesh.most_dofs(8e9) == most
     with pytest.raises(InputError, match=r"^memory = 1 GB: a coarse mesh takes 1\.\d GB$"):
-        mesh_sizes.most_dofs(1e9)
+        choose_mesh.most_dofs(1e9)
 
 
 def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):

@@ -5,7 +5,8 @@ import pytest
 from vanelock import check_file, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
-from vanelock.stages.accuracy import cost_estimate, mesh_sizes
+from vanelock.stages import cost_estimate
+from vanelock.stages.accuracy import choose_mesh
 
 COARSE = '[mesh]\nsize = "coarse"\n'
 
@@ -28,8 +29,8 @@ def test_what_an_accuracy_takes_is_within_what_is_chosen_at_most():
     fine, rough = estimated("accuracy = 0.01"), estimated("accuracy = 0.2")
     assert fine.dofs == pytest.approx(290_295, rel=0.25)  # measured, and 4.24 GB of 173,280
     assert rough.dofs < 0.3 * fine.dofs
-    assert mesh_sizes.peak_memory(173_280) == pytest.approx(4.24e9, rel=0.1)
-    assert mesh_sizes.peak_memory(441_675) == pytest.approx(10.28e9, rel=0.1)
+    assert choose_mesh.peak_memory(173_280) == pytest.approx(4.24e9, rel=0.1)
+    assert choose_mesh.peak_memory(441_675) == pytest.approx(10.28e9, rel=0.1)
     assert estimated("accuracy = 0.01", 2e9).memory == pytest.approx(2e9)
 
 
@@ -76,5 +77,5 @@ def test_memory_that_no_mesh_fits_is_refused(tmp_path):
 
 
 def test_processes_are_as_many_as_fit():
-    assert mesh_sizes.processes(1e9, 3.5e9) == 3
-    assert mesh_sizes.processes(1e9, 0.5e9) == 1
+    assert choose_mesh.processes(1e9, 3.5e9) == 3
+    assert choose_mesh.processes(1e9, 0.5e9) == 1

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.stages.accuracy.error_places import error_places
+from vanelock.stages.accuracy.evidence import error_places
 
 
 @pytest.fixture

@@ -11,8 +11,7 @@ from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import parse_study, run_study
 from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Notice
-from vanelock.stages.campbell.engine_orders import of_order, with_unbalance
-from vanelock.stages.campbell.speed_lines import Campbell, lines_step
+from vanelock.stages.campbell.speed_lines import Campbell, lines_step, of_order, with_unbalance
 from vanelock.stages.parts.segment import Segment, segment_of
 from vanelock.stages.response.limits import Limits
 

@@ -8,7 +8,7 @@ from vanelock import cases, fem, load_component, mesh, parse_study, rom
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done
-from vanelock.stages.parts.gauges import gauges_step
+from vanelock.stages.parts.outputs import gauges_step
 
 ONE = "aerofoil = 2, span = 0.1, chord = 0.5"
 COARSE = '[mesh]\nsize = "coarse"\n'

@@ -4,8 +4,8 @@ import pytest
 
 from vanelock import cases, parse_study
 from vanelock.common.errors import InputError
-from vanelock.stages.campbell.temperature_speed import bends
-from vanelock.stages.parts.temperatures import described, modulus, reference
+from vanelock.stages.campbell.frequencies import bends
+from vanelock.stages.parts.loads import described, modulus, reference
 
 METAL = """
 [material.vane]

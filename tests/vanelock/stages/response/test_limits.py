@@ -10,7 +10,7 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear import linear_response
 from vanelock.results.listing import limits_table, linear_table
 from vanelock.stages.response.limits import Limits, dense, fine, frequencies, limits
-from vanelock.stages.response.monitor import monitor
+from vanelock.stages.response.responses import monitor
 from vanelock.stages.response.summary import Peak, peak_of
 
 HOOK, INTERLOCK, SPRING = 3e6, 1e6, 2e6

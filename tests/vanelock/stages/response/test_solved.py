@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.stages.response.solved import PARTS, drawn
+from vanelock.stages.response.responses import PARTS, drawn
 
 
 def response(f, slope, converged=True) -> Any:

@@ -71,7 +71,7 @@ class CasingSets(KeyTable):
     fixed: NodeSet | None = _nodes("clamped nodes")
 
 
-class OwnMesh(KeyTable):
+class _OwnMesh(KeyTable):
     """A part's mesh from a file."""
 
     mesh: str = Field(min_length=1, max_length=4096, description="mesh file")
@@ -97,7 +97,7 @@ class OwnMesh(KeyTable):
         return ()
 
 
-class OwnVane(OwnMesh):
+class OwnVane(_OwnMesh):
     """A vane segment from a file; its hook is the groove of a casing that has dimensions."""
 
     sets: VaneSets = VaneSets()
@@ -108,7 +108,7 @@ class OwnVane(OwnMesh):
         return tuple(VaneDimensions.model_fields)
 
 
-class OwnCasing(OwnMesh):
+class OwnCasing(_OwnMesh):
     """A casing sector from a file."""
 
     sets: CasingSets = CasingSets()
@@ -118,12 +118,12 @@ class OwnCasing(OwnMesh):
         return tuple(CasingDimensions.model_fields)
 
 
-_OWN_KEYS = {*OwnMesh.model_fields, "sets"}
+_OWN_KEYS = {*_OwnMesh.model_fields, "sets"}
 
 
 def _kind(value: object) -> str:
     given = isinstance(value, dict) and not _OWN_KEYS.isdisjoint(value)
-    return OWN if given or isinstance(value, OwnMesh) else DIMENSIONS
+    return OWN if given or isinstance(value, _OwnMesh) else DIMENSIONS
 
 
 Vane = Annotated[

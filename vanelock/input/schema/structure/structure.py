@@ -152,7 +152,7 @@ Patch = Literal["node", "area"]
 """Whether a contact acts on its node or on the mean over its node's patch."""
 
 
-def _one_of_each(joint: "HookJoint | InterlockJoint") -> Iterator[str]:
+def _one_of_each(joint: "_HookJoint | InterlockJoint") -> Iterator[str]:
     """Refuse a stiffness per pair beside the same one per area."""
     for name in ("kn", "kt"):
         value = getattr(joint, f"{name}_area")
@@ -160,7 +160,7 @@ def _one_of_each(joint: "HookJoint | InterlockJoint") -> Iterator[str]:
             yield f"{name}_area = {value:g}: give either this or {name}, not both"
 
 
-class HookJoint(KeyTable):
+class _HookJoint(KeyTable):
     """Contacts between the vane's hooks and the casing's grooves, per node pair."""
 
     kn: Annotated[Stiffness, SPRING] = Field(
@@ -214,7 +214,7 @@ class InterlockJoint(KeyTable):
 class Joints(KeyTable):
     """The joints with friction contacts."""
 
-    hook: HookJoint = HookJoint()
+    hook: _HookJoint = _HookJoint()
     interlock: InterlockJoint = InterlockJoint()
 
 

@@ -23,10 +23,9 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, silent
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.products import StepProducts
-from vanelock.results.figures.shapes import mesh_errors
-from vanelock.results.files.redrawn import OutputFiles
-from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.meshes import mesh_step
+from vanelock.results.figures.pictures import mesh_errors
+from vanelock.results.files.run_folder import OutputFiles
+from vanelock.stages.parts.components import PARTS, mesh_step
 from vanelock.stages.plan import plan
 
 pytestmark = pytest.mark.usefixtures("undrawn")

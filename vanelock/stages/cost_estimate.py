@@ -2,27 +2,119 @@
 
 Laws in degrees of freedom, cases and points, measured from coarse meshes to those of an accuracy of
 1 % (docs/benchmarks/memory.md), on one core of a server of 2.5 to 3 GHz.
+
+Cases of a sweep: peak so far and time left, and what is left of a case that fails.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from vanelock.common.process import memory
+from vanelock.common import process
+from vanelock.common.errors import FolderError
 from vanelock.input.cases.sweep import Case
-from vanelock.input.cases.values import diameters_of
+from vanelock.input.cases.values import Given, diameters_of
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
+from vanelock.pipeline.progress import PointDone
+from vanelock.pipeline.step import Stages
+from vanelock.pipeline.tasks import ATTEMPTS, Failure, TaskFailed, failure_of
 from vanelock.stages.accuracy.budget import budget, pins
-from vanelock.stages.accuracy.mesh_sizes import (
+from vanelock.stages.accuracy.choose_mesh import (
     most_dofs,
     peak_memory,
     unknowns,
 )
-from vanelock.stages.sweep.time_left import work
 
 if TYPE_CHECKING:
     from vanelock.analyses.analysis import Analysis
+    from vanelock.nonlinear import Response
+    from vanelock.pipeline.step import Step
+    from vanelock.stages.plan import Planned
+
+
+TYPICAL = 100
+"""Points of a response over a range that chooses them itself."""
+
+
+class Clock:
+    """Stopwatch over all cases of a run."""
+
+    def __init__(self, planned: "Collection[Planned]") -> None:
+        self._adaptive = any(getattr(each.case.given, "accuracy", None) for each in planned)
+        self._left = {
+            step.key: work(each.case.given) for each in planned for step in each.responses
+        }
+        self._after = sum(self._left.values())
+        self._done = 0.0
+        self._seconds = 0.0
+        self._began = time.perf_counter()
+        self._name, self._own, self._peak = "", 0.0, 0.0
+
+    def begin(self, planned: "Planned", response: "Step[Response] | None" = None) -> None:
+        """A case begins, or another of its responses."""
+        self._name, self._peak = planned.case.name, 0.0
+        self._own = self._left.pop((response or planned.response).key, 0.0)
+        self._after = max(self._after - self._own, 0.0)
+        self._began = time.perf_counter()
+
+    def end(self, computed: bool) -> None:
+        """It has its response, computed now or not."""
+        if computed:
+            self._seconds += time.perf_counter() - self._began
+            self._done += self._own
+
+    def point(self, done: int, total: int, frequency: float, amplitude: float) -> PointDone:
+        """A point of it is solved; `amplitude` counts for the peak, m.
+
+        It is NaN of one that is being looked for by ways that may take long. With an accuracy
+        there are as many points as the errors ask for, which nobody knows before.
+        """
+        if amplitude != amplitude:
+            known = None if self._adaptive else total
+            return PointDone(self._name, done, known, self._peak, float("nan"), frequency)
+        self._peak = max(self._peak, amplitude)
+        if self._adaptive:
+            return PointDone(self._name, done, None, self._peak, float("nan"))
+        part = self._own * done / total
+        pace = (self._seconds + time.perf_counter() - self._began) / max(self._done + part, 1e-9)
+        left = pace * (self._own - part + self._after)
+        return PointDone(self._name, done, total, self._peak, left)
+
+    def count(self, done: int, total: int | None, amplitude: float) -> PointDone:
+        """A step of the case's bounds or stability; its time left is not known."""
+        peak = max(self._peak, amplitude) if amplitude == amplitude else self._peak
+        return PointDone(self._name, done, total, peak, float("nan"))
+
+
+def work(given: Given) -> float:
+    """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
+    response = given.response
+    points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
+    return float(points * (2 * response.harmonics + 1) ** 1.5)
+
+
+A = TypeVar("A")
+C = TypeVar("C")
+
+
+def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:
+    """Compute something of a case of a sweep, twice if need be."""
+    failure = Failure(name, "")
+    for tries in range(1, ATTEMPTS + 1):
+        try:
+            return compute(planned)
+        except (TaskFailed, FolderError):
+            raise
+        except Exception as error:
+            failure = replace(failure_of(error), task=name, attempts=tries)
+            if failure.refused:
+                break
+            stages.keep(())  # what is kept is in the cache too, and memory may be short
+    raise TaskFailed(failure)
+
 
 UNITS = ((86400, "days"), (3600, "h"), (60, "min"), (1, "s"))
 
@@ -45,9 +137,9 @@ class CostEstimate(NamedTuple):
         time = f"{float(f'{self.seconds / size:.1g}'):.0f} {unit}"
         return {
             "unknowns": f"{float(f'{self.dofs:.2g}'):,.0f} degrees of freedom",
-            "memory": f"{memory.gigabytes(self.memory)} of memory",
+            "memory": f"{process.gigabytes(self.memory)} of memory",
             "time": f"{time} on one core",
-            "disk": f"{memory.gigabytes(self.disk)} on disk",
+            "disk": f"{process.gigabytes(self.disk)} on disk",
         }
 
 
@@ -154,7 +246,7 @@ def _out_of_reach(study: Study, given: float | None) -> str:
     left = study.accuracy * (wanted / most) ** ORDER if study.accuracy else 0.0
     return (
         f"accuracy = {study.accuracy:g} asks for meshes of about {float(f'{wanted:.1g}'):,.0f} "
-        f"degrees of freedom and {memory.gigabytes(peak_memory(wanted))} of memory; the largest "
+        f"degrees of freedom and {process.gigabytes(peak_memory(wanted))} of memory; the largest "
         f"that are chosen here have {float(f'{most:.2g}'):,.0f} and leave an error of about "
         f"{left:.2g}"
     )

@@ -1,5 +1,6 @@
-"""Hysteresis of one contact: friction over sliding, and both forces over a period."""
+"""One contact's hysteresis over sliding and over a period; preload of all contacts."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -8,12 +9,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike, NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
+from vanelock.common.tables import counted
 from vanelock.render import style
-
-Real = NDArray[np.float64]
 
 STICKS, SLIPS, OPEN = 0, 1, 2
 BROKEN: Final = (0, (4, 3))  # of the bounds' lines
@@ -81,7 +84,7 @@ def loop_picture(
 
 
 @dataclass(frozen=True)
-class LoopPeriod:
+class _LoopPeriod:
     """What is shown of a contact's period, at s equal steps of it.
 
     Attributes
@@ -101,10 +104,10 @@ class LoopPeriod:
     """
 
     direction: str
-    sliding: Real
-    friction: Real
-    normal: Real
-    bound: Real
+    sliding: Floats
+    friction: Floats
+    normal: Floats
+    bound: Floats
     state: NDArray[np.int64]
     taken: str
 
@@ -123,7 +126,7 @@ def _period(
     bounding: ArrayLike | None = None,
     isotropic: bool = False,
     tangents: tuple[str, str] = TANGENTS,
-) -> LoopPeriod:
+) -> _LoopPeriod:
     """A contact's period, its parameters as of `loop_picture`."""
     u, f = np.asarray(displacement, float), np.asarray(force, float)
     if u.ndim != 2 or u.shape[1:] != (3,) or u.shape != f.shape or len(u) < 4:
@@ -142,16 +145,16 @@ def _period(
     name = tangents[k - 1]
     own = f"{name} {_energy(energy[k - 1])}"
     taken = f"Friction dissipates {_energy(sum(energy))} per cycle ({own})"
-    return LoopPeriod(name, u[:, k], f[:, k], f[:, 0], bound, state, taken)
+    return _LoopPeriod(name, u[:, k], f[:, k], f[:, 0], bound, state, taken)
 
 
-def dissipated(displacement: Real, friction: Real) -> float:
+def dissipated(displacement: Floats, friction: Floats) -> float:
     """Energy ∮ t du that friction takes in a cycle of equal steps, J (trapezoidal, closed)."""
     step = np.roll(displacement, -1) - displacement
     return float(np.sum((friction + np.roll(friction, -1)) / 2 * step))
 
 
-def states(normal: Real, friction: Real, mu: float) -> NDArray[np.int64]:
+def states(normal: Floats, friction: Floats, mu: float) -> NDArray[np.int64]:
     """STICKS, SLIPS or OPEN at each instant: |t| at its bound μn, or no normal force."""
     bound = mu * normal
     slack = 1e-6 * max(float(np.abs(bound).max()), np.finfo(float).tiny)
@@ -167,7 +170,7 @@ def _energy(joules: float) -> str:
     return f"{style.number(1e9 * joules)} nJ"
 
 
-def _coloured(axes: Axes, x: Real, y: Real, state: NDArray[np.int64], width: float) -> Any:
+def _coloured(axes: Axes, x: Floats, y: Floats, state: NDArray[np.int64], width: float) -> Any:
     """Broken line whose pieces have the colour of the state at their ends (the later one's)."""
     points = np.column_stack([x, y])
     pieces = np.stack([points[:-1], points[1:]], axis=1)
@@ -195,7 +198,7 @@ def label(axes: Axes, direction: str) -> None:
     axes.set_ylabel(f"friction force, {direction} (N)")
 
 
-def _loop(axes: Axes, found: LoopPeriod) -> None:
+def _loop(axes: Axes, found: _LoopPeriod) -> None:
     micrometres = 1e6 * closed(found.sliding)
     for sign in (1, -1):
         bound = sign * closed(found.bound)
@@ -205,7 +208,7 @@ def _loop(axes: Axes, found: LoopPeriod) -> None:
     axes.margins(0.06)
 
 
-def _histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
+def _histories(normal: Axes, friction: Axes, found: _LoopPeriod) -> None:
     """Draw the normal force, and below it friction with its bounds, over the period."""
     _history(normal, found.normal, found.state, "Normal load", "normal force n (N)")
     normal.set_ylim(bottom=min(0.0, float(found.normal.min())))
@@ -218,13 +221,13 @@ def _histories(normal: Axes, friction: Axes, found: LoopPeriod) -> None:
     friction.set_xlabel("time / period (–)")
 
 
-def _history(axes: Axes, force: Real, state: NDArray[np.int64], title: str, label: str) -> None:
+def _history(axes: Axes, force: Floats, state: NDArray[np.int64], title: str, label: str) -> None:
     time = np.linspace(0, 1, len(force) + 1)
     _coloured(axes, time, closed(force), closed(state), 2.4)
     axes.set(xlim=(0, 1), ylabel=label, title=title)
 
 
-def legend(axes: Axes, found: LoopPeriod, isotropic: bool) -> None:
+def legend(axes: Axes, found: _LoopPeriod, isotropic: bool) -> None:
     """Say above the axes what the colours and the broken lines are."""
     present = np.unique(found.state)
     shown = [Line2D([], [], color=_COLOURS[s], lw=3, label=_NAMES[s]) for s in present]
@@ -239,3 +242,133 @@ def legend(axes: Axes, found: LoopPeriod, isotropic: bool) -> None:
         columnspacing=1.2,
         handlelength=1.4,
     )
+
+
+def preload_picture(
+    path: style.PathLike,
+    force: ArrayLike,
+    mu: ArrayLike,
+    joints: Sequence[str],
+    title: str = "Preload of the contacts",
+    subtitle: str = "",
+    opened: ArrayLike | None = None,
+    isotropic: bool = False,
+) -> Path:
+    """Draw the static contact forces joint by joint, and return the path.
+
+    Above: normal force n of each contact. Below: friction over its bound, |t| / (μ n), 1 where the
+    contact slid at assembly, as it does without friction; an open contact is crossed out.
+
+    Parameters
+    ----------
+    path : path
+        PNG file to write.
+    force : (c, 3) float
+        n, t1, t2 of each contact, N.
+    mu : (c,) float or float
+        Friction coefficient.
+    joints : sequence of c str
+        The joint that each contact belongs to.
+    title, subtitle : str
+        Heading and the line under it.
+    opened : (c,) bool, optional
+        Which contacts are open, whatever round-off their forces show; by default those that do
+        not press.
+    isotropic : bool
+        Whether |t| is that of the plane, or the larger one of both directions.
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together or the file cannot be written.
+    """
+    f = np.asarray(force, float)
+    if f.ndim != 2 or f.shape != (len(joints), 3) or not len(joints):
+        raise InputError(f"preload: force of shape {f.shape}: ({len(joints)}, 3) is needed")
+    apart = f[:, 0] <= 0 if opened is None else np.asarray(opened, bool)
+    if apart.shape != (len(f),):
+        raise InputError(f"preload: opened of shape {apart.shape}: ({len(f)},) is needed")
+    f = np.where(apart[:, None], 0.0, f)
+    used = utilisation(f, np.broadcast_to(np.asarray(mu, float), len(f)), isotropic)
+    names = list(dict.fromkeys(joints))
+    counts = [sum(joint == name for joint in joints) for name in names]
+    room = 10.6 - 0.75 * (len(names) - 1)
+    # A joint of few contacts still needs room for its title.
+    share = np.maximum(counts, 0.3 * max(counts))
+    widths = room * share / share.sum()
+    with style.applied():
+        figure = style.figure(6.9, title, subtitle)
+        left = 1.0
+        for position, (name, width) in enumerate(zip(names, widths, strict=True)):
+            chosen = np.array([joint == name for joint in joints])
+            upper = style.axes(figure, left, 3.4, width, 2.15)
+            lower = style.axes(figure, left, 1.05, width, 1.7)
+            _bars(upper, f[chosen, 0], used[chosen])
+            upper.set_title(
+                f"{name}: {counted(int(chosen.sum()), 'contact')}\n{_range(f[chosen, 0])}"
+            )
+            _ratios(lower, used[chosen])
+            if position == 0:
+                upper.set_ylabel("normal force n (N)")
+                lower.set_ylabel("|t| / (μ n) (–)")
+            left += width + 0.75
+        figure.legend(
+            handles=[
+                Patch(color=style.BLUE, label="sticks"),
+                Patch(color=style.VERMILION, label="slid at assembly"),
+                Patch(facecolor="white", edgecolor=style.GREY, hatch="xxx", label="open"),
+            ],
+            loc="lower right",
+            bbox_to_anchor=(11.65 / style.WIDTH, 0.1 / 6.9),
+            ncols=3,
+            borderpad=0,
+        )
+        return style.write(figure, path)
+
+
+def utilisation(force: Floats, mu: Floats, isotropic: bool = False) -> Floats:
+    """(c,) |t|, or the larger of |t1|, |t2|, over μn, at most 1; NaN where the contact is open.
+
+    A bound of 0 is always reached: without friction what is left of t is round-off.
+    """
+    closed = force[:, 0] > 0
+    bound = mu * force[:, 0]
+    both = np.abs(force[:, 1:])
+    largest = np.minimum(np.hypot(*both.T) if isotropic else both.max(axis=1), bound)
+    ratio = np.divide(largest, bound, out=np.ones_like(bound), where=closed & (bound > 0))
+    return np.where(closed, ratio, np.nan)
+
+
+def _range(normal: Floats) -> str:
+    low, high = float(normal.min()), float(normal.max())
+    ends = style.number(low), style.number(high)
+    return f"{ends[0]} N" if ends[0] == ends[1] else f"{ends[0]} to {ends[1]} N"
+
+
+def _number(axes: Axes, count: int) -> NDArray[np.int64]:
+    axes.set(xlabel="contact", xlim=(0.3, count + 0.7))
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=min(count, 10), min_n_ticks=1))
+    axes.grid(False, axis="x")
+    return np.arange(1, count + 1)
+
+
+def _state_colours(used: Floats) -> list[str]:
+    slid = np.nan_to_num(used) >= 1 - 1e-6
+    return [style.VERMILION if one else style.BLUE for one in slid]
+
+
+def _bars(axes: Axes, normal: Floats, used: Floats) -> None:
+    axes.bar(_number(axes, len(normal)), normal, width=0.75, color=_state_colours(used))
+    if not normal.any():
+        axes.set_ylim(0, 1)
+    axes.set_xlabel("")
+
+
+def _ratios(axes: Axes, used: Floats) -> None:
+    at = _number(axes, len(used))
+    axes.bar(at, np.nan_to_num(used), width=0.75, color=_state_colours(used))
+    opened = np.isnan(used)
+    if opened.any():
+        axes.bar(at[opened], 1.0, width=0.75, fc="white", ec=style.GREY, hatch="xxx", lw=0.8)
+    axes.axhline(1, color=style.BLACK, lw=1, ls=(0, (4, 3)))
+    axes.set_ylim(0, 1.12)

@@ -1,1 +1,0 @@
-"""Memory, signals and streams of the process."""

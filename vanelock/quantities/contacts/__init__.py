@@ -1,1 +1,0 @@
-"""Quantities of contacts: where they are, the energy they take, their wear."""

@@ -1,1 +1,0 @@
-"""Figures that show whether a mesh can be trusted."""

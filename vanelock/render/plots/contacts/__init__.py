@@ -1,1 +1,0 @@
-"""Plots of contacts: hysteresis loops, and the state at rest."""
