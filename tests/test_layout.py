@@ -86,7 +86,7 @@ def test_nonlinear_loads_no_mesher_and_no_renderer() -> None:
     loaded = set(run.stdout.split())
     assert "numpy" in loaded
     assert loaded.isdisjoint(
-        {"gmsh", "meshio", "skfem", "vtk", "vtkmodules", "pyvista", "matplotlib"}
+        {"gmsh", "meshio", "skfem", "sksparse", "vtk", "vtkmodules", "pyvista", "matplotlib"}
     )
 
 

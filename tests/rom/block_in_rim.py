@@ -1,9 +1,7 @@
 """A vane and its casing of a few hundred dofs: a block that hangs in a clamped rim."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
-from types import SimpleNamespace
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,8 +9,6 @@ import scipy.sparse as sp
 from tests.conftest import scene_of
 from vanelock import fem, rom
 from vanelock.common.cyclic import turn
-from vanelock.fem import Model
-from vanelock.mesh import Part
 from vanelock.mesh.contact_patches import _averages, _Patch, _plane
 from vanelock.stages.parts.segment import Joint
 
@@ -24,11 +20,11 @@ BLOCK = ("key", "hook_front", "hook_rear", "interlock_left", "interlock_right", 
 RIM = ("key", "hook_front", "hook_rear", "force", "output")
 
 
-def mates(block: Part, rim: Part, node: int) -> np.ndarray:
+def mates(block, rim, node):
     return np.flatnonzero(np.linalg.norm(rim.points - block.points[node], axis=1) < 1e-12)
 
 
-def models(lattice: Callable[..., Part], counts: tuple[int, int, int]) -> tuple[Model, Model]:
+def models(lattice, counts):
     """Both models, with all node sets of the scene; contacts join nodes of one place."""
 
     def wedge(radii, turned=0.1):
@@ -41,8 +37,7 @@ def models(lattice: Callable[..., Part], counts: tuple[int, int, int]) -> tuple[
 
     block, rim = wedge((0.42, 0.5)), wedge((0.5, 0.56))
     inner = np.setdiff1d(
-        block.node_sets["x1"],
-        np.concatenate([block.node_sets[name] for name in ("y0", "y1")]),
+        block.node_sets["x1"], np.concatenate([block.node_sets[name] for name in ("y0", "y1")])
     )
     pairs = [(a, b) for a in inner for b in mates(block, rim, a)]
     own, mate = np.array(pairs).T
@@ -68,8 +63,7 @@ def models(lattice: Callable[..., Part], counts: tuple[int, int, int]) -> tuple[
     )
     sets = {"key": mate[key], "hook_front": mate[front], "hook_rear": mate[rear]}
     outside = np.setdiff1d(
-        rim.node_sets["x1"],
-        np.concatenate([clamped, rim.node_sets["y0"], rim.node_sets["y1"]]),
+        rim.node_sets["x1"], np.concatenate([clamped, rim.node_sets["y0"], rim.node_sets["y1"]])
     )
     casing = replace(
         rim,
@@ -86,7 +80,7 @@ def models(lattice: Callable[..., Part], counts: tuple[int, int, int]) -> tuple[
     return fem.assemble(vane, STEEL, fixed=None), fem.assemble(casing, STEEL, fixed="z")
 
 
-def ring_scene(both: tuple[Model, Model]) -> SimpleNamespace:
+def ring_scene(both):
     """What the fixture `scene` has, of the small parts."""
     vane = rom.reduce(both[0], BLOCK)
     casing = rom.reduce(both[1], RIM, nodal_diameters=[0, 1, 2, 4], band=vane.band)
@@ -97,7 +91,7 @@ WIDTH, ENDS = np.tan(np.pi / N), (0.02, 0.18)
 """Half of a sector's width, of its distance from the axis; the contacts' ends along the axis, m."""
 
 
-def _strip(across: np.ndarray, ends: tuple[float, float], axial: tuple[float, float], x: float):
+def _strip(across, ends, axial, x):
     """A rectangle in a plane that holds the axis' direction: at x, or through the axis (x = 0)."""
     planes = [[*-across, -ends[0]], [*across, ends[1]]]
     planes += [[0, 0, -1, -axial[0]], [0, 0, 1, axial[1]]]
@@ -106,7 +100,7 @@ def _strip(across: np.ndarray, ends: tuple[float, float], axial: tuple[float, fl
     return _Patch(np.array(planes, float), area, centroid)
 
 
-def patched(lattice: Callable[..., Part]) -> tuple[Part, Part]:
+def patched(lattice):
     """Parts of a polygonal ring whose contacts are means over patches, meshed unlike each other."""
     a = np.pi / N
     right = np.array([np.cos(a), np.sin(a), 0.0])
@@ -148,11 +142,5 @@ def patched(lattice: Callable[..., Part]) -> tuple[Part, Part]:
     sets = casing.node_sets
     clamped = np.union1d(sets["z0"], sets["z1"])
     outer = np.setdiff1d(sets["x1"], np.concatenate([clamped, sets["y0"], sets["y1"]]))
-    sets = {
-        **sets,
-        "fixed": clamped,
-        "left": sets["y0"],
-        "right": sets["y1"],
-        "force": outer[:2],
-    }
+    sets = {**sets, "fixed": clamped, "left": sets["y0"], "right": sets["y1"], "force": outer[:2]}
     return replace(vane, frames=frames), replace(casing, node_sets=sets)

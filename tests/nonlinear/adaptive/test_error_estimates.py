@@ -1,37 +1,31 @@
 """Estimated errors against the errors made, source by source."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tests.nonlinear.systems import sliding_system
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     SOURCES,
     Options,
-    Response,
     Shares,
-    System,
     adaptive_response,
     frequency_response,
     peak_errors,
 )
 from vanelock.rom.errors import Neglected
 
-Make = Callable[..., System]
-Floats = NDArray[np.float64]
-
 HERTZ = np.linspace(0.165, 0.195, 13)
 LOOSE = Shares(0.5, 0.5)
 
 
-def _amplitude(response: Response) -> Floats:
+def _amplitude(response):
     return np.asarray(response.amplitude[:, 0, 0])
 
 
-def _estimated(response: Response, source: str) -> Floats:
+def _estimated(response, source):
     assert response.estimates is not None
     assert response.converged.all()
     np.testing.assert_allclose(response.estimates.amplitude, _amplitude(response), rtol=1e-9)
@@ -39,7 +33,7 @@ def _estimated(response: Response, source: str) -> Floats:
 
 
 @pytest.mark.parametrize("preload", [1.0, 0.3])
-def test_neglected_harmonics(sliding_system: Make, preload: float) -> None:
+def test_neglected_harmonics(preload):
     system = sliding_system(preload=preload)
     best = _amplitude(frequency_response(system, HERTZ, Options(19), find_jumps=False))
     greatest = []
@@ -54,7 +48,7 @@ def test_neglected_harmonics(sliding_system: Make, preload: float) -> None:
     assert greatest[0] > 5 * greatest[2]
 
 
-def _softened(system: System, share: float) -> tuple[System, Callable[[int], Neglected]]:
+def _softened(system, share):
     """The system without a share of one spring at every diameter, and a record of that."""
     missing = share * np.array([[1.0, -0.5], [-0.5, 1.5]])
     none = np.zeros_like(missing)
@@ -65,7 +59,7 @@ def _softened(system: System, share: float) -> tuple[System, Callable[[int], Neg
     )
 
 
-def test_neglected_compliance(sliding_system: Make) -> None:
+def test_neglected_compliance():
     system = sliding_system()
     softer, neglected = _softened(system, 1e-4)
     found = adaptive_response(
@@ -79,13 +73,13 @@ def test_neglected_compliance(sliding_system: Make) -> None:
     np.testing.assert_allclose(estimated, made, atol=0.05 * np.abs(made).max())
 
 
-def test_mesh_that_is_too_stiff(sliding_system: Make) -> None:
+def test_mesh_that_is_too_stiff():
     # Without slip or interference every natural frequency falls by a share if masses grow by two.
     system = sliding_system(mu=100.0)
     share = 1e-5
     asked = []
 
-    def mesh_error(diameter: int, hertz: Floats) -> Floats:
+    def mesh_error(diameter, hertz):
         asked.append((diameter, len(hertz)))
         return np.full(len(hertz), share)
 
@@ -102,7 +96,7 @@ def test_mesh_that_is_too_stiff(sliding_system: Make) -> None:
     assert set(asked) == {(1, 2)}
 
 
-def test_samples(sliding_system: Make) -> None:
+def test_samples():
     system, options = sliding_system(preload=0.3), Options(3, samples=128)
     found = adaptive_response(lambda _: system, HERTZ, LOOSE, options, monitor=(0, 0))
     best = _amplitude(frequency_response(system, HERTZ, Options(3), find_jumps=False))
@@ -111,7 +105,7 @@ def test_samples(sliding_system: Make) -> None:
     assert 0.8 < np.abs(estimated).max() / np.abs(made).max() < 1.25
 
 
-def test_errors_of_a_peak(sliding_system: Make) -> None:
+def test_errors_of_a_peak():
     system = sliding_system()
     exact = adaptive_response(lambda _: system, (0.165, 0.195), Shares(1e-5, 1e-5), monitor=(0, 0))
     coarse = adaptive_response(
@@ -133,14 +127,14 @@ def test_errors_of_a_peak(sliding_system: Make) -> None:
         peak_errors(plain)
 
 
-def test_the_error_of_a_peak_takes_nothing_from_beyond_a_jump(sliding_system: Make) -> None:
+def test_the_error_of_a_peak_takes_nothing_from_beyond_a_jump():
     """A straight branch of slope 2 /Hz that ends at 4.5 of a curve in hertz, and a parabola."""
     system = sliding_system()
     solved = adaptive_response(lambda _: system, np.linspace(0.17, 0.19, 9), Shares(0.1, 0.1))
     assert solved.estimates is not None
     f = np.arange(9.0)
 
-    def drawn(amplitude: np.ndarray, slope: np.ndarray) -> Response:
+    def drawn(amplitude, slope):
         estimates = replace(
             solved.estimates, amplitude=amplitude, slope=slope, change=np.zeros((9, len(SOURCES)))
         )

@@ -6,12 +6,12 @@ import pytest
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
 
 
-def _resonance(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _resonance(x):
     """A peak of unit height and half-width at 0, and its slope."""
     return 1 / np.sqrt(1 + x**2), -x / (1 + x**2) ** 1.5
 
 
-def test_a_cubic_is_its_own_curve() -> None:
+def test_a_cubic_is_its_own_curve():
     rng = np.random.default_rng(0)
     cubic = np.polynomial.Polynomial(rng.normal(size=4))
     x = np.sort(rng.uniform(size=7))
@@ -23,7 +23,7 @@ def test_a_cubic_is_its_own_curve() -> None:
 
 
 @pytest.mark.parametrize("points", [9, 15, 25])
-def test_estimated_error_is_no_less_than_the_true_one_and_not_far_more(points: int) -> None:
+def test_estimated_error_is_no_less_than_the_true_one_and_not_far_more(points):
     x = np.sinh(np.linspace(-2, 2, points))
     curve = Interpolant(x, *_resonance(x))
     estimated = curve.uncertainty()
@@ -33,7 +33,7 @@ def test_estimated_error_is_no_less_than_the_true_one_and_not_far_more(points: i
     assert estimated.max() < 80 * true.max()
 
 
-def test_points_are_wanted_until_peak_and_curve_are_known() -> None:
+def test_points_are_wanted_until_peak_and_curve_are_known():
     share = 1e-3
     x = np.array([-8.0, -5.0, -2.2, 1.1, 4.0, 8.0])
     for _ in range(12):
@@ -54,7 +54,7 @@ def test_points_are_wanted_until_peak_and_curve_are_known() -> None:
     assert not np.any((jump.wanted(share, 0.01) > 1.0) & (jump.wanted(share, 0.01) < 1.001))
 
 
-def test_no_curve_is_trusted_across_a_gap_where_it_is_high() -> None:
+def test_no_curve_is_trusted_across_a_gap_where_it_is_high():
     # Two peaks: seen from points that miss the narrow one, the curve is smooth.
     x = np.linspace(-8, 8, 17)
     y, slope = _resonance(x / 8)
@@ -64,7 +64,7 @@ def test_no_curve_is_trusted_across_a_gap_where_it_is_high() -> None:
     np.testing.assert_allclose(wanted, x[:-1] + 0.5)
 
 
-def test_every_high_maximum_is_located() -> None:
+def test_every_high_maximum_is_located():
     # Two maxima, the lower one between points: it may turn out the higher one.
     x = np.array([-3.0, -2.5, -2.0, -1.5, -1.0, -0.5, 0.0, 0.6, 1.3, 2.0, 2.5, 3.0])
     lower = 0.95 * np.exp(-((x - 1.0) ** 2))
@@ -74,7 +74,7 @@ def test_every_high_maximum_is_located() -> None:
     assert abs(place - 1.0) < 0.02
 
 
-def test_unknown_slopes_are_taken_from_neighbours() -> None:
+def test_unknown_slopes_are_taken_from_neighbours():
     x = np.linspace(-2, 2, 41)
     y, slope = _resonance(x)
     slope[20] = np.nan

@@ -1,9 +1,8 @@
 """The choice of frequencies on branches given in closed form, ends and all."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ class Branch:
     high: float
     height: Callable[[float], float]
 
-    def at(self, omega: float) -> Any:
+    def at(self, omega):
         """A point as the solver makes it."""
         step = 1e-5
         slope = (self.height(omega + step) - self.height(omega - step)) / (2 * step)
@@ -42,32 +41,30 @@ class Solver:
     chooses_harmonics = False
     least = 1
 
-    def __init__(self, *branches: Branch) -> None:
+    def __init__(self, *branches):
         self.branches, self.count = branches, 0
         system = SimpleNamespace(damping_ratio=0.01)
         self.levels = SimpleNamespace(structure=lambda _: SimpleNamespace(system=system))
         self.estimator = SimpleNamespace(monitored=(0, 0))
 
-    def easily(self, omega: float, neighbours: Sequence[Any]) -> Any:
+    def easily(self, omega, neighbours):
         """The branch of the neighbour."""
         if not neighbours or not neighbours[-1].branch.low <= omega <= neighbours[-1].branch.high:
             return None
         return neighbours[-1].branch
 
-    def point(
-        self, omega: float, neighbours: Sequence[Any], found: Any = None, least: int = 0
-    ) -> Any:
+    def point(self, omega, neighbours, found=None, least=0):
         """A point."""
         self.count += 1
         branch = found or self.easily(omega, neighbours)
         own = (each for each in self.branches if each.low <= omega <= each.high)
         return (branch or next(own)).at(omega)
 
-    def with_harmonics(self, harmonics: int) -> "Solver":
+    def with_harmonics(self, harmonics):
         """One that takes the same number everywhere."""
         return Solver(*self.branches)
 
-    def with_measured_error(self, point: Any) -> Any:
+    def with_measured_error(self, point):
         """The same."""
         return point
 
@@ -78,14 +75,14 @@ class Changing(Solver):
     chooses_harmonics = True
     change = 1.6
 
-    def easily(self, omega: float, neighbours: Sequence[Any]) -> Any:
+    def easily(self, omega, neighbours):
         """Not on the other side of the change."""
         if neighbours and (neighbours[-1].omega < self.change) != (omega < self.change):
             return None
         return super().easily(omega, neighbours)
 
 
-def highest(solver: Solver) -> tuple[float, float]:
+def highest(solver):
     """Frequency and height of the curve's largest point, no frequency being there twice."""
     points = Exploring(solver, 1.0, 2.0, lambda *_: None).curve()  # type: ignore[arg-type]
     top = max(points, key=lambda p: p.amplitude)
@@ -93,12 +90,12 @@ def highest(solver: Solver) -> tuple[float, float]:
     return top.omega, top.amplitude
 
 
-def bump(middle: float, height: float, width: float = 0.05) -> Callable[[float], float]:
+def bump(middle, height, width=0.05):
     """A resonance."""
     return lambda omega: height / np.sqrt(1 + ((omega - middle) / width) ** 2)
 
 
-def test_a_higher_branch_that_only_a_sweep_down_meets_is_found() -> None:
+def test_a_higher_branch_that_only_a_sweep_down_meets_is_found():
     first = Branch(1.0, 1.6, bump(1.6, 1.0, 0.3))
     other = Branch(1.25, 2.0, bump(1.3, 2.0))  # at 1.6 a sixth as high as the first
     omega, height = highest(Solver(first, other))
@@ -106,7 +103,7 @@ def test_a_higher_branch_that_only_a_sweep_down_meets_is_found() -> None:
     assert height == pytest.approx(2.0, rel=1e-3)
 
 
-def test_a_lower_branch_is_followed_from_a_jump_until_it_comes_out_higher() -> None:
+def test_a_lower_branch_is_followed_from_a_jump_until_it_comes_out_higher():
     """A sweep down comes from the third branch to the first, and never meets the second."""
     first = Branch(1.0, 1.6, bump(1.5, 1.0, 0.4))
     second = Branch(1.2, 1.7, bump(1.3, 2.0))
@@ -116,7 +113,7 @@ def test_a_lower_branch_is_followed_from_a_jump_until_it_comes_out_higher() -> N
     assert height == pytest.approx(2.0, rel=1e-3)
 
 
-def test_a_branch_that_a_change_of_harmonics_leads_away_from_is_found() -> None:
+def test_a_branch_that_a_change_of_harmonics_leads_away_from_is_found():
     """Both sweeps, and what is followed from the jump at 1.8, leave it at 1.6 for the first one."""
     first = Branch(1.0, 1.8, bump(1.5, 1.0, 0.3))
     second = Branch(1.3, 2.0, bump(1.4, 2.0))
@@ -125,7 +122,7 @@ def test_a_branch_that_a_change_of_harmonics_leads_away_from_is_found() -> None:
     assert height == pytest.approx(2.0, rel=1e-3)
 
 
-def test_where_nothing_jumps_further_sweeps_are_no_waste(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_nothing_jumps_further_sweeps_are_no_waste(monkeypatch):
     monkeypatch.delattr(Solver, "with_harmonics")
     solver = Solver(Branch(1.0, 2.0, bump(1.4, 1.0)))
     solver.chooses_harmonics = True
@@ -138,7 +135,7 @@ def test_where_nothing_jumps_further_sweeps_are_no_waste(monkeypatch: pytest.Mon
 class Losing(Solver):
     """Has no solution where one is looked for at a summit."""
 
-    def point(self, omega: float, neighbours: Sequence[Any], *more: Any) -> Any:
+    def point(self, omega, neighbours, *more):
         """A point, or none."""
         point = super().point(omega, neighbours, *more)
         if abs(omega - 1.4) < 1e-3:
@@ -147,5 +144,5 @@ class Losing(Solver):
         return point
 
 
-def test_a_frequency_without_a_solution_is_tried_once() -> None:
+def test_a_frequency_without_a_solution_is_tried_once():
     assert highest(Losing(Branch(1.0, 2.0, bump(1.4, 1.0, 0.01))))[1] < 0.999

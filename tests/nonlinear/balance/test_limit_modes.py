@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from vanelock.nonlinear import Contacts, Diameter, Force, System, linear_response, stuck_modes
+from tests.nonlinear.systems import first_frequency, random_system, rows, with_rest
+from vanelock.nonlinear import (
+    OPEN,
+    STUCK,
+    Contacts,
+    Diameter,
+    Force,
+    System,
+    linear_response,
+    stuck_modes,
+)
 from vanelock.nonlinear.balance.limit_modes import limit_modes
+from vanelock.rom import linear_damping
 
 N, C = 30, 5
 
@@ -80,3 +91,33 @@ def test_repetition_gives_way_to_all_modes_at_once(monkeypatch):
     exact = by_definition(system, np.ones(C, bool), 100.0)
     np.testing.assert_allclose(np.abs(modes.rows @ found).reshape(-1, 3), exact, rtol=1e-7)
     assert left[0] < 1e-8
+
+
+@pytest.mark.parametrize("joints", ["stuck", "open"])
+@pytest.mark.parametrize("closed", ["none", "all", "some"])
+@pytest.mark.parametrize("static", [0, 2])
+def test_limits_of_a_ring_are_those_of_the_dense_equations(joints, closed, static):
+    system = with_rest(replace(random_system(7), damping_joints=joints))
+    push = replace(system.force[0], omega_power=static)
+    system = replace(system, force={**system.force, 0: push})
+    mask = np.full(system.contacts.count, closed == "all")
+    mask[::2] |= closed == "some"
+    hertz = first_frequency(system) * np.array([0.7, 1.0, 1.01])
+    found = linear_response(system, hertz, mask, harmonics=2)
+    assert found.converged.all()
+    assert np.all(found.state == np.where(mask, STUCK, OPEN))
+    k, offset = system.contacts.stiffness[mask].reshape(-1), system.contacts.offset
+    for h in range(3):
+        nd = system.nodal_diameter(h)
+        one, every, C = system.at(nd), rows(system, nd), linear_damping(system, nd)
+        B = every[np.repeat(mask, 3)]
+        for i, omega in enumerate(2 * np.pi * hertz):
+            s = h * omega
+            dynamic = one.K + (B.conj().T * k) @ B - s**2 * one.M + 1j * s * C
+            force = system.force[h].at(omega) if h in system.force else np.zeros(20)
+            if h == 0:
+                force = force - B.conj().T @ (k * offset[mask].ravel())
+            x = np.linalg.solve(dynamic, force)
+            np.testing.assert_allclose(found.x[h][i], x, atol=1e-8 * max(np.abs(x).max(), 1e-300))
+            u = (every @ x).reshape(-1, 3) + (offset if h == 0 else 0.0)
+            np.testing.assert_allclose(found.contact[i, h], u, atol=1e-8 * np.abs(u).max() + 1e-300)

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from vanelock.common.arrays import Floats
 from vanelock.nonlinear.contact.disc_slider import (
     HELD,
     RATES,
@@ -20,11 +19,10 @@ from vanelock.nonlinear.contact.disc_slider import (
 )
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK
 from vanelock.nonlinear.fourier import TURN, basis, kernel
-from vanelock.rom.system.system import Contacts
 
 
 @kernel
-def _lap(centre: Floats, radius: Floats, path: Floats) -> tuple[bool, float]:
+def _lap(centre, radius, path):
     """Periodic path (s, 2) of a slider that slips or opens; whether it slips, and ∫ α v |dw|."""
     size = radius.size
     now, following, rates = np.empty(2), np.empty(2), np.empty((2, RATES))
@@ -46,7 +44,7 @@ def _lap(centre: Floats, radius: Floats, path: Floats) -> tuple[bool, float]:
     return slips, work
 
 
-def sampled_plane(made: Contacts, samples: int, u: Floats) -> SimpleNamespace:
+def sampled_plane(made, samples, u):
     """Coefficients w (c, 3, 2H + 1), the normal ones zero, state and dissipation (c,)."""
     table = basis(u.shape[2] // 2, TURN * np.arange(samples) / samples)
     w, rest, path = np.zeros_like(u), np.empty(2), np.empty((samples, 2))

@@ -1,10 +1,9 @@
 """Elements that follow laws of their own, beside theory and beside contacts, which are located."""
 
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.common.errors import InputError
@@ -12,42 +11,50 @@ from vanelock.nonlinear import ELEMENT, Contact, Element, Options, System, frequ
 from vanelock.nonlinear.contact.element_force import periodic_force
 from vanelock.nonlinear.contact.law import contact_law
 
-Floats = NDArray[np.float64]
 DAMPING, FORCE = 0.02, 0.1
 HERTZ = np.linspace(0.5, 2.5, 5) / (2 * np.pi)
 
 
-def coupled(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+def coupled(u, rate, state, p, out):
     """Two displacements, each bound to the other and to its rate."""
     squared = u[0] ** 2 + u[1] ** 2
     out[0] = p[0] * squared * u[0] + p[1] * rate[0] * u[1]
     out[1] = p[0] * squared * u[1] + p[1] * rate[1] * squared
 
 
-def fading(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+def fading(u, rate, state, p, out):
     """A memory of samples, not of the motion."""
     state[0] = 0.9 * state[0] + 0.1 * u[0]
     out[0] = u[0] - state[0]
 
 
-def mass_on(harmonics: int, *elements: Element, contacts: Any = (), **options: Any) -> Any:
-    """Response of a mass on a spring, 1 kg, 1 N/m, with contacts and elements to ground."""
-    made = System.from_matrices(
-        [[1.0]], [[1.0]], contacts, elements=elements, C=[[DAMPING]], force={0: FORCE}
-    )
-    return frequency_response(made, HERTZ, Options(harmonics, **options), find_jumps=False)
+def element(force, *parameters, places=(0,), **more):
+    return Element(force=force, places=places, parameters=parameters, **more)
 
 
-def test_duffing_oscillator_has_its_first_harmonic() -> None:
-    found = mass_on(1, Element(force="cubic_spring", places=[0], parameters=[0.5]))
+def mass(*elements, contacts=(), **damping):
+    """A mass on a spring, 1 kg, 1 N/m, with contacts and elements to ground."""
+    damping = damping or {"C": [[DAMPING]]}
+    given = {"elements": elements, "force": {0: FORCE}, **damping}
+    return System.from_matrices([[1.0]], [[1.0]], contacts, **given)
+
+
+def mass_on(harmonics, *elements, contacts=(), **options):
+    """Its response."""
+    options = Options(harmonics, **options)
+    return frequency_response(mass(*elements, contacts=contacts), HERTZ, options, find_jumps=False)
+
+
+def test_duffing_oscillator_has_its_first_harmonic():
+    found = mass_on(1, element("cubic_spring", 0.5))
     omega, a = 2 * np.pi * found.frequency, np.abs(found.output[:, 1, 0, 0])
     dynamic = 1 - omega**2 + 0.75 * 0.5 * a**2 + 1j * DAMPING * omega
     np.testing.assert_allclose(a * np.abs(dynamic), FORCE, rtol=1e-9)
     assert np.all(found.state == ELEMENT)
 
 
-def test_quadratic_damper_has_its_first_harmonic() -> None:
-    found = mass_on(1, Element(force="quadratic_damper", places=[0], parameters=[0.5]))
+def test_quadratic_damper_has_its_first_harmonic():
+    found = mass_on(1, element("quadratic_damper", 0.5))
     omega, a = 2 * np.pi * found.frequency, np.abs(found.output[:, 1, 0, 0])
     damping = DAMPING * omega + 8 / (3 * np.pi) * 0.5 * omega**2 * a
     np.testing.assert_allclose(a * np.abs(1 - omega**2 + 1j * damping), FORCE, rtol=1e-9)
@@ -55,46 +62,44 @@ def test_quadratic_damper_has_its_first_harmonic() -> None:
     np.testing.assert_allclose(found.dissipation[:, 0], work, rtol=1e-9)
 
 
-@pytest.mark.parametrize("stiffness", [None, 1e4])
-def test_stop_is_a_contact_with_a_gap(stiffness: float | None) -> None:
-    stop = Element(force="stop", places=[0], parameters=[2.0, 0.1], stiffness=stiffness)
-    found = mass_on(3, stop)
-    other = mass_on(3, contacts=[Contact(normal=0, kn=2.0, gap=0.1)])
-    np.testing.assert_allclose(found.output, other.output, atol=1e-8 * other.amplitude.max())
+STOP = element("stop", 2.0, 0.1)
+SLIDER = element("jenkins", 1.0, 0.05)
+CONTACTS = [Contact(normal=0, kn=2.0, gap=0.1), Contact(tangential=0, kt=1.0, mu=0.5, preload=0.1)]
 
 
-def test_slider_is_a_contact_with_a_constant_load() -> None:
-    found = mass_on(3, Element(force="jenkins", places=[0], parameters=[2.0, 0.1]))
-    other = mass_on(3, contacts=[Contact(tangential=0, kt=2.0, mu=0.5, preload=0.2)])
-    np.testing.assert_allclose(found.output, other.output, atol=1e-8 * other.amplitude.max())
-    np.testing.assert_allclose(found.dissipation, other.dissipation, rtol=1e-7, atol=1e-12)
+@pytest.mark.parametrize(
+    ("elements", "beside", "instead"),
+    [
+        ([STOP], [], CONTACTS[:1]),
+        ([replace(STOP, stiffness=1e4)], [], CONTACTS[:1]),
+        ([SLIDER], [], CONTACTS[1:]),
+        ([SLIDER], CONTACTS[:1], CONTACTS),
+        ([STOP], CONTACTS[1:], CONTACTS),
+    ],
+    ids=["stop", "stop of a stiffness", "slider", "slider beside a gap", "stop beside a slider"],
+)
+def test_stop_and_slider_are_contacts_with_a_gap_and_a_constant_load(elements, beside, instead):
+    found, expected = mass_on(3, *elements, contacts=beside), mass_on(3, contacts=instead)
+    size = expected.amplitude.max()
+    np.testing.assert_allclose(found.output, expected.output, atol=1e-8 * size)
+    if not beside:
+        work = expected.dissipation
+        np.testing.assert_allclose(found.dissipation, work, rtol=1e-7, atol=1e-8 * size)
 
 
-def test_sliders_in_parallel_are_several_elements() -> None:
-    both = mass_on(3, Element(force="jenkins", places=[0], parameters=[2.0, 0.1, 1.0, 0.03]))
-    pairs = (2.0, 0.1), (1.0, 0.03)
-    apart = mass_on(3, *(Element(force="jenkins", places=[0], parameters=p) for p in pairs))
+def test_sliders_in_parallel_are_several_elements():
+    both = mass_on(3, element("jenkins", 2.0, 0.1, 1.0, 0.03))
+    apart = mass_on(3, element("jenkins", 2.0, 0.1), element("jenkins", 1.0, 0.03))
     np.testing.assert_allclose(both.output, apart.output, atol=1e-9 * apart.amplitude.max())
 
 
-def test_elements_and_contacts_act_together() -> None:
-    stop = Contact(normal=0, kn=2.0, gap=0.1)
-    slider = Contact(tangential=0, kt=1.0, mu=0.5, preload=0.1)
-    as_stop = Element(force="stop", places=[0], parameters=[2.0, 0.1])
-    as_slider = Element(force="jenkins", places=[0], parameters=[1.0, 0.05])
-    wanted = mass_on(3, contacts=[stop, slider])
-    for contact, element in ((stop, as_slider), (slider, as_stop)):
-        found = mass_on(3, element, contacts=[contact])
-        np.testing.assert_allclose(found.output, wanted.output, atol=1e-8 * wanted.amplitude.max())
-
-
 ELEMENTS = [
-    Element(force="cubic_spring", places=[0], parameters=[2.0]),
-    Element(force="stop", places=[0], parameters=[3.0, 0.2]),
-    Element(force="quadratic_damper", places=[0], parameters=[0.7]),
-    Element(force="tanh_friction", places=[0], parameters=[1.0, 0.3]),
-    Element(force="jenkins", places=[0], parameters=[2.0, 0.6, 1.0, 0.8, 3.0, 0.1]),
-    Element(force=coupled, places=[0, 1], parameters=[2.0, 0.6]),
+    element("cubic_spring", 2.0),
+    element("stop", 3.0, 0.2),
+    element("quadratic_damper", 0.7),
+    element("tanh_friction", 1.0, 0.3),
+    element("jenkins", 2.0, 0.6, 1.0, 0.8, 3.0, 0.1),
+    element(coupled, 2.0, 0.6, places=[0, 1]),
 ]
 
 
@@ -102,13 +107,13 @@ ELEMENTS = [
     "element", ELEMENTS, ids=lambda each: getattr(each.force, "__name__", each.force)
 )
 @pytest.mark.parametrize("samples", [None, 512])
-def test_derivatives_are_those_of_differences(element: Element, samples: int | None) -> None:
+def test_derivatives_are_those_of_differences(element, samples):
     rng, step, omega = np.random.default_rng(2), 1e-6, 1.3
     falling = np.repeat(np.arange(6), 2)[1:].clip(1) ** 2
     u = rng.normal(size=(len(element.places), 11)) / falling
     found = periodic_force(element, u, omega, samples)
 
-    def moved(du: Floats | float, dw: float) -> Floats:
+    def moved(du, dw):
         ahead = periodic_force(element, u + du, omega + dw, samples).force
         behind = periodic_force(element, u - du, omega - dw, samples).force
         return (ahead - behind) / (2 * step)
@@ -122,7 +127,7 @@ def test_derivatives_are_those_of_differences(element: Element, samples: int | N
     np.testing.assert_allclose(found.by_omega, moved(0.0, step), atol=1e-6 * size)
 
 
-def test_instants_resolve_a_law_far_below_what_uniform_samples_do() -> None:
+def test_instants_resolve_a_law_far_below_what_uniform_samples_do():
     rng = np.random.default_rng(5)
     u = rng.normal(size=(1, 11)) / np.repeat(np.arange(6), 2)[1:].clip(1) ** 2
     for element in ELEMENTS[:5]:
@@ -131,10 +136,10 @@ def test_instants_resolve_a_law_far_below_what_uniform_samples_do() -> None:
         assert np.abs(found - finest).max() < 3e-8 * np.abs(finest).max(), element.force
 
 
-def test_velocity_counts_where_arcs_pass_folds() -> None:
+def test_velocity_counts_where_arcs_pass_folds():
     # Friction with a velocity, beside a spring that folds the curve: both ways meet at the ends.
-    spring = Element(force="cubic_spring", places=[0], parameters=[4.0])
-    friction = Element(force="tanh_friction", places=[0], parameters=[0.01, 0.05])
+    spring = element("cubic_spring", 4.0)
+    friction = element("tanh_friction", 0.01, 0.05)
     up, down = (mass_on(1, spring, friction, direction=way) for way in ("up", "down"))
     assert up.converged.all()
     assert down.converged.all()
@@ -142,10 +147,8 @@ def test_velocity_counts_where_arcs_pass_folds() -> None:
     np.testing.assert_allclose(up.amplitude[[0, -1]], down.amplitude[[0, -1]], rtol=1e-8)
 
 
-def test_a_gradient_of_the_frequency_sees_velocities() -> None:
-    element = Element(force="quadratic_damper", places=[0], parameters=[0.5])
-    made = System.from_matrices([[1.0]], [[1.0]], elements=[element])
-    law = contact_law(made.contacts, 3)
+def test_a_gradient_of_the_frequency_sees_velocities():
+    law = contact_law(mass(element("quadratic_damper", 0.5)).contacts, 3)
     u = np.zeros((1, 3, 7))
     u[0, 0] = np.random.default_rng(0).normal(size=7)
     rate = (law(u, 1.3 + 1e-5).w - law(u, 1.3 - 1e-5).w) / 2e-5
@@ -154,37 +157,26 @@ def test_a_gradient_of_the_frequency_sees_velocities() -> None:
     np.testing.assert_allclose(by_omega, rate, atol=1e-7 * np.abs(rate).max())
 
 
-def test_adaptive_response_takes_elements() -> None:
-    made = System.from_matrices(
-        [[1.0]],
-        [[1.0]],
-        elements=[Element(force="stop", places=[0], parameters=[2.0, 0.1])],
-        C=[[DAMPING]],
-        force={0: FORCE},
-    )
+def test_adaptive_response_takes_elements():
     shares = nonlinear.Shares(1e-4, 1e-3)
-    found = nonlinear.adaptive_response(lambda _: made, HERTZ[1:3], shares)
-    fixed = frequency_response(made, HERTZ[1:3], Options(25), find_jumps=False)
-    close = np.abs(found.amplitude[:, 0, 0] / fixed.amplitude[:, 0, 0] - 1)
+    found = nonlinear.adaptive_response(lambda _: mass(STOP), HERTZ[1:3], shares)
+    fixed = frequency_response(mass(STOP), HERTZ[1:3], Options(25), find_jumps=False)
     assert found.converged.all()
-    assert close.max() < 3e-4
+    np.testing.assert_allclose(found.amplitude[:, 0, 0], fixed.amplitude[:, 0, 0], rtol=3e-4)
 
 
-def test_linear_limits_leave_elements_out() -> None:
-    made = System.from_matrices(
-        [[1.0]], [[1.0]], elements=[ELEMENTS[0]], damping_ratio=0.01, force={0: FORCE}
-    )
-    found = nonlinear.linear_response(made, HERTZ)
+def test_linear_limits_leave_elements_out():
+    found = nonlinear.linear_response(mass(ELEMENTS[0], damping_ratio=0.01), HERTZ)
     omega = 2 * np.pi * HERTZ
-    wanted = FORCE / np.abs(1 - omega**2 + 0.02j * omega)
-    np.testing.assert_allclose(found.amplitude[:, 0, 0], wanted, rtol=1e-10)
+    expected = FORCE / np.abs(1 - omega**2 + 0.02j * omega)
+    np.testing.assert_allclose(found.amplitude[:, 0, 0], expected, rtol=1e-10)
 
 
-def dragging(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+def dragging(u, rate, state, p, out):
     out[0], state[0] = p[0] * (u[0] - state[0]), u[0]
 
 
-def unknown(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> None:
+def unknown(u, rate, state, p, out):
     out[0] = nothing(u)  # type: ignore[name-defined]  # noqa: F821
 
 
@@ -202,7 +194,7 @@ def unknown(u: Floats, rate: Floats, state: Floats, p: Floats, out: Floats) -> N
         ({"force": dragging, "memory": 1, "parameters": []}, "reads or writes beyond what it is"),
     ],
 )
-def test_what_is_impossible_is_refused(given: dict[str, Any], message: str) -> None:
+def test_what_is_impossible_is_refused(given, message):
     possible = {"force": "cubic_spring", "places": [0], "parameters": [1.0]}
     with pytest.raises(InputError, match=message):
         Element(**{**possible, **given})
@@ -212,13 +204,13 @@ def test_what_is_impossible_is_refused(given: dict[str, Any], message: str) -> N
     ("force", "memory", "message"),
     [(unknown, 0, "cannot be compiled: NameError"), (fading, 1, "changes with every finer")],
 )
-def test_a_law_that_is_none_is_refused(force: Any, memory: int, message: str) -> None:
+def test_a_law_that_is_none_is_refused(force, memory, message):
     with pytest.raises(InputError, match=message):
         mass_on(3, Element(force=force, places=[0], memory=memory))
 
 
-def test_what_is_of_contacts_alone_says_so() -> None:
-    made = System.from_matrices([[1.0]], [[1.0]], elements=[ELEMENTS[0]], force={0: FORCE})
+def test_what_is_of_contacts_alone_says_so():
+    made = mass(ELEMENTS[0])
     found = frequency_response(made, HERTZ[:2], Options(3), find_jumps=False)
     for refused in (
         lambda: nonlinear.stability(made, found),

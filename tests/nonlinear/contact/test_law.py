@@ -1,86 +1,63 @@
 """The contact law against theory, an independent marching and finite differences."""
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tests.nonlinear.systems import (
+    alike_contacts,
+    coefficients,
+    drawn_contacts,
+    jenkins_element,
+    march,
+)
 from vanelock.nonlinear.contact.law import OPEN, SLIP, SLIP_OPEN, STUCK, contact_law
-from vanelock.nonlinear.fourier import to_complex
-from vanelock.rom.system.system import Contacts
-
-Floats = NDArray[np.float64]
+from vanelock.nonlinear.fourier import to_complex, to_real
 
 
-def draw(harmonics: int, count: int, seed: int) -> tuple[Contacts, Floats]:
-    """Contacts of every kind, closed, opening and open, μ from none to large."""
-    rng = np.random.default_rng(seed)
-    made = Contacts(
-        kn=rng.uniform(0.5, 2, count),
-        kt=rng.uniform(0.5, 2, (count, 2)),
-        mu=rng.choice([0.0, 0.1, 0.3, 1.0, 3.0], count),
-        v0=np.zeros(count),
-    )
-    falling = np.repeat(np.arange(harmonics + 1), 2)[1:].clip(1)
-    u = rng.normal(size=(count, 3, 2 * harmonics + 1)) / falling
-    u[:, 0, 0] += rng.uniform(-1, 3, count)
-    return made, u
-
-
-def forces(made: Contacts, u: Floats, w: Floats) -> NDArray[np.complex128]:
+def forces(contacts, u, w):
     """(H + 1, c, 3) coefficients of the contact forces."""
-    return to_complex(made.stiffness[:, :, None] * (u - w))
+    return to_complex(contacts.stiffness[:, :, None] * (u - w))
 
 
-def test_jenkins_loop_has_its_closed_form() -> None:
-    kn, kt, mu, n0, amplitude = 2e6, 3e6, 0.3, 50.0, 2e-5
-    made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
-    limit = mu * n0
+def test_jenkins_loop_has_its_closed_form():
+    kn, kt, mu, n0, U = 2e6, 3e6, 0.3, 50.0, 2e-5
+    contacts, limit = alike_contacts(kn, kt, mu), mu * n0
     u = np.zeros((1, 3, 3))
     u[0, 0, 0] = n0 / kn
-    u[0, 1, 1] = amplitude
+    u[0, 1, 1] = U
     u[0, 2, 2] = 0.4 * limit / kt  # the other direction sticks
-    found = contact_law(made, 1)(u)
+    found = contact_law(contacts, 1)(u)
     assert found.state[0] == SLIP
-    area = 4 * limit * (amplitude - limit / kt)
-    np.testing.assert_allclose(found.dissipation[0], area, rtol=1e-13)
-    force = forces(made, u, found.w)[:, 0, 1]
-    psi = np.arccos(1 - 2 * limit / (kt * amplitude))  # angle from a reversal to slip
-    in_phase = kt * amplitude / np.pi * (psi - 0.5 * np.sin(2 * psi))
-    np.testing.assert_allclose(force[1].real, in_phase, rtol=1e-13)
-    np.testing.assert_allclose(force[1].imag, area / (np.pi * amplitude), rtol=1e-13)
+    stiffness, work = jenkins_element(U, kt, limit)
+    np.testing.assert_allclose(found.dissipation[0], work, rtol=1e-13)
+    force = forces(contacts, u, found.w)[:, 0, 1]
+    np.testing.assert_allclose(force[1], stiffness * U, rtol=1e-13)
     np.testing.assert_allclose(force[0], 0, atol=1e-13 * limit)
     np.testing.assert_array_equal(found.w[0, 2], 0)
 
 
-def test_normal_force_of_an_opening_contact_has_its_closed_form() -> None:
+def test_normal_force_of_an_opening_contact_has_its_closed_form():
     # n = kn max(a + b cos θ, 0) is kn (a + b cos θ) on |θ| < θ₁ = arccos(-a/b).
     kn, a, b = 2e6, -1e-6, 4e-6
-    made = Contacts(np.array([kn]), np.array([[1e6, 1e6]]), np.zeros(1), np.zeros(1))
-    u = np.zeros((1, 3, 5))
+    contacts, u = alike_contacts(kn, 1e6, 0.0), np.zeros((1, 3, 5))
     u[0, 0, :2] = a, b
-    n = forces(made, u, contact_law(made, 2)(u).w)[:, 0, 0]
+    n = forces(contacts, u, contact_law(contacts, 2)(u).w)[:, 0, 0]
     edge = np.arccos(-a / b)
     mean = kn / np.pi * (a * edge + b * np.sin(edge))
     first = 2 * kn / np.pi * (a * np.sin(edge) + b * (edge / 2 + np.sin(2 * edge) / 4))
-    second = kn / np.pi * (
-        a * np.sin(2 * edge) + b * (np.sin(edge) + np.sin(3 * edge) / 3)
-    )  # fmt: skip
-    np.testing.assert_allclose(n, [mean, first, second], atol=1e-14)
+    second = a * np.sin(2 * edge) + b * (np.sin(edge) + np.sin(3 * edge) / 3)
+    np.testing.assert_allclose(n, [mean, first, kn / np.pi * second], atol=1e-14)
 
 
-def test_contact_that_slid_once_carries_the_force_of_the_nearest_slider_position() -> None:
+def test_contact_that_slid_once_carries_the_force_of_the_nearest_slider_position():
     # u between 3 and 5 with a limit of 1.5: the slider must end in [5 - 1.5, 3 + 1.5] and started
     # at 0, so it rests at 3.5, whatever the origin of time.
-    made = Contacts(np.ones(3), np.ones((3, 2)), np.full(3, 0.5), np.zeros(3))
     u = np.zeros((3, 3, 3))
     u[:, 0, 0] = 3.0
     u[:, 1, 0] = 4.0, -4.0, 1.2
     for phase in (0.0, 1.0, 4.0):
         u[:, 1, 1], u[:, 1, 2] = np.cos(phase), np.sin(phase)
-        found = contact_law(made, 1)(u)
+        found = contact_law(alike_contacts(mu=0.5, count=3), 1)(u)
         np.testing.assert_array_equal(found.state, STUCK)
         np.testing.assert_allclose(found.w[:, 1, 0], [3.5, -3.5, 0.7], atol=1e-15)
         np.testing.assert_array_equal(found.w[:, 1, 1:], 0)
@@ -88,14 +65,12 @@ def test_contact_that_slid_once_carries_the_force_of_the_nearest_slider_position
 
 
 @pytest.mark.parametrize("harmonics", [0, 1, 2, 5])
-def test_coefficients_agree_with_marching(
-    harmonics: int, march: Callable[..., Floats], coefficients: Callable[..., Any]
-) -> None:
-    made, u = draw(harmonics, 200, seed=harmonics)
-    found = contact_law(made, harmonics)(u)
-    exact, errors = forces(made, u, found.w), []
+def test_coefficients_agree_with_marching(harmonics):
+    contacts, u = drawn_contacts(harmonics, 200, seed=harmonics)
+    found = contact_law(contacts, harmonics)(u)
+    exact, errors = forces(contacts, u, found.w), []
     for count in (2000, 8000):
-        marched = coefficients(march(made, to_complex(u), count), harmonics)
+        marched = coefficients(march(contacts, to_complex(u), count), harmonics)
         errors.append(np.abs(marched - exact).max(axis=(0, 2)))
     # Marching is of first order where contacts touch down and of second order elsewhere.
     touching = found.state == SLIP_OPEN
@@ -106,14 +81,13 @@ def test_coefficients_agree_with_marching(
         assert errors[1][~touching].mean() < 0.1 * errors[0][~touching].mean()
 
 
-def draw_aligned(harmonics: int, count: int, part: int, lifts: bool) -> tuple[Contacts, Floats]:
+def drawn_on_a_grid(harmonics, count, part, lifts):
     """Whole amplitudes at phases of multiples of π/part: events and tangencies on any grid.
 
     Without lift-off half of the v are constant, and of the others every third touches zero.
     """
     rng = np.random.default_rng([harmonics, part])
-    mu = rng.choice([0.5, 1.0, 2.0], count)
-    made = Contacts(np.ones(count), np.ones((count, 2)), mu, np.zeros(count))
+    contacts = alike_contacts(mu=rng.choice([0.5, 1.0, 2.0], count), count=count)
     u = np.zeros((count, 3, 2 * harmonics + 1))
     u[:, :, 0] = rng.integers(-2, 3, (count, 3))
     size = rng.integers(-2, 3, (count, 3, harmonics))
@@ -123,99 +97,88 @@ def draw_aligned(harmonics: int, count: int, part: int, lifts: bool) -> tuple[Co
         u[:, 0, 0] = np.abs(size[:, 0]).sum(axis=1) + rng.integers(0, 3, count)
         u[::2, 0, 1:] = 0.0
         u[:, 0, 0] += u[:, 0, 0] == 0
-    return made, u
+    return contacts, u
 
 
 @pytest.mark.parametrize(
     ("harmonics", "part", "lifts"),
     [(1, 8, True), (2, 12, False), (3, 12, True), (4, 8, True), (5, 12, False)],
 )
-def test_events_on_the_grid_that_brackets_them_are_found(
-    harmonics: int,
-    part: int,
-    lifts: bool,
-    march: Callable[..., Floats],
-    coefficients: Callable[..., Any],
-) -> None:
-    made, u = draw_aligned(harmonics, 500, part, lifts)
-    found = contact_law(made, harmonics)(u)
+def test_events_on_the_grid_that_brackets_them_are_found(harmonics, part, lifts):
+    contacts, u = drawn_on_a_grid(harmonics, 500, part, lifts)
+    found = contact_law(contacts, harmonics)(u)
     assert np.any(found.state == (SLIP_OPEN if lifts else SLIP))
     assert np.all(found.dissipation >= -1e-12)
-    exact = forces(made, u, found.w)
-    marched = coefficients(march(made, to_complex(u), 3000), harmonics)
-    error = np.abs(marched - exact).max(axis=(0, 2)) / np.abs(u).max(axis=(1, 2), initial=1.0)
+    marched = coefficients(march(contacts, to_complex(u), 3000), harmonics)
+    error = np.abs(marched - forces(contacts, u, found.w)).max(axis=(0, 2))
+    error /= np.abs(u).max(axis=(1, 2), initial=1.0)
     assert error.max() < 1e-2  # the marching's own error, of first order at touch-downs
 
 
-def test_slip_is_seen_where_the_bound_has_a_level_instant_midway() -> None:
+def test_slip_is_seen_where_the_bound_has_a_level_instant_midway():
     # u rises from -2π/3 to 2π/3 with slope 0 at 0, exactly midway; between bounds at u ± 2 the
     # slider goes from u_min + 2 to u_max - 2 and back.
-    made = Contacts(np.ones(1), np.ones((1, 2)), np.full(1, 2.0), np.zeros(1))
     u = np.zeros((1, 3, 5))
     u[0, 0, 0] = 1.0
     u[0, 1] = -2.0, 0.0, -2.0, 0.0, 1.0  # -2 + 2 sin θ - sin 2θ
-    found = contact_law(made, 2)(u)
+    found = contact_law(alike_contacts(mu=2.0), 2)(u)
     angle = 2 * np.pi * (np.arange(100000) + 0.5) / 100000 - np.pi
     history = -2 + 2 * np.sin(angle) - np.sin(2 * angle)
     top, bottom = -4 + 1.5 * np.sqrt(3), -1.5 * np.sqrt(3)
     rises = np.abs(angle) < 2 * np.pi / 3
     w = np.where(rises, np.maximum(history - 2, bottom), np.minimum(history + 2, top))
-    h = np.arange(3)[:, None]
-    expected = (w * np.exp(-1j * h * angle)).mean(axis=1) * [1, 2, 2]
+    expected = (w * np.exp(-1j * np.arange(3)[:, None] * angle)).mean(axis=1) * [1, 2, 2]
     np.testing.assert_allclose(to_complex(found.w[0, 1]), expected, atol=1e-8)
     assert found.state[0] == SLIP
     np.testing.assert_allclose(found.dissipation, 2 * 2.0 * (top - bottom), rtol=1e-12)
 
 
-def test_contact_that_only_touches_zero_is_closed() -> None:
+def test_contact_that_only_touches_zero_is_closed():
     # v = 1 - cos(hθ + φ) is never negative, whatever rounding says of the instants v = 0.
     phase = np.pi / 12 * np.arange(24)
-    made = Contacts(np.ones(24), np.ones((24, 2)), np.ones(24), np.zeros(24))
     for harmonics, h in ((1, 1), (3, 1), (3, 2), (5, 4)):
         u = np.zeros((24, 3, 2 * harmonics + 1))
         u[:, 0, 0] = 1.0
         u[:, 0, 2 * h - 1], u[:, 0, 2 * h] = -np.cos(phase), np.sin(phase)
-        found = contact_law(made, harmonics)(u)
+        found = contact_law(alike_contacts(count=24), harmonics)(u)
         np.testing.assert_allclose(found.w[:, 0], 0.0, atol=1e-14)
         np.testing.assert_allclose(found.dissipation, 0.0, atol=1e-14)
 
 
-@pytest.mark.parametrize("samples", [None, 64])
-@pytest.mark.parametrize("harmonics", [0, 1, 3, 5])
-def test_jacobian_is_the_derivative(harmonics: int, samples: int | None) -> None:
-    made, u = draw(harmonics, 200, seed=20 + harmonics)
-    law = contact_law(made, harmonics, samples)
-    found = law(u)
-    if harmonics:
+@pytest.mark.parametrize(
+    ("law", "harmonics"),
+    [(law, h) for law in ("located", "sampled") for h in (0, 1, 3, 5)]
+    + [(law, h) for law in ("plane", "plane, constant load") for h in (0, 1, 5)],
+)
+def test_jacobian_is_the_derivative(law, harmonics):
+    plane, constant = law.startswith("plane"), "constant" in law
+    contacts, u = drawn_contacts(harmonics, 200, 20 + harmonics, plane)
+    if constant:  # the mean of v is held; near zero its sign would decide
+        u[:, 0, 0] += np.sign(u[:, 0, 0]) * 0.01
+    samples, friction = 64 if law == "sampled" else None, "isotropic" if plane else "orthogonal"
+    deviation = contact_law(contacts, harmonics, samples, friction, constant)
+    found = deviation(u)
+    if harmonics and not constant:
         assert set(found.state) == {STUCK, SLIP, OPEN, SLIP_OPEN}
     assert np.any(found.w[found.state == STUCK]), "some stuck contacts slid at assembly"
-    rng = np.random.default_rng(1)
-    step = 1e-6
-    for _ in range(4):
+    rng, step = np.random.default_rng(1), 1e-6
+    for _ in range(3):
         direction = rng.normal(size=u.shape)
-        measured = (law(u + step * direction).w - law(u - step * direction).w) / (2 * step)
+        ends = deviation(u + step * direction).w, deviation(u - step * direction).w
+        measured = (ends[0] - ends[1]) / (2 * step)
         exact = np.einsum("cdkej,cej->cdk", found.jacobian, direction)
         error = np.abs(measured - exact).max(axis=(1, 2)) / np.abs(exact).max(initial=1.0)
         # A difference across an event that appears or vanishes within the step means nothing.
-        assert np.sort(error)[-3] < 1e-7
-        assert np.median(error) < 1e-9
+        # In the plane located events' is not the derivative of their collocation, but as accurate.
+        assert np.sort(error)[-6 if plane else -3] < (2e-5 if plane else 1e-7)
+        assert np.median(error) < (1e-8 if plane else 1e-9)
 
 
-def test_law_is_homogeneous() -> None:
-    made, u = draw(3, 200, seed=3)
-    law = contact_law(made, 3)
-    np.testing.assert_allclose(law(1e-6 * u).w, 1e-6 * law(u).w, atol=1e-18)
-
-
-def test_law_does_not_know_the_origin_of_time() -> None:
-    made, u = draw(3, 200, seed=4)
-    law = contact_law(made, 3)
+def test_law_is_homogeneous_and_does_not_know_the_origin_of_time():
+    contacts, u = drawn_contacts(3, 200, seed=3)
+    law = contact_law(contacts, 3)
+    w = law(u).w
+    np.testing.assert_allclose(law(1e-6 * u).w, 1e-6 * w, atol=1e-18)
     shift = np.exp(1j * 0.7 * np.arange(4))[:, None, None]
-    turned = np.zeros_like(u)
-    q = to_complex(u) * shift
-    turned[..., 0], turned[..., 1::2], turned[..., 2::2] = (
-        q[0].real,
-        np.moveaxis(q[1:].real, 0, -1),
-        np.moveaxis(q[1:].imag, 0, -1),
-    )
-    np.testing.assert_allclose(to_complex(law(turned).w), to_complex(law(u).w) * shift, atol=1e-12)
+    turned = law(to_real(to_complex(u) * shift)).w
+    np.testing.assert_allclose(to_complex(turned), to_complex(w) * shift, atol=1e-12)

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from vanelock.nonlinear import Contacts
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.floquet.perturbation import law_transfer
-from vanelock.rom.system.system import Contacts
+from vanelock.nonlinear.fourier import to_real
 
 H, P = 3, 4
 
@@ -21,15 +22,6 @@ def random_waves(seed, count=40):
     return q, Contacts(np.ones(count), np.ones((count, 2)), mu, np.zeros(count))
 
 
-def real(q):
-    """Coefficients (c, 3, 2h + 1)."""
-    u = np.zeros((*q.shape[1:], 2 * len(q) - 1))
-    u[..., 0] = q[0].real
-    u[..., 1::2] = np.moveaxis(q[1:].real, 0, -1)
-    u[..., 2::2] = np.moveaxis(q[1:].imag, 0, -1)
-    return u
-
-
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(("part", "periods"), [(0, 1), (1, 3), (1, 2), (-2, 5)])
 def test_perturbations_that_last_some_periods(seed, part, periods):
@@ -37,11 +29,11 @@ def test_perturbations_that_last_some_periods(seed, part, periods):
     # whole ones of a wave that takes so many times longer, and the law has its derivative there.
     q, contacts = random_waves(seed)
     alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-    law = law_transfer(real(q), alpha, P)
+    law = law_transfer(to_real(q), alpha, P)
     along, across = law.at(1j * part / periods).parts
     slow = np.zeros((periods * (P + 2) + 1, *q.shape[1:]), complex)
     slow[: periods * H + 1 : periods] = q
-    jacobian = contact_law(contacts, len(slow) - 1)(real(slow)).jacobian
+    jacobian = contact_law(contacts, len(slow) - 1)(to_real(slow)).jacobian
     answers = np.zeros(3 * contacts.count, bool)
     answers[law.components] = True
     for place, component in enumerate(law.components):
@@ -70,7 +62,7 @@ def test_perturbations_that_last_some_periods(seed, part, periods):
 def test_shifted_by_a_harmonic():
     q, contacts = random_waves(7)
     alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-    law = law_transfer(real(q), alpha, P)
+    law = law_transfer(to_real(q), alpha, P)
     s = 0.07 + 0.3j
     for one, other in zip(law.at(s).parts, law.at(s + 1j).parts, strict=True):
         np.testing.assert_allclose(other[:, :-1, :-1], one[:, 1:, 1:], atol=1e-12)
@@ -79,9 +71,9 @@ def test_shifted_by_a_harmonic():
 def test_growing_perturbation_by_quadrature():
     q, contacts = random_waves(11)
     alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-    law = law_transfer(real(q), alpha, P)
+    law = law_transfer(to_real(q), alpha, P)
     s, k = 0.2 + 0.31j, np.arange(-P, P + 1)
-    still = law_transfer(real(q), alpha, P)
+    still = law_transfer(to_real(q), alpha, P)
     along, _ = law.at(s).parts
     apart = along - still.along
     for i in range(len(law.components)):

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from tests.nonlinear.floquet.test_law_transfer import H, P, random_waves, real
+from tests.nonlinear.floquet.test_law_transfer import H, P, random_waves
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
-from vanelock.nonlinear.fourier import TURN
+from vanelock.nonlinear.fourier import TURN, to_real
 
 
 def whole(law, s):
@@ -28,11 +28,11 @@ def test_perturbations_that_last_some_periods(seed, part, periods):
     # As of orthogonal friction: harmonics k + part/periods are whole ones of a longer wave.
     q, contacts = random_waves(seed, 16)
     alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-    law = plane_transfer(real(q), alpha, P)
+    law = plane_transfer(to_real(q), alpha, P)
     found = whole(law, 1j * part / periods)
     slow = np.zeros((periods * (P + 2) + 1, *q.shape[1:]), complex)
     slow[: periods * H + 1 : periods] = q
-    deviation = contact_law(contacts, len(slow) - 1, friction="isotropic")(real(slow))
+    deviation = contact_law(contacts, len(slow) - 1, friction="isotropic")(to_real(slow))
     answers = np.zeros(3 * contacts.count, bool)
     answers[law.components] = True
     assert np.all(np.any(deviation.jacobian != 0, axis=(2, 3, 4)).ravel()[answers])
@@ -59,7 +59,7 @@ def test_perturbations_that_last_some_periods(seed, part, periods):
 def test_shifted_by_a_harmonic():
     q, contacts = random_waves(7)
     alpha = (contacts.mu * contacts.kn)[:, None] / contacts.kt
-    law = plane_transfer(real(q), alpha, P)
+    law = plane_transfer(to_real(q), alpha, P)
     assert 0 < len(law.remembering) < contacts.count
     s = 0.07 + 0.3j
     one, other = whole(law, s), whole(law, s + 1j)

@@ -1,12 +1,12 @@
 """What `stability` refuses, reports and keeps."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.nonlinear.following.test_hysteresis import HIGH, LOW, gap_oscillator
+from tests.nonlinear.following.test_hysteresis import HIGH, LOW
+from tests.nonlinear.systems import gap_oscillator
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     STABLE,
@@ -31,15 +31,9 @@ def impact(push=1.0, sectors=1, **more):
     """A mass on two springs, one of which cannot pull, in every sector; the sectors are apart."""
     own = np.array([[[1.0], [0.0], [0.0]]])
     same = Diameter(K=np.eye(1), M=np.eye(1), own=own)
-    return System(
-        sectors=sectors,
-        engine_order=1,
-        diameters=dict.fromkeys(range(sectors // 2 + 1), same),
-        contacts=Contacts(np.array([4.0]), np.ones((1, 2)), np.zeros(1), np.array([0.3])),
-        force={1: Force(np.array([push], complex))},
-        damping_ratio=0.05,
-        **more,
-    )
+    contacts = Contacts([4.0], [[1.0, 1.0]], [0.0], [0.3])
+    diameters = dict.fromkeys(range(sectors // 2 + 1), same)
+    return System(sectors, 1, diameters, contacts, {1: Force([push])}, damping_ratio=0.05, **more)
 
 
 HERTZ = 3.2 / (2 * np.pi)
@@ -89,22 +83,17 @@ def test_all_nodal_diameters_are_needed():
 
 
 def test_damping_that_couples_modes_is_refused():
-    rows = np.array([[[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]]])
-    matrices = Diameter(
-        K=np.diag([1.0, 2.0]), M=np.eye(2), own=rows, C=np.array([[0.1, 0.05], [0.05, 0.1]])
-    )
-    system = replace(
-        impact(),
-        diameters={0: matrices},
-        force={1: Force(np.array([1.0, 0.0], complex))},
-        damping_ratio=None,
-    )
+    own = [[[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]]]
+    C = [[0.1, 0.05], [0.05, 0.1]]
+    diameters = {0: Diameter(K=np.diag([1.0, 2.0]), M=np.eye(2), own=own, C=C)}
+    system = replace(impact(), diameters=diameters, force={1: Force([1.0, 0.0])})
+    system = replace(system, damping_ratio=None)
     response = frequency_response(system, [HERTZ], Options(1))
     with pytest.raises(InputError, match="nd/0/C: given one that couples the modes"):
         stability(system, response)
 
 
-def test_what_is_reported_is_kept(wave, tmp_path: Path):
+def test_what_is_reported_is_kept(wave, tmp_path):
     found = stability(impact(), wave, modes={0: stuck_modes(impact(), 0)})
     # The multiplier of the closed form is -1.3503: a period twice as long.
     assert found.verdict.tolist() == [UNSTABLE]

@@ -2,60 +2,36 @@
 
 from dataclasses import replace
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
+from tests.nonlinear.systems import GAP_DAMPING, GAP_FORCE, gap_oscillator
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     OPEN,
     SLIP_OPEN,
-    Hysteresis,
+    Contact,
+    Contacts,
+    Diameter,
+    Force,
     Options,
     System,
     frequency_response,
     hysteresis,
 )
 from vanelock.nonlinear.fourier import TURN
-from vanelock.nonlinear.newton.newton import Solution, solve
-from vanelock.rom.system.system import Contacts, Diameter, Force
+from vanelock.nonlinear.newton.newton import solve
 
-Floats = NDArray[np.float64]
-
-DAMPING, FORCE = 0.02, 0.15
+DAMPING, FORCE = GAP_DAMPING, GAP_FORCE
 LOW, HIGH = 0.9, 1.25
 
 
-def gap_oscillator() -> System:
-    """A unit mass on a unit spring with a unit gap to another one."""
-    row = np.array([[[1.0], [0.0], [0.0]]])
-    one = Diameter(
-        K=np.ones((1, 1)), M=np.ones((1, 1)), C=np.full((1, 1), DAMPING), own=row, output=row
-    )
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={0: one},
-        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, -1.0)),
-        force={1: Force(np.array([FORCE], complex))},
-        output_names=("mass",),
-    )
-
-
-def damped_by_a_ratio() -> System:
-    """The same, damped as the mode that does not touch the other spring."""
-    system = gap_oscillator()
-    undamped = {0: replace(system.diameters[0], C=None)}
-    return replace(system, diameters=undamped, damping_ratio=DAMPING / 2, damping_joints="open")
-
-
-def frequencies_of(X: float) -> Floats:
+def frequencies_of(X):
     """The two frequencies, rad/s, at which its first harmonic has the amplitude X; or none."""
 
-    def integrals(mean: float) -> tuple[float, float]:
+    def integrals(mean):
         gap = 1 - mean
         if gap >= X:
             return 0.0, 0.0
@@ -75,7 +51,7 @@ def frequencies_of(X: float) -> Floats:
 
 
 @cache
-def closed_folds() -> tuple[tuple[float, float], tuple[float, float]]:
+def closed_folds():
     """(ω, X) of the upper fold, near the tip of the peak, and of the lower one."""
     X = np.linspace(1.0, 8.0, 4001)
     both = np.array([frequencies_of(x) for x in X])
@@ -95,38 +71,18 @@ def closed_folds() -> tuple[tuple[float, float], tuple[float, float]]:
     return (-top.fun, top.x), (bottom.fun, bottom.x)
 
 
-def amplitudes_after(omega: Floats, state: Floats, periods: int, steps: int = 100) -> Floats:
-    """Half the peak-to-peak after some periods, by Runge and Kutta's integration.
-
-    `state` holds positions and velocities (2, motions), one motion for each of `omega`.
-    """
-    dt = TURN / omega / steps
-
-    def rate(t: Floats, y: Floats) -> Floats:
-        push = FORCE * np.cos(omega * t) - y[0] - DAMPING * y[1] - np.maximum(y[0] - 1, 0.0)
-        return np.array([y[1], push])
-
-    y, history = state, []
-    for i in range(periods * steps):
-        t = i * dt
-        a = rate(t, y)
-        b = rate(t + dt / 2, y + dt / 2 * a)
-        c = rate(t + dt / 2, y + dt / 2 * b)
-        y = y + dt / 6 * (a + 2 * b + 2 * c + rate(t + dt, y + dt * c))
-        history.append(y[0])
-    return np.asarray(np.ptp(history[-steps:], axis=0) / 2)
-
-
 @pytest.fixture(scope="module")
-def both_ways() -> Hysteresis:
+def both_ways():
     return hysteresis(gap_oscillator(), np.linspace(LOW, HIGH, 61) / TURN, Options(1))
 
 
 @pytest.mark.parametrize("damping", ["C", "ratio"])
-def test_branch_is_the_closed_form_with_both_folds(both_ways: Hysteresis, damping: str) -> None:
+def test_branch_is_the_closed_form_with_both_folds(both_ways, damping):
     found = both_ways
     if damping == "ratio":
-        found = hysteresis(damped_by_a_ratio(), (LOW / TURN, 1.15 / TURN), Options(1))
+        # Damped as the mode that does not touch the other spring.
+        system = gap_oscillator(C=None, damping_ratio=DAMPING / 2)
+        found = hysteresis(system, (LOW / TURN, 1.15 / TURN), Options(1))
     assert found.complete
     assert found.connected
     assert found.branch.converged.all()
@@ -152,7 +108,7 @@ def test_branch_is_the_closed_form_with_both_folds(both_ways: Hysteresis, dampin
 
 
 @pytest.mark.parametrize("short", [1e-6, 1e-2])
-def test_a_fold_beyond_the_range_is_not_of_the_path(short: float) -> None:
+def test_a_fold_beyond_the_range_is_not_of_the_path(short):
     (top, high), _ = closed_folds()
     end = top * (1 - short)
     found = hysteresis(gap_oscillator(), (LOW / TURN, end / TURN), Options(1))
@@ -166,8 +122,8 @@ def test_a_fold_beyond_the_range_is_not_of_the_path(short: float) -> None:
     assert short == 1e-2 or last > high  # between the tip and the fold
 
 
-def test_points_that_miss_the_tolerance_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    def missed(*given: Any, **options: Any) -> Solution:
+def test_points_that_miss_the_tolerance_are_reported(monkeypatch):
+    def missed(*given, **options):
         return replace(solve(*given, **options), converged=False)
 
     monkeypatch.setattr("vanelock.nonlinear.continuation.arc_length.refined", missed)
@@ -179,7 +135,7 @@ def test_points_that_miss_the_tolerance_are_reported(monkeypatch: pytest.MonkeyP
     assert not found.complete
 
 
-def test_sweeps_differ_between_the_folds_alone(both_ways: Hysteresis) -> None:
+def test_sweeps_differ_between_the_folds_alone(both_ways):
     (top, _), (bottom, _) = closed_folds()
     hertz, found = np.linspace(LOW, HIGH, 61) / TURN, both_ways
     np.testing.assert_allclose(found.up.frequency, hertz, rtol=1e-14)
@@ -191,57 +147,26 @@ def test_sweeps_differ_between_the_folds_alone(both_ways: Hysteresis) -> None:
     assert higher.min() > 1.5
 
 
-def test_a_state_between_the_folds_is_left_and_the_others_are_kept(both_ways: Hysteresis) -> None:
-    found = both_ways
-    first, last = found.fold
-    at = TURN * found.branch.frequency
-    pieces = (slice(0, first), slice(first + 1, last), slice(last + 1, None))
-    nearest = [p.indices(len(at))[0] + int(np.argmin(np.abs(at[p] - 1.11))) for p in pieces]
-    assert found.unstable[nearest].tolist() == [False, True, False]
-    assert found.passed[nearest].tolist() == [0, 1, 2]
-    q = found.branch.output[nearest, :, 0, 0]
-    state = np.array([q.sum(axis=1).real, (1j * at[nearest] * q[:, 1]).real])
-    kept = np.abs(amplitudes_after(at[nearest], state, 150) / np.abs(q[:, 1]) - 1)
-    assert kept[0] < 0.1  # one harmonic is not all of it
-    assert kept[2] < 0.01
-    assert kept[1] > 0.3
-
-
-def test_impossible_ranges_are_refused() -> None:
+def test_impossible_ranges_are_refused():
     with pytest.raises(InputError, match="frequencies: given"):
         hysteresis(gap_oscillator(), [1.0], Options(1))
     with pytest.raises(InputError, match="frequencies: given"):
         hysteresis(gap_oscillator(), (1.0, 1.0), Options(1))
 
 
-def two_masses() -> System:
+def two_masses():
     """Two unit masses in a chain, a stiff spring behind a gap at the first (Krack and Gross, 2019).
 
     Example 3 of the program NLvib that comes with their book on harmonic balance: period-one
     solutions fold, double their period and become quasi-periodic between 0.5 and 0.8 rad/s.
     """
-    rows = np.zeros((2, 3, 2))
-    rows[0, 0, 0] = rows[1, 0, 1] = 1.0
     K = np.array([[1.0, -1.0], [-1.0, 2.0]])
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={0: Diameter(K=K, M=np.eye(2), C=0.03 * K, own=rows[:1], output=rows)},
-        contacts=Contacts(np.full(1, 100.0), np.full((1, 2), 100.0), np.zeros(1), np.full(1, -1.0)),
-        force={1: Force(np.array([0, 0.1], complex))},
-        output_names=("first", "second"),
-    )
+    stop = Contact(normal=0, kn=100.0, gap=1.0)
+    return System.from_matrices(np.eye(2), K, [stop], C=0.03 * K, force={1: 0.1})
 
 
-@pytest.fixture(scope="module")
-def both_masses() -> Hysteresis:
-    return hysteresis(two_masses(), [0.6 / TURN, 0.77 / TURN], Options(3))
-
-
-def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
-    both_masses: Hysteresis,
-) -> None:
-    found = both_masses
+def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points():
+    found = hysteresis(two_masses(), [0.6 / TURN, 0.77 / TURN], Options(3))
     assert found.complete
     assert found.connected
     assert found.ended == ""
@@ -255,7 +180,7 @@ def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points(
     np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
 
 
-def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_that_ends_early_says_where_and_why(monkeypatch):
     monkeypatch.setattr("vanelock.nonlinear.following.hysteresis._LIMIT", 20)
     with pytest.warns(RuntimeWarning, match="hysteresis: the path ended at") as warned:
         found = hysteresis(gap_oscillator(), [LOW / TURN, HIGH / TURN], Options(1))
@@ -269,7 +194,7 @@ def test_a_path_that_ends_early_says_where_and_why(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize("more", [0.0, -1e-4])
-def test_a_path_goes_on_where_another_branch_crosses_it(more: float) -> None:
+def test_a_path_goes_on_where_another_branch_crosses_it(more):
     """It does not turn back there, though the sign of det P may change.
 
     Rounding decides which branch goes on: the same one, on which stability is lost once, or the
@@ -282,17 +207,10 @@ def test_a_path_goes_on_where_another_branch_crosses_it(more: float) -> None:
     own = np.zeros((3, 3, 6))
     own[[0, 2], 0, 0], own[1, 0, 1] = -1.0, 1.0
     own[[0, 2], 1, 3], own[1, 1, 4] = 1.0, 1.0
-    push = np.zeros(6, complex)
-    push[0] = 0.15 * (1 + more)
-    system = System(
-        sectors=1,
-        engine_order=0,
-        diameters={0: Diameter(K=K, M=np.eye(6), C=0.03 * K, own=own)},
-        contacts=Contacts(
-            np.full(3, 7.8), np.full((3, 2), 5.5), np.full(3, 0.3), np.array([0.1, -0.1, 0.1])
-        ),
-        force={1: Force(push)},
-    )
+    diameter = Diameter(K=K, M=np.eye(6), C=0.03 * K, own=own)
+    contacts = Contacts([7.8] * 3, [[5.5] * 2] * 3, [0.3] * 3, [0.1, -0.1, 0.1])
+    force = {1: Force([0.15 * (1 + more), 0, 0, 0, 0, 0])}
+    system = System(1, 0, {0: diameter}, contacts, force)
     found = hysteresis(system, [0.8 / TURN, 2.2 / TURN], Options(1))
     assert found.complete
     assert found.upper.tolist() == [True, False]

@@ -9,6 +9,7 @@ from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     AmplitudeGradient,
+    Force,
     Options,
     frequency_response,
     peak_gradient,
@@ -16,12 +17,9 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.following.peak import Resonance
 from vanelock.nonlinear.following.peak_gradient import _gradient_of_peak
-from vanelock.rom.system.system import Force, System
 
 
-def slipping(
-    seed: int, kind: str = "slip", **changes: object
-) -> tuple[System, tuple[float, float]]:
+def slipping(seed, kind="slip", **changes):
     """A ring under the load that friction damps most, and a range about its peak, Hz."""
     kinds = worst_of(seed)
     _, force, hertz = kinds.get(kind) or next(iter(kinds.values()))
@@ -29,7 +27,7 @@ def slipping(
     return system, (0.85 * hertz, 1.12 * hertz)
 
 
-def test_a_stuck_peak_is_that_of_a_linear_structure() -> None:
+def test_a_stuck_peak_is_that_of_a_linear_structure():
     """With modal damping a resonance's peak is f/(2ζk): all stiffnesses alike lower it alike."""
     system, _ = slipping(2)
     system = loaded(system, 1e-6)
@@ -48,7 +46,7 @@ def test_a_stuck_peak_is_that_of_a_linear_structure() -> None:
     assert found.at_peak.by_stiffness(stiff) == pytest.approx(-found.amplitude, rel=1e-6)
 
 
-def test_no_peak_is_one_line() -> None:
+def test_no_peak_is_one_line():
     system, near = slipping(0)
     with pytest.raises(InputError, match=r"^near: no peak was found in it$"):
         peak_gradient(system, (2 * near[1], 2.02 * near[1]))
@@ -58,7 +56,7 @@ def test_no_peak_is_one_line() -> None:
 
 @pytest.mark.parametrize("coupling", ["coupled", "uncoupled", "constant-load"])
 @pytest.mark.parametrize("kind", ["slip", "lift"])
-def test_gradients_obey_dimensional_analysis(kind: str, coupling: str) -> None:
+def test_gradients_obey_dimensional_analysis(kind, coupling):
     """Loads and interference scale the motion; stiffness and loads the square of the frequency."""
     system, near = slipping(0, kind)
     rest = Force(np.asarray(0.2 * np.random.default_rng(1).normal(size=3), complex))
@@ -67,11 +65,11 @@ def test_gradients_obey_dimensional_analysis(kind: str, coupling: str) -> None:
     contacts = system.contacts
     every = {k: one.K for k, one in system.diameters.items()}
 
-    def lengths(each: AmplitudeGradient) -> float:
+    def lengths(each):
         interference = float(contacts.v0 @ each.by_interference())
         return float(each.by_force() + each.by_rest_force() + interference)
 
-    def forces(each: AmplitudeGradient) -> float:
+    def forces(each):
         springs = float(np.vdot(contacts.stiffness, each.by_contact_stiffness()))
         resists = springs + each.by_stiffness(every)
         return float(each.by_force() + each.by_rest_force() + resists)
@@ -83,10 +81,10 @@ def test_gradients_obey_dimensional_analysis(kind: str, coupling: str) -> None:
     assert found.of_frequency(forces) == pytest.approx(found.frequency / 2, rel=1e-6)
 
 
-def test_a_peak_of_a_response_is_that_of_a_search() -> None:
+def test_a_peak_of_a_response_is_that_of_a_search():
     system, near = slipping(2)
     whole = peak_gradient(system, near, Options(3), frequency=True)
-    hertz = np.linspace(*near, 60)
+    hertz = np.linspace(near[0], near[1], 60)
     response = frequency_response(system, hertz, Options(3), find_jumps=False)
     at = system.output_names.index(whole.output[0]), whole.output[1]
     point = int(response.amplitude[:, *at].argmax())
@@ -100,7 +98,7 @@ def test_a_peak_of_a_response_is_that_of_a_search() -> None:
         peak_gradient_of(system, response, 0, whole.output, 1e-5)
 
 
-def test_where_no_frequency_is_followed_the_reason_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_no_frequency_is_followed_the_reason_is_said(monkeypatch):
     system, near = slipping(2)
     ready, found = Options(1).prepare(system, near, 1000), peak_gradient(system, near, Options(1))
     component = system.output_names.index(found.output[0]), found.output[1]

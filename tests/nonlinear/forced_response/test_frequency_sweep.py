@@ -1,135 +1,42 @@
-"""Curves: points that are hard to reach, ranges, directions, loops, files."""
+"""Curves: ranges, directions, jumps at folds in closed form, loops, files."""
 
-from collections.abc import Callable
 from dataclasses import fields, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tests.nonlinear.following.test_hysteresis import closed_folds
+from tests.nonlinear.systems import (
+    alike_contacts,
+    coefficients,
+    even,
+    first_frequency,
+    gap_oscillator,
+    loop_area,
+    random_system,
+    sliding_system,
+)
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
-    SLIP,
     SLIP_OPEN,
-    STUCK,
+    Diameter,
     Options,
     Response,
+    Shares,
     System,
+    adaptive_response,
     contact_loop,
     frequency_response,
     linear_response,
 )
-from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.continuation.arc_length import follow
-from vanelock.nonlinear.continuation.families import Loads
 from vanelock.nonlinear.forced_response.response import half_peak_to_peak
-from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system.system import Contacts, Diameter, Force
-
-Floats = NDArray[np.float64]
-Array = NDArray[np.complex128]
-Make = Callable[..., System]
-Lowest = Callable[[System], float]
+from vanelock.nonlinear.fourier import TURN
 
 
-@pytest.mark.parametrize(("seed", "preload"), [(0, 10.0), (2, 0.1), (3, 1.0)])
-def test_every_point_from_stick_to_rattling_converges_and_is_right(
-    random_system: Make,
-    first_frequency: Lowest,
-    march: Callable[..., Floats],
-    coefficients: Callable[..., Array],
-    seed: int,
-    preload: float,
-) -> None:
-    system = random_system(seed, preload=preload)
-    hertz = np.linspace(0.5, 1.7, 16) * first_frequency(system)
-    for harmonics in (1, 3):
-        response = frequency_response(system, hertz, Options(harmonics), find_jumps=False)
-        assert response.converged.all()
-        assert response.residual.max() < 1e-10
-        q, force = (np.moveaxis(each[::5], 0, 1) for each in (response.contact, response.force))
-        apart = coefficients(march(system.contacts, q, 2000), harmonics) - force
-        assert np.abs(apart).max() < 2e-2 * np.abs(response.force).max()  # the marching's own error
-
-
-def test_states_run_from_stuck_through_slip_to_opening(
-    random_system: Make, first_frequency: Lowest
-) -> None:
-    system = random_system(1, preload=10.0)
-    hertz = np.linspace(0.5, 2.5, 30) * first_frequency(system)
-    seen: set[int] = set()
-    for factor in (0.01, 1.0, 10.0):
-        load = {1: Force(system.force[1].vector * factor)}
-        response = frequency_response(replace(system, force=load), hertz, Options(1))
-        assert response.converged.all()
-        seen |= set(response.state.ravel().tolist())
-    assert {STUCK, SLIP, SLIP_OPEN} <= seen
-
-
-def gap_oscillator() -> System:
-    """A mass on a spring with a gap to a stop: its curve bends over and folds twice."""
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={
-            0: Diameter(
-                K=np.ones((1, 1), complex),
-                M=np.ones((1, 1), complex),
-                C=np.full((1, 1), 0.02, complex),
-                own=np.array([[[1], [0], [0]]], complex),
-                output=np.array([[[1], [0], [0]]], complex),
-            )
-        },
-        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.full(1, -1.0)),
-        force={1: Force(np.array([0.15], complex))},
-        output_names=("mass",),
-    )
-
-
-def test_sweeps_up_and_down_take_their_own_branch_through_folds() -> None:
-    system = gap_oscillator()
-    hertz = np.linspace(0.85, 1.6, 60) / (2 * np.pi)
-    up = frequency_response(system, hertz, Options(1, direction="up"))
-    down = frequency_response(system, hertz, Options(1, direction="down"))
-    assert up.converged.all()
-    assert down.converged.all()
-    np.testing.assert_array_equal(up.frequency, hertz)
-    np.testing.assert_allclose(down.frequency, hertz, rtol=1e-15)
-    high, low = up.amplitude[:, 0, 0], down.amplitude[:, 0, 0]
-    apart = np.abs(high - low) > 0.1 * high
-    assert 4 < apart.sum() < 40
-    assert np.all(high[apart] > 1.5 * low[apart])
-    # On the low branch the mass does not reach the stop: that branch is linear.
-    linear = linear_response(system, hertz, "none").amplitude[:, 0, 0]
-    assert np.all(linear[apart] < 1)
-    np.testing.assert_allclose(low[apart], linear[apart], rtol=1e-9)
-
-
-def test_load_raised_step_by_step_meets_the_direct_solution(
-    random_system: Make, first_frequency: Lowest
-) -> None:
-    system = random_system(4, preload=3.0)
-    balance = structure(system, 3).balance(2 * np.pi * 1.5 * first_frequency(system))
-    law = contact_law(system.contacts, 3)
-    direction = balance.linear.copy()
-    direction[:, :, 0] = 0
-    family = Loads(replace(balance, linear=balance.linear - direction), direction, law)
-    still = solve(family, np.zeros_like(direction), 0.0)
-    assert still.converged
-    arc = follow(family, still, 1.0)
-    assert arc.solution is not None
-    direct = frequency_response(system, [balance.omega / (2 * np.pi)], Options(3))
-    assert direct.converged.all()
-    expected = np.moveaxis(direct.contact[0, 1:].real, 0, -1)
-    np.testing.assert_allclose(arc.solution.u[:, :, 1::2], expected, atol=1e-8)
-
-
-def test_range_follows_the_curve(random_system: Make, first_frequency: Lowest) -> None:
+def test_range_follows_the_curve():
     system = random_system(5, preload=10.0, damping_ratio=0.003)
     low, high = np.array([0.6, 2.2]) * first_frequency(system)
-    calls: list[tuple[int, int, float, float]] = []
+    calls = list[tuple[int, int, float, float]]()
     found = frequency_response(
         system, (float(low), float(high)), Options(1), progress=lambda *each: calls.append(each)
     )
@@ -148,12 +55,10 @@ def test_range_follows_the_curve(random_system: Make, first_frequency: Lowest) -
     assert max(each[3] for each in calls) <= found.amplitude.max()
 
 
-def test_listed_frequencies_come_back_as_given(
-    random_system: Make, first_frequency: Lowest
-) -> None:
+def test_listed_frequencies_come_back_as_given():
     system = random_system(1)
     hertz = first_frequency(system) * np.array([1.4, 0.6, 1.0])
-    calls: list[tuple[int, int, float, float]] = []
+    calls = list[tuple[int, int, float, float]]()
     response = frequency_response(
         system, hertz, Options(1), progress=lambda *each: calls.append(each)
     )
@@ -163,27 +68,26 @@ def test_listed_frequencies_come_back_as_given(
     assert [each[:2] for each in calls] == [(1, 3), (2, 3), (3, 3)]
 
 
-def test_loop_encloses_the_work_and_has_the_forces_of_the_balance(
-    random_system: Make, first_frequency: Lowest
-) -> None:
-    system = random_system(0, preload=1.0)
-    response = frequency_response(system, [1.2 * first_frequency(system)], Options(3))
+@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
+def test_loop_encloses_the_work_and_has_the_forces_of_the_balance(friction):
+    system = even(random_system(0, preload=1.0))
+    hertz = [1.2 * first_frequency(system)]
+    response = frequency_response(system, hertz, Options(3, friction=friction), find_jumps=False)
+    assert response.converged.all()
     assert np.any(response.state == SLIP_OPEN)
+    size, work = np.abs(response.force).max(), response.dissipation[0]
     for contact in range(6):
         u, f = contact_loop(response, 0, contact, 20000)
-        spectrum = np.fft.rfft(f, axis=0)[:4] / len(f)
-        spectrum[1:] *= 2
-        np.testing.assert_allclose(spectrum, response.force[0, :, contact], atol=1e-5)
-        area = sum(float(np.sum(f[:, d] * np.gradient(wrapped(u[:, d]))[1:-1])) for d in (1, 2))
-        np.testing.assert_allclose(area, response.dissipation[0, contact], atol=1e-4)
-        assert np.all(np.abs(f[:, 1:]) <= 0.3 * f[:, :1] + 1e-12)
+        expected = response.force[0, :, contact]
+        np.testing.assert_allclose(coefficients(f, 3), expected, atol=1e-4 * size)
+        np.testing.assert_allclose(loop_area(u, f), work[contact], atol=1e-3 * work.max())
+        slip = np.hypot(*f[:, 1:].T) if friction == "isotropic" else np.abs(f[:, 1:]).max(axis=1)
+        assert np.all(slip <= 0.3 * f[:, 0] + 1e-12)
     with pytest.raises(InputError, match="contact: given 6"):
         contact_loop(response, 0, 6)
 
 
-def test_loop_is_refused_where_it_would_not_have_the_forces_of_the_response(
-    random_system: Make, first_frequency: Lowest
-) -> None:
+def test_loop_is_refused_where_it_would_not_have_the_forces_of_the_response():
     system = random_system(0, preload=1.0)
     hertz = [1.2 * first_frequency(system)]
     response = frequency_response(system, hertz, Options(3))
@@ -202,12 +106,7 @@ def test_loop_is_refused_where_it_would_not_have_the_forces_of_the_response(
     np.testing.assert_allclose(f, u * stuck.stiffness[0], rtol=1e-12)
 
 
-def wrapped(history: Floats) -> Floats:
-    """A period with its neighbours, so that differences close on themselves."""
-    return np.concatenate([history[-1:], history, history[:1]])
-
-
-def test_amplitude_is_half_the_peak_to_peak() -> None:
+def test_amplitude_is_half_the_peak_to_peak():
     rng = np.random.default_rng(0)
     for harmonics in (1, 2, 5):
         shape = (harmonics + 1, 20)
@@ -217,9 +116,7 @@ def test_amplitude_is_half_the_peak_to_peak() -> None:
         np.testing.assert_allclose(half_peak_to_peak(q), np.ptp(history, axis=0) / 2, rtol=1e-7)
 
 
-def test_response_survives_its_file(
-    random_system: Make, first_frequency: Lowest, tmp_path: Path
-) -> None:
+def test_response_survives_its_file(tmp_path):
     system = random_system(1, size=6, contacts=2)
     system.save(tmp_path / "system.h5")
     again = System.load(tmp_path / "system.h5")
@@ -245,32 +142,9 @@ def test_response_survives_its_file(
         ({"frequencies": []}, "at least one"),
     ],
 )
-def test_impossible_frequencies_are_refused(
-    random_system: Make, options: dict[str, object], message: str
-) -> None:
+def test_impossible_frequencies_are_refused(options, message):
     with pytest.raises(InputError, match=message):
         frequency_response(random_system(0), **options)
-
-
-def test_a_structure_without_contacts_is_linear() -> None:
-    bare = System(
-        sectors=1,
-        engine_order=0,
-        diameters={
-            0: Diameter(
-                np.eye(1) + 0j, np.eye(1) + 0j, np.zeros((0, 3, 1)) + 0j, C=0.1j * -1j * np.eye(1)
-            )
-        },
-        contacts=Contacts(np.ones(0), np.ones((0, 2)), np.zeros(0), np.ones(0)),
-        force={0: Force(np.full(1, 2.0 + 0j)), 1: Force(np.ones(1, complex))},
-    )
-    hertz = np.array([0.1, 0.2])
-    omega = 2 * np.pi * hertz
-    expected = 1 / (1 - omega**2 + 0.1j * omega)
-    for response in (frequency_response(bare, hertz, Options(2)), linear_response(bare, hertz)):
-        assert response.converged.all()
-        np.testing.assert_allclose(response.x[1][:, 0], expected, rtol=1e-12)
-        np.testing.assert_allclose(response.x[0][:, 0], 2, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -280,24 +154,90 @@ def test_a_structure_without_contacts_is_linear() -> None:
         (0.0, 0.0, "motion without mass is held"),
     ],
 )
-def test_what_no_contact_can_hold_is_refused(stiffness: float, mass: float, expected: str) -> None:
-    loose = System(
-        sectors=1,
-        engine_order=0,
-        diameters={
-            0: Diameter(
-                np.diag([0, stiffness]) + 0j,
-                np.diag([1, mass]) + 0j,
-                np.array([[[1, 0], [0, 0], [0, 0]]]) + 0j,
-            )
-        },
-        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.ones(1)),
-    )
+def test_what_no_contact_can_hold_is_refused(stiffness, mass, expected):
+    one = Diameter(np.diag([0, stiffness]), np.diag([1, mass]), [[[1, 0], [0, 0], [0, 0]]])
+    loose = System(1, 0, {0: one}, alike_contacts(mu=0.0))
     with pytest.raises(InputError, match=expected):
         frequency_response(loose, [1.0], Options(1))
 
 
-def test_a_system_without_outputs_has_none_in_three_directions(sliding_system: Make) -> None:
+def test_a_system_without_outputs_has_none_in_three_directions():
     bare = {k: replace(each, output=None) for k, each in sliding_system().diameters.items()}
     system = replace(sliding_system(), diameters=bare, output_names=())
     assert frequency_response(system, [0.18], Options(3)).output.shape == (1, 4, 0, 3)
+
+
+LOW, HIGH = 0.85, 1.6
+ENDS = (LOW / TURN, HIGH / TURN)
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+@pytest.mark.parametrize("points", [None, 12])
+def test_a_sweep_says_where_it_jumps_and_from_what_to_what(direction, points):
+    upper, lower = closed_folds()
+    fold = (upper if direction == "up" else lower)[0]
+    wanted = ENDS if points is None else np.linspace(ENDS[0], ENDS[1], points).tolist()
+    found = frequency_response(gap_oscillator(), wanted, Options(1, direction=direction))
+    assert found.direction == direction
+    assert found.jump is not None
+    assert found.jump.shape == (1, 2)
+    before, after = found.jump[0]
+    ends = sorted(TURN * found.frequency[[before, after]])
+    assert ends[0] <= fold <= ends[1]
+    assert ends[1] - ends[0] <= (HIGH - LOW) / (400 if points is None else points - 1) * 1.01
+    big, small = found.amplitude[[before, after], 0, 0][:: 1 if direction == "up" else -1]
+    assert big > 2 * small
+
+
+@pytest.mark.parametrize("points", [None, 30])
+def test_where_nothing_folds_nothing_jumps(points):
+    ends = (1.2 / TURN, 1.6 / TURN)
+    wanted = ends if points is None else np.linspace(*ends, points)
+    found = frequency_response(gap_oscillator(), wanted, Options(3))
+    assert found.jump is not None
+    assert found.jump.shape == (0, 2)
+
+
+def test_points_of_a_response_alone_have_no_jumps():
+    found = frequency_response(gap_oscillator(), np.linspace(*ENDS, 12), Options(1))
+    some = found.at([3, 4])
+    assert some.jump is None
+    assert some.direction == "up"
+    again = frequency_response(gap_oscillator(), found.frequency, Options(1), find_jumps=False)
+    assert again.jump is None
+    np.testing.assert_array_equal(again.x[1], found.x[1])
+
+
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_with_an_accuracy_one_way_is_that_way_s_branch(direction):
+    system, shares = gap_oscillator(), Shares(harmonics=0.03, frequencies=0.03)
+    upper, lower = closed_folds()
+    fold = (upper if direction == "up" else lower)[0]
+    options = Options(1, direction=direction)
+    for wanted in (ENDS, np.linspace(*ENDS, 20)):
+        found = adaptive_response(lambda _: system, wanted, shares, options)
+        assert found.direction == direction
+        assert found.jump is not None
+        ((before, after),) = found.jump
+        ends = TURN * found.frequency[[before, after]]
+        assert ends.min() <= fold <= ends.max()
+        assert (ends[0] < ends[1]) == (direction == "up")
+        same = frequency_response(system, found.frequency, options, find_jumps=False)
+        np.testing.assert_allclose(found.amplitude, same.amplitude, rtol=0, atol=1e-9)
+    chosen = adaptive_response(
+        lambda _: system, ENDS, Shares(0.01, 0.01), Options(direction=direction)
+    )
+    exact = frequency_response(system, ENDS, Options(9, direction=direction), find_jumps=False)
+    assert chosen.harmonics > 1
+    assert chosen.amplitude.max() == pytest.approx(exact.amplitude.max(), rel=0.01)
+
+
+def test_with_an_accuracy_the_jump_is_that_of_the_highest_solutions():
+    (fold, height), _ = closed_folds()
+    shares = Shares(harmonics=0.03, frequencies=0.03)
+    found = adaptive_response(lambda _: gap_oscillator(), ENDS, shares, Options(1))
+    assert found.direction == "both"
+    assert found.jump is not None
+    ((before, after),) = found.jump
+    assert TURN * found.frequency[before] <= fold <= TURN * found.frequency[after]
+    assert found.amplitude[before, 0, 0] == pytest.approx(height, rel=0.05)

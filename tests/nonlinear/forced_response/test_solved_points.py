@@ -1,23 +1,15 @@
 """Responses cut off after any point go on to the same numbers as those that were not."""
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from tests.nonlinear.systems import even, random_system, sliding_system
 from vanelock.common.cyclic import folded
-from vanelock.nonlinear import Options, Shares, System, adaptive_response, frequency_response
+from vanelock.nonlinear import Options, Shares, adaptive_response, frequency_response
 from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.forced_response.frequency_sweep import PointStore
-from vanelock.rom.system.system import Contacts
-
-Floats = NDArray[np.float64]
-Make = Callable[..., System]
-Compute = Callable[[PointStore | None], Any]
 
 
 class KilledError(Exception):
@@ -27,15 +19,15 @@ class KilledError(Exception):
 class Paper:
     """Points in memory; the run is killed when one beyond the last one allowed is due."""
 
-    def __init__(self, points: dict[str, Any] | None = None, allowed: float = np.inf) -> None:
+    def __init__(self, points=None, allowed=np.inf):
         self.before, self.points, self.allowed = dict(points or {}), dict(points or {}), allowed
         self.added: list[str] = []
 
-    def get(self, label: str) -> tuple[Sequence[float], Floats] | None:
+    def get(self, label):
         """A point that an earlier run has written."""
         return self.before.get(label)
 
-    def add(self, label: str, numbers: Sequence[float], unknowns: Floats) -> None:
+    def add(self, label, numbers, unknowns):
         """Write one."""
         if len(self.added) >= self.allowed:
             raise KilledError
@@ -43,7 +35,7 @@ class Paper:
         self.points[label] = numbers, unknowns.copy()
 
 
-def close(value: Any, expected: Any) -> None:
+def close(value, expected):
     """All numbers of a product agree to 1e-9 of the largest beside them, times aside."""
     if is_dataclass(value):
         for each in fields(value):
@@ -63,10 +55,10 @@ def close(value: Any, expected: Any) -> None:
         np.testing.assert_equal(value, expected)
 
 
-def growing(system: System) -> Callable[[int], System]:
+def growing(system):
     """Systems with no nodal diameters but those needed."""
 
-    def systems(harmonics: int) -> System:
+    def systems(harmonics):
         needed = {folded(system.nodal_diameter(h), system.sectors) for h in range(harmonics + 1)}
         kept = {k: each for k, each in system.diameters.items() if k in needed}
         return replace(system, diameters=kept)
@@ -74,71 +66,36 @@ def growing(system: System) -> Callable[[int], System]:
     return systems
 
 
-def evened(system: System) -> System:
-    """Contacts as stiff in both tangential directions."""
-    c = system.contacts
-    even = Contacts(kn=c.kn, kt=np.repeat(c.kt[:, :1], 2, axis=1), mu=c.mu, v0=c.v0)
-    return replace(system, contacts=even)
+def _range(store=None):
+    return frequency_response(sliding_system(amplitude=2.0), (0.15, 0.21), Options(3), store=store)
 
 
-@dataclass(frozen=True)
-class Case:
-    name: str
-    make: Callable[[Make, Make], Compute]
-
-
-def _range(random_system: Make, sliding_system: Make) -> Compute:
-    system = sliding_system(amplitude=2.0)
-    return lambda store: frequency_response(system, (0.15, 0.21), Options(3), store=store)
-
-
-def _many_contacts(random_system: Make, sliding_system: Make) -> Compute:
+def _many_contacts(store=None):
     # More unknowns than are factored: GMRES, whose preconditioner goes from point to point.
     system = random_system(5, size=40, contacts=20, mu=0.1, damping_ratio=0.05, harmonics=3)
-    hertz = np.linspace(0.02, 0.05, 8)
-    return lambda store: frequency_response(system, hertz, Options(3), store=store)
+    return frequency_response(system, np.linspace(0.02, 0.05, 8), Options(3), store=store)
 
 
-def _uncoupled(random_system: Make, sliding_system: Make) -> Compute:
+def _uncoupled(store=None):
+    options = Options(3, coupling="uncoupled", direction="down")
     system = sliding_system(amplitude=2.0, preload=0.5)
-    hertz = np.linspace(0.15, 0.21, 8)
-    return lambda store: frequency_response(
-        system, hertz, Options(3, coupling="uncoupled", direction="down"), store=store
-    )
+    return frequency_response(system, np.linspace(0.15, 0.21, 8), options, store=store)
 
 
-def _adaptive(random_system: Make, sliding_system: Make) -> Compute:
-    system = sliding_system(amplitude=3.0)
-    shares = Shares(6e-3, 3e-3)
-    return lambda store: adaptive_response(
-        growing(system), (0.14, 0.22), shares, monitor=(0, 0), store=store
-    )
+def _adaptive(store=None):
+    systems, shares = growing(sliding_system(amplitude=3.0)), Shares(6e-3, 3e-3)
+    return adaptive_response(systems, (0.14, 0.22), shares, monitor=(0, 0), store=store)
 
 
-def _isotropic(random_system: Make, sliding_system: Make) -> Compute:
-    system = evened(sliding_system(preload=0.5))
-    shares = Shares(4e-2, 4e-2)
-    return lambda store: adaptive_response(
-        growing(system), (0.15, 0.2), shares, Options(friction="isotropic"), store=store
-    )
+def _isotropic(store=None):
+    systems, options = growing(even(sliding_system(preload=0.5))), Options(friction="isotropic")
+    return adaptive_response(systems, (0.15, 0.2), Shares(4e-2, 4e-2), options, store=store)
 
 
-CASES = [
-    Case("range", _range),
-    Case("many contacts", _many_contacts),
-    Case("uncoupled", _uncoupled),
-    Case("to an accuracy", _adaptive),
-    Case("isotropic, to an accuracy", _isotropic),
-]
-
-
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
-def test_wherever_it_is_cut_off_it_ends_at_the_same_numbers(
-    case: Case, random_system: Make, sliding_system: Make
-) -> None:
-    compute = case.make(random_system, sliding_system)
+@pytest.mark.parametrize("compute", [_range, _many_contacts, _uncoupled, _adaptive, _isotropic])
+def test_wherever_it_is_cut_off_it_ends_at_the_same_numbers(compute):
     whole = Paper()
-    expected = compute(None)
+    expected = compute()
     close(compute(whole), expected)  # writing down changes nothing
     assert len(whole.added) > 5
     begun = Paper(allowed=2 * len(whole.added) // 3)
@@ -150,7 +107,7 @@ def test_wherever_it_is_cut_off_it_ends_at_the_same_numbers(
     assert again.points.keys() == whole.points.keys()
 
 
-def test_what_was_written_is_checked_by_the_equations(sliding_system: Make) -> None:
+def test_what_was_written_is_checked_by_the_equations():
     system, hertz = sliding_system(), np.linspace(0.15, 0.21, 10)
     paper = Paper()
     expected = frequency_response(system, hertz, Options(3), store=paper)
@@ -159,24 +116,19 @@ def test_what_was_written_is_checked_by_the_equations(sliding_system: Make) -> N
         points[label] = numbers, w * (1 + 1e-3 * i) if i % 2 else np.full_like(w, np.nan)
     again = Paper(points)
     close(frequency_response(system, hertz, Options(3), store=again), expected)
-    assert (
-        len(again.added) == 5
-    )  # what no iteration leads on from is solved as if it were not there
+    assert len(again.added) == 5  # those that no iteration leads on from
 
 
-@pytest.mark.parametrize("case", [CASES[0], CASES[3]], ids=lambda case: case.name)
-def test_no_number_depends_on_the_time_that_something_took(
-    case: Case, random_system: Make, sliding_system: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    compute = case.make(random_system, sliding_system)
-    expected = compute(None)
+@pytest.mark.parametrize("compute", [_range, _adaptive])
+def test_no_number_depends_on_the_time_that_something_took(compute, monkeypatch):
+    expected = compute()
     rng = np.random.default_rng(0)
     for clock in ("process_time", "perf_counter", "monotonic", "time"):
         monkeypatch.setattr(time, clock, lambda: float(rng.exponential(1e4)))
-    close(compute(None), expected)
+    close(compute(), expected)
 
 
-def test_points_of_other_frequencies_are_not_taken(sliding_system: Make) -> None:
+def test_points_of_other_frequencies_are_not_taken():
     one, hertz, paper = sliding_system(), np.linspace(0.15, 0.21, 10), Paper()
     frequency_response(one, hertz, Options(3), store=paper)
     again, elsewhere = Paper(paper.points), np.append(hertz[:4], hertz[4:] + 1e-3)
@@ -185,9 +137,7 @@ def test_points_of_other_frequencies_are_not_taken(sliding_system: Make) -> None
     assert len(again.added) == len(paper.added) - 4
 
 
-def test_modes_of_a_diameter_do_not_depend_on_what_was_asked_for_before(
-    random_system: Make,
-) -> None:
+def test_modes_of_a_diameter_do_not_depend_on_what_was_asked_for_before():
     # Engine order 2 of 5: harmonic 2 has diameter 4, which mirrors 1, that of harmonic 3.
     whole = random_system(4, engine_order=2, harmonics=5)
     k = {folded(each, 5): whole.at(folded(each, 5)) for each in whole.diameters}

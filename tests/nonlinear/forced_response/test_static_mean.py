@@ -1,21 +1,31 @@
-"""Uncoupled and constant-load balances against full coordinates, closed forms and each other."""
+"""What is held at rest: uncoupled and constant-load balances, and sliders assembled elsewhere."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from tests.nonlinear.systems import (
+    coefficients,
+    even,
+    first_frequency,
+    in_time,
+    jenkins_element,
+    loop_area,
+    random_system,
+    with_contacts,
+)
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     OPEN,
     SLIP,
     SLIP_OPEN,
     STUCK,
+    Contacts,
+    Diameter,
+    Force,
     Options,
-    Response,
     System,
     audit_response,
     contact_loop,
@@ -26,38 +36,22 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.forced_response.options import with_static_mean
+from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.rom.system.system import Contacts, Diameter, Force
+from vanelock.rom.system.coordinates import check
 
-Floats = NDArray[np.float64]
-TURN = 2 * np.pi
-Make = Callable[..., System]
-Lowest = Callable[[System], float]
 COUPLINGS = ("coupled", "uncoupled", "constant-load")
 
 
-def even(system: System) -> System:
-    """The same stiffness in both tangential directions."""
-    contacts = system.contacts
-    return replace(system, contacts=replace(contacts, kt=contacts.kt[:, [0, 0]]))
-
-
-def all_three(system: System, hertz: Floats, harmonics: int, friction: str) -> list[Response]:
+def all_three(system, hertz, harmonics, friction):
     return [
-        frequency_response(
-            system,
-            hertz,
-            Options(harmonics, coupling=coupling, friction=friction),
-            find_jumps=False,
-        )
-        for coupling in COUPLINGS
+        frequency_response(system, hertz, Options(harmonics, each, friction), find_jumps=False)
+        for each in COUPLINGS
     ]
 
 
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
-def test_couplings_agree_in_full_stick(
-    random_system: Make, first_frequency: Lowest, friction: str
-) -> None:
+def test_couplings_agree_in_full_stick(friction):
     # Stuck for good, contacts are springs; where one slid at assembly, vibration relaxes its mean
     # friction, which the coupled mean alone follows.
     for mu, slid in ((10.0, False), (0.3, True)):
@@ -83,9 +77,7 @@ def test_couplings_agree_in_full_stick(
 
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
 @pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
-def test_harmonic_zero_is_the_static_problem(
-    random_system: Make, first_frequency: Lowest, coupling: str, friction: str
-) -> None:
+def test_harmonic_zero_is_the_static_problem(coupling, friction):
     system = even(random_system(0, preload=1.0))
     hertz = np.array([0.8, 1.2]) * first_frequency(system)
     response = frequency_response(
@@ -102,25 +94,19 @@ def test_harmonic_zero_is_the_static_problem(
     assert (response.coupling, response.friction) == (coupling, friction)
 
 
-def sliding(force: complex, shake: complex, v0: float) -> System:
+def sliding(force, shake, v0):
     """A mass that slides on the ground while another one shakes the normal load of its contact."""
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={
-            0: Diameter(
-                K=np.diag([1.0, 2.0]).astype(complex),
-                M=np.diag([1.0, 0.5]).astype(complex),
-                C=np.diag([0.06, 0.2]).astype(complex),
-                own=np.array([[[0, 1], [1, 0], [0, 0]]], complex),
-            )
-        },
-        contacts=Contacts(np.full(1, 0.9), np.full((1, 2), 0.8), np.array([0.3]), np.array([v0])),
-        force={1: Force(np.array([force, shake], complex))},
+    one = Diameter(
+        K=np.diag([1.0, 2.0]),
+        M=np.diag([1.0, 0.5]),
+        C=np.diag([0.06, 0.2]),
+        own=[[[0, 1], [1, 0], [0, 0]]],
     )
+    contacts = Contacts([0.9], [[0.8, 0.8]], [0.3], [v0])
+    return System(1, 0, {0: one}, contacts, {1: Force([force, shake])})
 
 
-def test_constant_load_is_the_closed_form_of_the_oscillator_with_a_jenkins_element() -> None:
+def test_constant_load_is_the_closed_form_of_the_oscillator_with_a_jenkins_element():
     # However the normal load is shaken, even to tension: friction is bounded by μ times that at
     # rest. Harmonic balance with H = 1 is |k - mω² + iωc + κ(A)| A = f with Jenkins' κ(A).
     system = sliding(0.7, 3.0, 2.0)
@@ -128,29 +114,18 @@ def test_constant_load_is_the_closed_form_of_the_oscillator_with_a_jenkins_eleme
     limit = 0.3 * static.force[0, 0, 0, 0].real
     np.testing.assert_allclose(limit / 0.3, 0.9 * 2.0 / (1 + 0.9 / 2.0))
 
-    def jenkins(amplitude: float) -> complex:
-        kt = 0.8
-        if kt * amplitude <= limit:
-            return kt
-        psi = np.arccos(1 - 2 * limit / (kt * amplitude))
-        work = 4 * limit * (amplitude - limit / kt)
-        in_phase = kt * amplitude / np.pi * (psi - 0.5 * np.sin(2 * psi))
-        return complex(in_phase / amplitude, work / (np.pi * amplitude**2))
+    def stiffness(a):
+        return 0.8 if 0.8 * a <= limit else jenkins_element(a, 0.8, limit)[0]
 
-    omegas = np.linspace(0.2, 1.5, 14)
-    response = frequency_response(
-        system, omegas / (2 * np.pi), Options(1, coupling="constant-load"), find_jumps=False
-    )
+    omegas, options = np.linspace(0.2, 1.5, 14), Options(1, coupling="constant-load")
+    response = frequency_response(system, omegas / TURN, options, find_jumps=False)
     assert response.converged.all()
     assert {STUCK, SLIP} <= set(response.state[:, 0])
     for p, omega in enumerate(omegas):
         D = 1 - omega**2 + 0.06j * omega
 
-        def excess(a: float, D: complex = D) -> float:
-            return abs(D + jenkins(a)) * a - 0.7
-
-        amplitude = brentq(excess, 1e-9, 50.0, xtol=1e-14)
-        exact = 0.7 / (D + jenkins(amplitude))
+        a = brentq(lambda a, D=D: abs(D + stiffness(a)) * a - 0.7, 1e-9, 50.0, xtol=1e-14)
+        exact = 0.7 / (D + stiffness(a))
         np.testing.assert_allclose(response.x[1][p, 0], exact, atol=1e-9)
         normal = 3.0 / (2 + 0.9 - 0.5 * omega**2 + 0.2j * omega)
         np.testing.assert_allclose(response.x[1][p, 1], normal, atol=1e-12)
@@ -160,59 +135,40 @@ def test_constant_load_is_the_closed_form_of_the_oscillator_with_a_jenkins_eleme
 
 
 @pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
-def test_time_integration_with_the_mean_held(coupling: str) -> None:
+def test_time_integration_with_the_mean_held(coupling):
     # A contact that slips in every period forgets where it is on the average, so holding the mean
     # tangential displacement changes no other harmonic; the normal one is linear until it opens.
-    system = sliding(0.7, 0.9, 2.0)
-    omega, steps, periods = 1.1, 4000, 40
-    static = static_response(system).contact[0, 0, 0, 0].real
-    M, K, C = np.array([1.0, 0.5]), np.array([1.0, 2.0]), np.array([0.06, 0.2])
-    h = 2 * np.pi / omega / steps
-    # the normal mass moves linearly: its contact's spring never opens
-    shaken = 0.9 / (2 + 0.9 - 0.5 * omega**2 + 0.2j * omega)
-    assert abs(shaken) < static
-    angle = 2 * np.pi * np.arange(steps) / steps
-    v = static + (shaken * np.exp(1j * angle)).real
-    n = 0.9 * (v if coupling == "uncoupled" else np.full(steps, static))
-    x, before, w, last = 0.0, 0.0, 0.0, np.empty(steps)
-    left = M[0] / h**2 + C[0] / (2 * h)
-    for i in range(periods * steps):
-        s = i % steps
-        reach = 0.3 * n[s] / 0.8
-        w = min(max(w, x - reach), x + reach)
-        push = 0.7 * np.cos(angle[s]) - K[0] * x - 0.8 * (x - w)
-        push += M[0] * (2 * x - before) / h**2 + C[0] * before / (2 * h)
-        x, before = push / left, x
-        last[(s + 1) % steps] = x
-    errors = []
+    system, hertz, steps = sliding(0.7, 0.9, 2.0), 1.1 / TURN, 4000
+    pushed = sliding(0.7, 0.9 if coupling == "uncoupled" else 0.0, 2.0)
+    path, _ = in_time(pushed, hertz, 40, steps)
+    assert path[:, 1].min() > -2.0  # it never opens
+    moving = path[:, 0] - path[:, 0].mean()
+    turn, errors = np.exp(2j * np.pi * np.arange(steps) / steps), []
     for harmonics in (1, 3, 7, 15):
-        response = frequency_response(
-            system, [omega / (2 * np.pi)], Options(harmonics, coupling=coupling), find_jumps=False
-        )
+        options = Options(harmonics, coupling=coupling)
+        response = frequency_response(system, [hertz], options, find_jumps=False)
         assert response.converged.all()
         assert response.state[0, 0] == SLIP
-        history = sum(
-            (response.x[k][0, 0] * np.exp(1j * k * angle)).real for k in range(1, harmonics + 1)
-        )
-        moving = last - last.mean()
+        history = sum((response.x[k][0, 0] * turn**k).real for k in range(1, harmonics + 1))
         errors.append(float(np.abs(history - moving).max() / np.abs(moving).max()))
     assert errors[1] < 0.6 * errors[0]
     assert errors[3] < 2e-3
 
 
-def test_contact_open_at_rest_stays_open_under_constant_load() -> None:
+def test_contact_open_at_rest_stays_open_under_constant_load():
     system = sliding(0.7, 3.0, -0.2)
     hertz = np.array([0.1, 0.15])
-    held = frequency_response(system, hertz, Options(2, coupling="constant-load"), find_jumps=False)
-    loose = frequency_response(system, hertz, Options(2, coupling="uncoupled"), find_jumps=False)
+    held, loose = (
+        frequency_response(system, hertz, Options(2, coupling=coupling), find_jumps=False)
+        for coupling in ("constant-load", "uncoupled")
+    )
     assert held.converged.all()
     assert loose.converged.all()
     assert np.all(held.state == OPEN)
     assert np.all(loose.state == SLIP_OPEN)
     np.testing.assert_allclose(held.force, 0, atol=1e-14)
-    np.testing.assert_allclose(
-        held.x[1][:, 1], 3.0 / (2 - 0.5 * (TURN * hertz) ** 2 + 0.2j * TURN * hertz), rtol=1e-12
-    )
+    alone = 3.0 / (2 - 0.5 * (TURN * hertz) ** 2 + 0.2j * TURN * hertz)
+    np.testing.assert_allclose(held.x[1][:, 1], alone, rtol=1e-12)
     u, f = contact_loop(held, 0, 0, 16)
     assert u[:, 0].max() > 0  # it would touch
     np.testing.assert_array_equal(f, 0)
@@ -220,42 +176,30 @@ def test_contact_open_at_rest_stays_open_under_constant_load() -> None:
 
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
 @pytest.mark.parametrize("coupling", ["uncoupled", "constant-load"])
-def test_ranges_directions_samples_and_loops_work_with_every_coupling(
-    random_system: Make, first_frequency: Lowest, coupling: str, friction: str
-) -> None:
+def test_ranges_directions_samples_and_loops_work_with_every_coupling(coupling, friction):
     system = even(random_system(5, preload=3.0, contacts=3, damping_ratio=0.01))
     low, high = (float(f) for f in np.array([0.8, 1.3]) * first_frequency(system))
-    found = frequency_response(
-        system, (low, high), Options(1, coupling=coupling, friction=friction), find_jumps=False
-    )
+    options = Options(1, coupling, friction)
+    found = frequency_response(system, (low, high), options, find_jumps=False)
     assert found.converged.all()
-    down = frequency_response(
-        system,
-        found.frequency[::-3],
-        Options(1, coupling=coupling, friction=friction, direction="down"),
-        find_jumps=False,
-    )
-    others, largest = [down], np.abs(found.contact).max()
+    largest, others = np.abs(found.contact).max(), [(replace(options, direction="down"), 1e-7)]
     if friction == "orthogonal":
-        sampled = Options(1, coupling=coupling, samples=512)
-        others += [frequency_response(system, found.frequency[::-3], sampled, find_jumps=False)]
-    for other in others:
+        others += [(replace(options, samples=512), 2e-3)]
+    for changed, error in others:
+        other = frequency_response(system, found.frequency[::-3], changed, find_jumps=False)
         assert other.converged.all()
-        atol = (1e-7 if other is down else 2e-3) * largest
-        np.testing.assert_allclose(other.contact, found.contact[::-3], atol=atol)
+        expected = found.contact[::-3]
+        np.testing.assert_allclose(other.contact, expected, atol=error * largest)
     point = int(found.dissipation.sum(axis=1).argmax())
     contact = int(found.dissipation[point].argmax())
     assert found.dissipation[point, contact] > 0
     u, f = contact_loop(found, point, contact, 4000)
-    spectrum = 2 * np.fft.rfft(f, axis=0)[1] / len(f)
-    size = np.abs(f).max()
-    np.testing.assert_allclose(spectrum, found.force[point, 1, contact], atol=2e-4 * size)
-    closed = np.concatenate([u[-1:], u, u[:1]])
-    area = sum(float(np.sum(f[:, d] * (closed[2:, d] - closed[:-2, d]) / 2)) for d in (1, 2))
-    np.testing.assert_allclose(area, found.dissipation[point, contact], rtol=2e-3)
+    expected = found.force[point, 1, contact]
+    np.testing.assert_allclose(coefficients(f, 1)[1], expected, atol=2e-4 * np.abs(f).max())
+    np.testing.assert_allclose(loop_area(u, f), found.dissipation[point, contact], rtol=2e-3)
 
 
-def test_an_unconverged_state_at_rest_marks_every_point(random_system: Make) -> None:
+def test_an_unconverged_state_at_rest_marks_every_point():
     system = random_system(1, preload=10.0, amplitude=0.01)
     prepared = structure(system, 1)
     law = contact_law(system.contacts, 1)
@@ -267,17 +211,51 @@ def test_an_unconverged_state_at_rest_marks_every_point(random_system: Make) -> 
     assert joined.residual == 0.5
 
 
-def test_static_load_that_grows_with_the_frequency_needs_the_coupled_balance() -> None:
+def test_static_load_that_grows_with_the_frequency_needs_the_coupled_balance():
     system = sliding(0.7, 0.0, 1.0)
-    load = {**system.force, 0: Force(np.ones(2, complex), 2)}
+    system = replace(system, force={**system.force, 0: Force([1.0, 1.0], 2)})
     with pytest.raises(InputError, match="force/0 grows with the frequency"):
-        frequency_response(
-            replace(system, force=load), [0.1], Options(1, coupling="uncoupled"), find_jumps=False
-        )
+        frequency_response(system, [0.1], Options(1, coupling="uncoupled"), find_jumps=False)
 
 
-def test_an_audit_is_refused_where_it_would_judge_by_another_law() -> None:
+def test_an_audit_is_refused_where_it_would_judge_by_another_law():
     system = sliding(0.7, 0.0, 1.0)
     response = frequency_response(system, [0.1], Options(1, coupling="uncoupled"), find_jumps=False)
     with pytest.raises(InputError, match="response: uncoupled: an audit is of coupled balances"):
         audit_response(system, response)
+
+
+def assembled(slider):
+    """Two masses on springs of 1 N/m, pressed together by an interference; the first is pushed."""
+    own = [[[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]]
+    contacts = Contacts([0.5], [[0.8, 0.8]], [0.3], [1.0], slider=[[slider, 0.0]])
+    one = {0: Diameter(K=np.eye(2), M=np.eye(2), own=own)}
+    return System(1, 0, one, contacts, {0: Force([0.02, 0.0])}, damping_ratio=0.01)
+
+
+@pytest.mark.parametrize("slider", [0.0, 0.05, -0.1, 1.0])
+def test_static_friction_is_what_the_slider_says_up_to_the_bound(slider):
+    found = static_response(assembled(slider)).force[0, 0, 0, 1]
+    stuck = 0.8 * ((0.02 + 0.8 * slider) / 1.8 - slider)
+    bound = 0.3 * 0.5 * (2 / 3)
+    assert found == pytest.approx(np.clip(stuck, -bound, bound), rel=1e-12, abs=1e-14)
+
+
+def test_zero_sliders_change_no_bit():
+    system = random_system(3, size=6, contacts=2)
+    given = with_contacts(system, slider=np.zeros((2, 2)))
+    one, other = (
+        frequency_response(each, [0.2, 0.3], Options(3), find_jumps=False).output
+        for each in (given, system)
+    )
+    np.testing.assert_array_equal(one, other)
+
+
+def test_a_saved_system_keeps_its_sliders_and_wrong_ones_are_refused(tmp_path):
+    slider, system = np.arange(12.0).reshape(6, 2), random_system(1)
+    with_contacts(system, slider=slider).save(tmp_path / "system.h5")
+    np.testing.assert_array_equal(System.load(tmp_path / "system.h5").contacts.slider, slider)
+    with pytest.raises(InputError, match=r"contact/slider has shape \(5, 2\), not \(6, 2\)"):
+        check(with_contacts(system, slider=slider[:5]))
+    with pytest.raises(InputError, match="contact/slider holds values that are not finite"):
+        check(with_contacts(system, slider=np.full((6, 2), np.nan)))

@@ -29,7 +29,7 @@ M = np.diag([1.0, 1.5, 2.0])
 SHARES = Shares(3e-2, 3e-2)
 
 
-def slipping(load: float) -> System:
+def slipping(load):
     """Three masses without damping that slip on the ground and on each other."""
     contacts = [
         Contact(tangential=0, second=1, kt=1.0, mu=0.3, preload=0.5),
@@ -40,7 +40,7 @@ def slipping(load: float) -> System:
     return System.from_matrices(M, K, contacts, force=force)
 
 
-def limit(mode: int) -> tuple[float, float]:
+def limit(mode):
     """A mode's frequency, rad/s, and the load whose work is that of friction in large motion."""
     squares, shapes = la.eigh(K, M)
     a, b, c = shapes[:, mode]
@@ -49,7 +49,7 @@ def limit(mode: int) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("mode", [0, 1, 2])
-def test_what_friction_holds_of_a_load_is_known_from_the_modes_that_slide(mode: int) -> None:
+def test_what_friction_holds_of_a_load_is_known_from_the_modes_that_slide(mode):
     omega, most = limit(mode)
     near = 0.97 * omega, 1.03 * omega
     check_bound(structure(slipping(0.999 * most), 1), near, None, "range")
@@ -67,7 +67,7 @@ def test_what_friction_holds_of_a_load_is_known_from_the_modes_that_slide(mode: 
         peak_bounds(system, hertz, Options(1))
 
 
-def test_peaks_by_force_end_where_friction_holds_no_more() -> None:
+def test_peaks_by_force_end_where_friction_holds_no_more():
     omega, most = limit(0)
     hertz = 0.8 * omega / TURN, 1.2 * omega / TURN
     found = peak_response(slipping(most), "force", (0.5, 2.0), hertz, Options(1))
@@ -77,7 +77,7 @@ def test_peaks_by_force_end_where_friction_holds_no_more() -> None:
     assert found.converged.sum() == len(found.converged) - 1  # no more is looked for beyond
 
 
-def test_a_resonance_that_no_known_friction_holds_is_said_where_it_is_not_found() -> None:
+def test_a_resonance_that_no_known_friction_holds_is_said_where_it_is_not_found():
     pad = Contact(tangential=0, normal=1, kn=1.0, kt=1.0, mu=0.3, gap=1e3)  # open for good
     system = System.from_matrices(np.eye(2), np.diag([1.0, 3.0]), [pad], force={0: 0.1})
     said = "frequencies: .*: near 0.159155 Hz it grows without damping, and friction alone may not"
@@ -85,7 +85,7 @@ def test_a_resonance_that_no_known_friction_holds_is_said_where_it_is_not_found(
         adaptive_response(lambda _: system, (0.9 / TURN, 1.15 / TURN), SHARES, Options(1))
 
 
-def test_a_stop_that_nothing_damps_is_refused_where_it_grows() -> None:
+def test_a_stop_that_nothing_damps_is_refused_where_it_grows():
     # Far beyond the gap, half a period belongs to each stiffness: 2 ω_1 ω_2 / (ω_1 + ω_2).
     stop = Contact(normal=0, kn=1.0, gap=0.1)
     system = System.from_matrices([[1.0]], [[1.0]], [stop], force={0: 0.1})
@@ -96,7 +96,7 @@ def test_a_stop_that_nothing_damps_is_refused_where_it_grows() -> None:
     assert below.amplitude.max() < 1.0
 
 
-def test_a_path_ends_where_nothing_holds_it() -> None:
+def test_a_path_ends_where_nothing_holds_it():
     # Raised at the resonance of the mass that slides, the force is 4/π μ n at infinity.
     pad = Contact(tangential=0, kt=0.1, mu=0.3, preload=1.0)
     system = System.from_matrices([[1.0]], [[1.0]], [pad], force={0: 1.0})

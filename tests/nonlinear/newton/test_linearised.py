@@ -1,99 +1,158 @@
-"""Linearised balances solved by GMRES on few directions, against their dense matrices."""
+"""Balances of rings, and linearised balances solved by iteration, against dense matrices."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+import scipy.linalg as la
 
-from vanelock.nonlinear import System
-from vanelock.nonlinear.balance.balance import Balance, structure
-from vanelock.nonlinear.contact.law import Deviation, contact_law
+from tests.nonlinear.systems import first_frequency, random_system, with_contacts
+from tests.verification.nonlinear.spring_rings import CONTACTS, RINGS, assembled, spring_ring
+from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts, ring_source
+from vanelock.nonlinear.forced_response.ring.unlike import Unlike
+from vanelock.nonlinear.fourier import to_complex
 from vanelock.nonlinear.newton.linearised import Border, _Iterative, newton_matrix
+from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, _KeptRing
 from vanelock.nonlinear.newton.newton import active_rows
 from vanelock.nonlinear.newton.preconditioner import _gmres
 
-Make = Callable[..., System]
-Lowest = Callable[[System], float]
-Floats = NDArray[np.float64]
+H, OMEGA = 2, 1.1
 
 
 @dataclass(frozen=True)
 class State:
-    """A state of the balance that is no solution, and its Newton matrix."""
+    """A state of a balance that is no solution, its Newton matrix, and the contacts' stiffness.
 
-    balance: Balance
-    deviation: Deviation
-    rows: NDArray[np.int64]
-    matrix: Floats
-    stiffness: Floats
+    None of a ring, which does not need it.
+    """
+
+    balance: Any
+    deviation: Any
+    rows: Any
+    matrix: Any
+    stiffness: Any = None
+
+    def solver(self, border=None):
+        """What solves it."""
+        count = self.deviation.w.size + (border.count if border else 0)
+        given = self.balance, self.deviation, self.rows, np.ones(count), border, None
+        if self.stiffness is None:
+            return LinearisedRing(*given)
+        return _Iterative(*given, self.stiffness)
+
+    def check(self, seed, tolerance=1e-11, bordered=0):
+        """Solver whose step under a random gap is that of the dense matrix, some rows bordered."""
+        n, rows, rng = self.deviation.w.size, self.rows, np.random.default_rng(seed)
+        gap, matrix, border = np.zeros(n), self.matrix, None
+        gap[rows] = right = rng.normal(size=len(rows))
+        if bordered:
+            rate, normal = rng.normal(size=(2, bordered, n)) * np.isin(np.arange(n), rows)
+            border = Border(rate, normal, rng.normal(size=(bordered, bordered)))
+            matrix = np.block([[matrix, -rate[:, rows].T], [normal[:, rows], border.corner]])
+            gap, right = (np.append(each, np.full(bordered, 0.7)) for each in (gap, right))
+        problem, expected = self.solver(border), np.linalg.solve(matrix, right)
+        step = problem.solve(gap, tolerance)
+        found = step[np.append(rows, n + np.arange(bordered))]
+        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+        assert not np.delete(step[:n], rows).any()
+        return problem
 
 
-def random_state(system: System, omega: float, seed: int, size: float) -> State:
+def sector_state(seed, large, **system):
     """A state in which contacts stick, slip and open."""
-    balance = structure(system, 3).balance(omega)
-    rng = np.random.default_rng(seed)
-    w = size * rng.normal(size=balance.linear.shape)
+    one = random_system(3, **system)
+    omega = 2 * np.pi * first_frequency(one) * (0.9 + 0.01 * seed)
+    balance = structure(one, 3).balance(omega)
+    w = large * np.random.default_rng(seed).normal(size=balance.linear.shape)
     w[::4] = 0.0
-    law = contact_law(system.contacts, 3)
-    found = law(balance.displacement(w))
-    rows = active_rows(w, found)
-    matrix = newton_matrix(balance, found, rows)
-    return State(balance, found, rows, matrix, system.contacts.stiffness.reshape(-1))
+    deviation = contact_law(one.contacts, 3)(balance.displacement(w))
+    rows = active_rows(w, deviation)
+    matrix = newton_matrix(balance, deviation, rows)
+    return State(balance, deviation, rows, matrix, one.contacts.stiffness.reshape(-1))
 
 
-def iterative(state: State, border: Border | None = None) -> _Iterative:
-    count = state.deviation.w.size + (border.count if border else 0)
-    return _Iterative(
-        state.balance, state.deviation, state.rows, np.ones(count), border, None, state.stiffness
-    )
+def ring_state(seed, size=3.0, apart=0.3, sticks=False):
+    """A state in which contacts slip and open, every sector's a little of its own.
+
+    Or of which the first sticks on springs that differ by sector.
+    """
+    system = spring_ring(seed)
+    unlike = Unlike(system.sectors)
+    if sticks:
+        system = with_contacts(system, v0=np.array([1e3, 3.0]), mu=np.array([1e3, 0.4]))
+        unlike = Unlike.scatter(system, {"contact": {"kn": 0.05, "kt": 0.05}}, seed)
+    balance = ring_source(system, H, (OMEGA, OMEGA), 1).balance(OMEGA)
+    contacts = ring_contacts(system.contacts, unlike.of(system))
+    rng, N = np.random.default_rng(seed + 50), system.sectors
+    one = size * rng.normal(size=(1, system.contacts.count, 3, 2 * H + 1))
+    w = one + apart * size * rng.normal(size=(N, *one.shape[1:]))
+    w = w.reshape(balance.linear.shape)
+    found = contacts.law(H, None, "orthogonal")(balance.displacement(w))
+    slope = found.jacobian.reshape(len(w), 3 * (2 * H + 1), -1)
+    columns = []
+    for unit in np.eye(w.size):
+        moved = balance.moved(unit.reshape(w.shape)).reshape(len(w), -1, 1)
+        columns.append(unit - (slope @ moved).reshape(-1))
+    assert len(active_rows(w, found)) == w.size
+    return State(balance, found, np.arange(w.size), np.array(columns).T)
 
 
 @pytest.mark.parametrize("bordered", [0, 1, 3])
-def test_solution_is_that_of_the_dense_matrix(
-    random_system: Make, first_frequency: Lowest, bordered: int
-) -> None:
-    system = random_system(3, contacts=40, size=60, preload=3.0)
-    state = random_state(system, 2 * np.pi * 1.1 * first_frequency(system), 1, 0.5)
-    n, rng = state.deviation.w.size, np.random.default_rng(4)
-    gap, rows, matrix, border = np.zeros(n), state.rows, state.matrix, None
-    gap[rows] = right = rng.normal(size=len(rows))
-    if bordered:
-        rate, normal = rng.normal(size=(2, bordered, n)) * np.isin(np.arange(n), rows)
-        border = Border(rate, normal, rng.normal(size=(bordered, bordered)))
-        matrix = np.block([[matrix, -rate[:, rows].T], [normal[:, rows], border.corner]])
-        gap, right = (np.append(each, np.full(bordered, 0.7)) for each in (gap, right))
-    expected = np.linalg.solve(matrix, right)
-    step = iterative(state, border).solve(gap, 1e-11)
-    assert step is not None
-    got = step[np.append(rows, n + np.arange(bordered))]
-    assert np.abs(got - expected).max() < 1e-8 * np.abs(expected).max()
-    outside = np.delete(step, state.rows)
-    assert np.abs(outside[: n - len(state.rows)]).max(initial=0.0) == 0.0
+def test_step_is_that_of_the_dense_matrix(bordered):
+    state = sector_state(1, 0.5, contacts=40, size=60, preload=3.0)
+    state.check(4, bordered=bordered)
+    for seed in range(5):
+        ring_state(seed).check(seed, bordered=bordered)
 
 
-def test_orientation_is_the_sign_of_the_dense_determinant(
-    random_system: Make, first_frequency: Lowest
-) -> None:
-    # Normal motion coupled to friction (large μ) is what turns the sign.
-    system = random_system(3, contacts=30, size=40, preload=1.0, mu=4.0)
-    lowest = first_frequency(system)
+@pytest.mark.parametrize("seed", range(5))
+def test_alike_sectors_take_one_step_of_gmres(seed):
+    problem = ring_state(seed, apart=0.0).check(seed, 1e-10)
+    assert problem.hessenberg.shape == (1, 1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_sticks_on_springs_of_its_own_is_left_to_the_iteration(seed):
+    state = ring_state(seed, sticks=True)
+    problem = state.check(seed)
+    assert problem.reuse is not None
+    np.testing.assert_array_equal(problem.reuse.contacts, [1])
+    assert problem.orientation() == np.linalg.slogdet(state.matrix)[0]
+
+
+@pytest.mark.parametrize("of", ["sector", "ring"])
+def test_orientation_is_the_sign_of_the_dense_determinant(of):
     signs = []
-    for seed in range(40):
-        omega = 2 * np.pi * lowest * (0.9 + 0.01 * seed)
-        state = random_state(system, omega, seed, 0.3)
-        problem = iterative(state)
-        gap = np.zeros(state.deviation.w.size)
-        gap[state.rows] = np.random.default_rng(seed).normal(size=len(state.rows))
-        assert problem.solve(gap, 1e-9) is not None
+    for seed in range(60 if of == "ring" else 40):
+        if of == "ring":
+            state = ring_state(seed, 2.0)
+        else:  # normal motion coupled to friction (large μ) is what turns the sign
+            state = sector_state(seed, 0.3, contacts=30, size=40, preload=1.0, mu=4.0)
+        problem = state.check(seed, 1e-9)
         signs.append((problem.orientation(), np.linalg.slogdet(state.matrix)[0]))
     found, expected = np.array(signs).T
     assert set(expected) == {-1.0, 1.0}
     np.testing.assert_array_equal(found, expected)
 
 
-def test_gmres_stops_at_the_tolerance_and_gives_eigenvalues() -> None:
+def test_inverses_serve_until_they_are_stale_or_of_other_contacts():
+    state = ring_state(0)
+    kept = state.solver().reuse
+    assert isinstance(kept, _KeptRing)
+    assert kept.serves(np.arange(3))
+    assert not kept.serves(np.arange(1))
+    assert not replace(kept, stale=True).serves(np.arange(2))
+    again = LinearisedRing(
+        state.balance, state.deviation, state.rows, np.ones(len(state.rows)), None, kept
+    )
+    assert again.reuse is kept
+    assert len(kept.inverse) == RINGS[0][0] // 2 + 1
+
+
+def test_gmres_stops_at_the_tolerance_and_gives_eigenvalues():
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(80, 80)))[0]
     values = np.concatenate([[-0.3, 0.02], rng.uniform(0.8, 1.2, 78)])
@@ -106,3 +165,40 @@ def test_gmres_stops_at_the_tolerance_and_gives_eigenvalues() -> None:
     assert 10 < reached.iterations < 40
     ritz = np.sort(np.linalg.eigvals(reached.hessenberg).real)
     np.testing.assert_allclose(ritz[:2], [-0.3, 0.02], atol=1e-6)
+
+
+def ring_balance(seed, omega=OMEGA, harmonics=4):
+    return ring_source(spring_ring(seed), harmonics, (omega, omega), 1).balance(omega)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_deviations_move_the_ring_as_its_matrices_say(seed):
+    balance, (N, order) = ring_balance(seed), RINGS[seed % len(RINGS)]
+    w = np.random.default_rng(seed).normal(size=(N, CONTACTS, 3, 9))
+    w[:, 1, 2] = 0.0  # of no unknown
+    w = w.reshape(-1, 3, 9)
+    K, M, B, stiffness, C = assembled(seed)
+    for h in range(5):  # sectors are later than the first
+        late = np.repeat(np.exp(-2j * np.pi * order * h * np.arange(N) / N), 3 * CONTACTS)
+        D = K + (B.T * stiffness) @ B - (h * OMEGA) ** 2 * M + 1j * h * OMEGA * C
+        u = B @ la.solve(D, B.T @ (stiffness * late * to_complex(w)[h].reshape(-1)))
+        moved = late * to_complex(balance.moved(w))[h].reshape(-1)
+        np.testing.assert_allclose(moved, u, rtol=0, atol=1e-12 * np.abs(u).max())
+        ahead = to_complex(balance.linear)[h].reshape(N, -1)
+        np.testing.assert_array_equal(ahead, np.tile(ahead[:1], (N, 1)))
+
+
+def test_fewer_harmonics_are_the_first_of_all():
+    balance = ring_balance(2)
+    w = np.random.default_rng(0).normal(size=balance.linear.shape)
+    few = balance.with_harmonics(2)
+    np.testing.assert_allclose(few.moved(w[:, :, :5]), balance.moved(w)[:, :, :5], atol=1e-14)
+    np.testing.assert_array_equal(few.linear, balance.linear[:, :, :5])
+
+
+def test_motions_change_with_frequency_as_their_slope_says():
+    source = ring_source(spring_ring(1), 4, (OMEGA, OMEGA), 1)
+    w = np.random.default_rng(1).normal(size=ring_balance(1).linear.shape)
+    above, below = (source.balance(OMEGA + s * 1e-5).displacement(w) for s in (1, -1))
+    slope = source.slope(OMEGA, w)
+    np.testing.assert_allclose(slope, (above - below) / 2e-5, atol=1e-7 * np.abs(slope).max())

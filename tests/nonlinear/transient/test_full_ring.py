@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
+    Contacts,
+    Diameter,
+    Force,
     Options,
     System,
     frequency_response,
@@ -16,13 +18,11 @@ from vanelock.nonlinear import (
     static_response,
     stuck_modes,
 )
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
-Floats = NDArray[np.float64]
 N, MASSES = 5, 3
 
 
-def spring_mass_sector(seed: int) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+def spring_mass_sector(seed):
     """K within a sector, K to the next one, M, contact rows on own and on next coordinates."""
     rng = np.random.default_rng(seed)
     K0, K1 = np.diag(rng.uniform(0.5, 1.0, MASSES)), np.zeros((MASSES, MASSES))
@@ -41,7 +41,7 @@ def spring_mass_sector(seed: int) -> tuple[Floats, Floats, Floats, Floats, Float
     return K0, K1, np.diag(rng.uniform(0.5, 1.5, MASSES)), own, beyond
 
 
-def sector(seed: int, order: int, v0: float) -> System:
+def sector(seed, order, v0):
     K0, K1, M, own, beyond = spring_mass_sector(seed)
     diameters = {}
     for k in range(N // 2 + 1):  # the others follow by conjugation
@@ -69,7 +69,7 @@ def sector(seed: int, order: int, v0: float) -> System:
     )
 
 
-def whole(seed: int, one: System) -> System:
+def whole(seed, one):
     """The same ring with every sector's coordinates and contacts, no symmetry used."""
     K0, K1, M, own, beyond = spring_mass_sector(seed)
     step = np.roll(np.eye(N), 1, axis=1)  # picks the next sector
@@ -108,7 +108,7 @@ def whole(seed: int, one: System) -> System:
     ("harmonics", "order", "v0"),
     [(1, 1, 4.0), (4, 1, 0.5), (3, -1, 0.5), (3, 2, 0.5), (1, 5, 1.0), (3, 5, 1.0)],
 )
-def test_sector_balance_is_the_rings(order: int, v0: float, harmonics: int) -> None:
+def test_sector_balance_is_the_rings(order, v0, harmonics):
     one = sector(3, order, v0)
     one = replace(one, force={h: f for h, f in one.force.items() if h <= harmonics})
     ring = whole(3, one)
@@ -131,7 +131,7 @@ def test_sector_balance_is_the_rings(order: int, v0: float, harmonics: int) -> N
     )
 
 
-def test_static_and_linear_limits_of_the_ring() -> None:
+def test_static_and_linear_limits_of_the_ring():
     one = sector(4, 2, 0.7)
     ring = whole(4, one)
     rest, expected = static_response(one), static_response(ring)
@@ -143,7 +143,7 @@ def test_static_and_linear_limits_of_the_ring() -> None:
             np.testing.assert_allclose(a.x[h], b.x[h][:, :MASSES], atol=1e-10 * scale)
 
 
-def test_one_diameter_for_all_harmonics_is_another_structure() -> None:
+def test_one_diameter_for_all_harmonics_is_another_structure():
     # The wave's own diameters reproduce the ring; that of the first harmonic for all does not.
     one = sector(3, 1, 0.5)
     hertz = [0.17, 0.21]
@@ -155,7 +155,7 @@ def test_one_diameter_for_all_harmonics_is_another_structure() -> None:
     assert np.abs(same.x[2] - wave.x[2]).max() > 0.05 * np.abs(wave.x[2]).max()
 
 
-def test_known_modes_serve_other_friction_and_interference(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_known_modes_serve_other_friction_and_interference(monkeypatch):
     one = sector(3, 1, 0.5)
     modes = {k: stuck_modes(one, k) for k in one.diameters}
     contacts = replace(one.contacts, mu=0.7 * one.contacts.mu, v0=1.3 * one.contacts.v0)

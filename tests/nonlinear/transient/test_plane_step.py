@@ -1,18 +1,16 @@
 """Isotropic friction in time: the step's own equations, its order, and the harmonic balance."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
+from tests.nonlinear.systems import even, planar, random_system, with_contacts
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import SLIP, SLIP_OPEN, STUCK, Options, frequency_response, time_response
 from vanelock.nonlinear.contact.disc_slider import RATES, pursue
 from vanelock.nonlinear.transient.full_ring import _slider_in_plane
-from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 
-def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
+def test_place_at_the_end_of_a_step_solves_its_equations():
     rng, rates, kinds = np.random.default_rng(5), np.empty((2, RATES)), set()
     for _ in range(150):
         before, known, held = rng.normal(size=(3, 2))
@@ -35,25 +33,7 @@ def test_place_at_the_end_of_a_step_solves_its_equations() -> None:
     assert len(kinds) == 3
 
 
-def block(swing: complex, mu: float, v0: float, shake: float) -> System:
-    """A mass on unequal springs slides on the ground in a plane; another one shakes the load."""
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={
-            0: Diameter(
-                K=np.diag([1.0, 1.3, 2.0]),
-                M=np.diag([1.0, 1.0, 0.5]),
-                own=np.array([[[0, 0, 1], [1, 0, 0], [0, 1, 0]]], float),
-            )
-        },
-        contacts=Contacts(np.full(1, 0.9), np.full((1, 2), 0.8), np.array([mu]), np.array([v0])),
-        force={1: Force(np.array([0.7, swing, shake], complex))},
-        damping_ratio=0.03,
-    )
-
-
-HERTZ = 1.05 / (2 * np.pi)
+HERTZ, RATIO = 1.05 / (2 * np.pi), 0.03
 
 
 @pytest.mark.parametrize(
@@ -64,10 +44,8 @@ HERTZ = 1.05 / (2 * np.pi)
         (0.5j, 0.8, 2.0, SLIP_OPEN),
     ],
 )
-def test_steady_states_are_those_of_the_balance(
-    swing: complex, v0: float, shake: float, state: int
-) -> None:
-    system, counts = block(swing, 0.6, v0, shake), np.array([128, 256, 512, 1024])
+def test_steady_states_are_those_of_the_balance(swing, v0, shake, state):
+    system, counts = planar(swing, 0.6, v0, shake, RATIO), np.array([128, 256, 512, 1024])
     balance = frequency_response(system, [HERTZ], Options(41, friction="isotropic"))
     each = frequency_response(system, [HERTZ], Options(41))
     exact = balance.contact[0, :21]
@@ -89,8 +67,8 @@ def test_steady_states_are_those_of_the_balance(
     assert begun.departure.max() < 5e-5
 
 
-def test_what_sticks_is_in_its_steady_state_at_once() -> None:
-    system = block(0.7j, 3.0, 2.0, 0.3)
+def test_what_sticks_is_in_its_steady_state_at_once():
+    system = planar(0.7j, 3.0, 2.0, 0.3, RATIO)
     balance = frequency_response(system, [HERTZ], Options(3, friction="isotropic"))
     assert balance.state[0, 0] == STUCK
     found = time_response(system, HERTZ, 2, 64, 3, friction="isotropic")
@@ -98,10 +76,9 @@ def test_what_sticks_is_in_its_steady_state_at_once() -> None:
     np.testing.assert_allclose(found.contact[:, 0], balance.contact[0], atol=1e-12 * scale)
 
 
-def test_sectors_of_a_ring_repeat_the_wave(random_system) -> None:
+def test_sectors_of_a_ring_repeat_the_wave():
     system = random_system(4, size=8, contacts=2, preload=2.0, sectors=5, damping_ratio=0.03)
-    contacts = system.contacts
-    system = replace(system, contacts=replace(contacts, kt=contacts.kt[:, [0, 0]]))
+    system = even(system)
     hertz, errors = 0.16, []
     balance = frequency_response(system, [hertz], Options(15, friction="isotropic"))
     assert {SLIP, SLIP_OPEN} & set(balance.state[0])
@@ -116,13 +93,13 @@ def test_sectors_of_a_ring_repeat_the_wave(random_system) -> None:
     assert errors[1] < 0.2 * errors[0]
 
 
-def test_a_start_has_the_law_that_is_followed() -> None:
-    system = block(0.7j, 0.6, 2.0, 0.0)
+def test_a_start_has_the_law_that_is_followed():
+    system = planar(0.7j, 0.6, 2.0, 0.0, RATIO)
     response = frequency_response(system, [HERTZ], Options(1))
     with pytest.raises(InputError, match="with orthogonal friction.*needs one with isotropic"):
         time_response(system, HERTZ, start=(response, 0), friction="isotropic")
     with pytest.raises(InputError, match="friction: given 'round': allowed: orthogonal, isotropic"):
         time_response(system, HERTZ, friction="round")
-    contacts = replace(system.contacts, kt=np.array([[1.0, 2.0]]))
+    uneven = with_contacts(system, kt=np.array([[1.0, 2.0]]))
     with pytest.raises(InputError, match="contact 0 has kt"):
-        time_response(replace(system, contacts=contacts), HERTZ, friction="isotropic")
+        time_response(uneven, HERTZ, friction="isotropic")

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.nonlinear.systems import with_contacts
 from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
@@ -15,9 +15,6 @@ from vanelock.nonlinear import (
     STEADY,
     UNSETTLED,
     Options,
-    Response,
-    SettledResponse,
-    System,
     frequency_response,
     settled_response,
     stability,
@@ -29,22 +26,22 @@ STAYS, LEAVES = 0, 1
 
 
 @lru_cache
-def wave(seed: int, friction: str = "orthogonal", harmonics: int = 9) -> tuple[System, Response]:
+def wave(seed, friction="orthogonal", harmonics=9):
     """A ring, and its wave where friction with lift-off holds the peak down most."""
     _, force, frequency = worst_of(seed)["lift"]
     system = loaded(spring_ring(seed), force)
     if friction == "isotropic":
-        kt = np.repeat(system.contacts.kt.mean(axis=1)[:, None], 2, axis=1)
-        system = replace(system, contacts=replace(system.contacts, kt=kt))
+        kt = system.contacts.kt.mean(axis=1)
+        system = with_contacts(system, kt=np.column_stack([kt, kt]))
     return system, frequency_response(system, [frequency], Options(harmonics, friction=friction))
 
 
-def statistics(found: SettledResponse) -> Any:
+def statistics(found):
     return np.array([found.mean, found.largest, found.smallest])[:, 0]
 
 
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
-def test_a_ring_comes_back_to_a_stable_wave(friction: str) -> None:
+def test_a_ring_comes_back_to_a_stable_wave(friction):
     system, response = wave(STAYS, friction)
     errors = []
     for steps in (64, 256):
@@ -58,7 +55,7 @@ def test_a_ring_comes_back_to_a_stable_wave(friction: str) -> None:
     assert errors[1] < errors[0] / 3
 
 
-def test_a_ring_leaves_an_unstable_wave_by_its_multiplier() -> None:
+def test_a_ring_leaves_an_unstable_wave_by_its_multiplier():
     """Before that the wave itself, and after that what is no longer small, bend the growth."""
     system, response = wave(LEAVES, harmonics=41)
     multiplier = float(np.abs(stability(system, response, harmonics=41).multiplier[0, 0]))
@@ -72,7 +69,7 @@ def test_a_ring_leaves_an_unstable_wave_by_its_multiplier() -> None:
     assert found.departure[-found.window :].min() > 0.1
 
 
-def test_what_has_not_settled_says_so() -> None:
+def test_what_has_not_settled_says_so():
     system, response = wave(LEAVES)
     short = settled_response(system, response, 0, periods=60)
     assert (short.verdict, short.periods) == (UNSETTLED, 60)
@@ -82,7 +79,7 @@ def test_what_has_not_settled_says_so() -> None:
     assert rest.verdict == UNSETTLED
 
 
-def test_a_second_motion_on_its_way_is_waited_for() -> None:
+def test_a_second_motion_on_its_way_is_waited_for():
     """Two motions grow, 1.267 and 1.158 a period: the first alone seems settled after 72."""
     _, force, frequency = worst_of(LEAVES)["lift"]
     system = loaded(spring_ring(LEAVES), 1.5 * force)
@@ -100,7 +97,7 @@ def test_a_second_motion_on_its_way_is_waited_for() -> None:
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_what_grows_slowly_is_not_hidden_by_what_dies_out(seed: int) -> None:
+def test_what_grows_slowly_is_not_hidden_by_what_dies_out(seed):
     """A wave that a ring leaves slowly is not taken for one that it stays with, growth unknown."""
     system, frequency = loaded(spring_ring(20), 0.7101), worst_of(20)["lift"][2]
     response = frequency_response(system, [frequency], Options(9))
@@ -119,13 +116,13 @@ def test_what_grows_slowly_is_not_hidden_by_what_dies_out(seed: int) -> None:
         (1.02, 1e-4, UNSETTLED),  # small, and growing
     ],
 )
-def test_a_disturbance_on_its_way_is_no_verdict(growth: float, above: float, verdict: int) -> None:
+def test_a_disturbance_on_its_way_is_no_verdict(growth, above, verdict):
     defect: NDArray[np.float64] = np.multiply(1e-2 * above, np.power(growth, np.arange(150)))
     defect[0] = 1e-2
     assert _verdict(np.ones((150, 4, 1, 3)), defect, 0.02) == verdict
 
 
-def test_sectors_that_are_excited_alike_are_followed_one_by_one() -> None:
+def test_sectors_that_are_excited_alike_are_followed_one_by_one():
     """A disturbance that they do not share is there, and dies out."""
     system, _ = wave(STAYS)
     alike = replace(system, engine_order=system.sectors)
@@ -137,7 +134,7 @@ def test_sectors_that_are_excited_alike_are_followed_one_by_one() -> None:
     assert found.returned
 
 
-def test_half_the_range_of_a_sampled_wave() -> None:
+def test_half_the_range_of_a_sampled_wave():
     """A cosine's samples miss its top by up to (π/s)²/2, parabolas by the square of that."""
     angles = 2 * np.pi * np.arange(1, 65) / 64
     phases = np.linspace(0, 2 * np.pi, 50)
@@ -157,13 +154,13 @@ def test_half_the_range_of_a_sampled_wave() -> None:
         ({"modes": 0}, "modes: given 0: allowed: 1 or more"),
     ],
 )
-def test_what_cannot_be_followed_is_refused(more: dict[str, Any], message: str) -> None:
+def test_what_cannot_be_followed_is_refused(more, message):
     system, response = wave(STAYS)
     with pytest.raises(InputError, match=message):
         settled_response(system, response, **{"point": 0, **more})
 
 
-def test_a_point_that_did_not_converge_is_no_wave() -> None:
+def test_a_point_that_did_not_converge_is_no_wave():
     system, response = wave(STAYS)
     lost = replace(response, converged=np.array([False]))
     with pytest.raises(InputError, match="point: given 0: it did not converge"):

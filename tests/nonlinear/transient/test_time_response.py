@@ -5,13 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.nonlinear.systems import random_system
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import Options, frequency_response, time_response
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    frequency_response,
+    time_response,
+)
 from vanelock.nonlinear.transient.integration import _steps_of
-from vanelock.rom.system.system import Contacts, Diameter, Force, System
 
 
-def test_modes_step_exactly_or_settle() -> None:
+def test_modes_step_exactly_or_settle():
     # A slow mode, followed through its free decay; a fast one, under a load that rises steadily.
     omega, ratio, step = 2.0, 0.1, 0.3
     slow = _steps_of(np.array([omega**-2]), np.array([2 * ratio / omega]), step)
@@ -34,21 +42,14 @@ def test_modes_step_exactly_or_settle() -> None:
     assert np.all(fast.rise[0] < 1)
 
 
-def single(mu: float, force: float, v0: float) -> System:
+def single(mu, force, v0):
     """A mass on a spring of 1 N/m that slides on the ground, and one that bounces."""
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={
-            0: Diameter(K=np.eye(2), M=np.eye(2), own=np.array([[[0, 1], [1, 0.3], [0, 0]]], float))
-        },
-        contacts=Contacts(np.ones(1), np.full((1, 2), 0.8), np.array([mu]), np.array([v0])),
-        force={1: Force(np.array([force, 0.3 * force], complex))},
-        damping_ratio=0.03,
-    )
+    one = {0: Diameter(K=np.eye(2), M=np.eye(2), own=np.array([[[0, 1], [1, 0.3], [0, 0]]]))}
+    contacts = Contacts([1.0], [[0.8, 0.8]], [mu], [v0])
+    return System(1, 0, one, contacts, {1: Force([force, 0.3 * force])}, damping_ratio=0.03)
 
 
-def test_a_load_that_curves_is_followed_to_third_order() -> None:
+def test_a_load_that_curves_is_followed_to_third_order():
     # Λ y'' + y = cos t from rest, Λ = 1/9: y = 9/8 (cos t - cos 3t).
     errors = []
     for count in (50, 100):
@@ -66,7 +67,7 @@ def test_a_load_that_curves_is_followed_to_third_order() -> None:
 
 
 @pytest.mark.parametrize("v0", [1.0, 0.1, -0.1])
-def test_error_falls_with_the_square_of_the_step(v0: float) -> None:
+def test_error_falls_with_the_square_of_the_step(v0):
     # Where in a step a state changes scatters the error; the order shows over many steps.
     system, steps = single(0.4, 0.5, v0), np.array([50, 100, 200, 400, 800, 1600])
     exact = time_response(system, 0.17, 30, 12800).contact
@@ -76,13 +77,13 @@ def test_error_falls_with_the_square_of_the_step(v0: float) -> None:
     assert errors[3] < 5e-5
 
 
-def test_missing_diameters_are_named(random_system) -> None:
+def test_missing_diameters_are_named():
     system = random_system(1, sectors=7, harmonics=1)
     with pytest.raises(InputError, match="nodal diameters 2, 3"):
         time_response(system, 0.1)
 
 
-def test_start_from_a_balance_stays_there() -> None:
+def test_start_from_a_balance_stays_there():
     system = single(0.4, 0.5, 0.1)
     response = frequency_response(system, [0.17], Options(15))
     found = time_response(system, 0.17, 3, steps=2000, start=(response, 0))
@@ -90,16 +91,13 @@ def test_start_from_a_balance_stays_there() -> None:
     assert found.defect.max() < 2e-3
 
 
-def test_what_the_integration_does_not_know_is_refused(random_system) -> None:
+def test_what_the_integration_does_not_know_is_refused():
     system = single(0.4, 0.5, 0.1)
     response = frequency_response(system, [0.17, 0.2], Options(3))
     for start, message in (
         ((response, 2), "given point 2: the response has 2"),
         ((response, 1), "given a point at 0.2 Hz: needs one at 0.17 Hz"),
-        (
-            (replace(response, friction="isotropic"), 0),
-            "needs one with orthogonal",
-        ),
+        ((replace(response, friction="isotropic"), 0), "needs one with orthogonal"),
         ((replace(response, harmonic_diameters=np.array([0, 0, 0, 1])), 0), "nodal diameters"),
     ):
         with pytest.raises(InputError, match=message):
@@ -111,7 +109,7 @@ def test_what_the_integration_does_not_know_is_refused(random_system) -> None:
         time_response(system, 0.17, steps=30)
 
 
-def test_linear_ring_is_in_its_steady_state_at_once(random_system) -> None:
+def test_linear_ring_is_in_its_steady_state_at_once():
     # So much preload and friction that all sticks: the motion is the balance's, nothing to settle.
     system = random_system(3, preload=1e3, mu=50.0, sectors=6, engine_order=-1, harmonics=5)
     response = frequency_response(system, [0.3], Options(2))

@@ -1,6 +1,5 @@
 """The check of solved points: its own marching and damping, and that it finds what is wrong."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -8,21 +7,34 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vanelock.common.errors import InputError
-from vanelock.nonlinear import Options, System, audit_response, frequency_response, static_response
-from vanelock.nonlinear.audit import (
-    _coefficients,
-    _damping_matrix,
-    _histories,
-    _march_contacts,
+from tests.nonlinear.systems import (
+    alike_contacts,
+    even,
+    first_frequency,
+    jenkins_element,
+    march,
+    random_system,
+    stuck_stiffness,
+    with_contacts,
+    with_rest,
 )
-from vanelock.rom.system.system import Contacts, Diameter, Force
+from vanelock.common.errors import InputError
+from vanelock.nonlinear import (
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    audit_response,
+    frequency_response,
+    static_response,
+)
+from vanelock.nonlinear.audit import _coefficients, _damping_matrix, _histories, _march_contacts
 
-Floats = NDArray[np.float64]
 Array = NDArray[np.complex128]
 
 
-def drawn(count: int, harmonics: int, mean: float, seed: int) -> tuple[Contacts, Array]:
+def drawn(count, harmonics, mean, seed):
     """Contacts and loops, closed throughout if `mean` is large."""
     rng = np.random.default_rng(seed)
     made = Contacts(
@@ -39,9 +51,7 @@ def drawn(count: int, harmonics: int, mean: float, seed: int) -> tuple[Contacts,
     return made, q
 
 
-def test_blocks_of_a_period_march_as_one_step_after_the_other(
-    march: Callable[[Contacts, Array, int], Floats],
-) -> None:
+def test_blocks_of_a_period_march_as_one_step_after_the_other():
     made, q = drawn(count=20, harmonics=3, mean=7.0, seed=1)
     stepwise = march(made, q, 4096)
     assert stepwise[:, :, 0].min() > 0
@@ -51,7 +61,7 @@ def test_blocks_of_a_period_march_as_one_step_after_the_other(
     assert 5 <= slipping.sum() <= 15
 
 
-def test_error_of_marching_falls_with_the_square_of_the_samples() -> None:
+def test_error_of_marching_falls_with_the_square_of_the_samples():
     made, q = drawn(count=16, harmonics=3, mean=0.5, seed=2)
     assert np.mean(_histories(q, 64)[:, :, 0].min(axis=0) < 0) > 0.5
     best = _march_contacts(made, q, 2**18)
@@ -67,35 +77,30 @@ def test_error_of_marching_falls_with_the_square_of_the_samples() -> None:
     assert np.all(fine < middle / 6)
 
 
-def test_marched_jenkins_loop_has_its_closed_form() -> None:
+def test_marched_jenkins_loop_has_its_closed_form():
     kn, kt, mu, n0, amplitude = 2e6, 3e6, 0.3, 50.0, 2e-5
-    made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
+    made = alike_contacts(kn, kt, mu)
     q = np.zeros((2, 1, 3), complex)
     q[0, 0, 0], q[1, 0, 1] = n0 / kn, amplitude
     found = _march_contacts(made, q, 2**14)
     limit = mu * n0
-    area = 4 * limit * (amplitude - limit / kt)
-    psi = np.arccos(1 - 2 * limit / (kt * amplitude))
-    in_phase = kt * amplitude / np.pi * (psi - 0.5 * np.sin(2 * psi))
+    stiffness, area = jenkins_element(amplitude, kt, limit)
     np.testing.assert_allclose(found.work, area, rtol=1e-6)
-    np.testing.assert_allclose(found.force[1, 0, 1], in_phase + 1j * area / np.pi / amplitude, 1e-6)
+    np.testing.assert_allclose(found.force[1, 0, 1], stiffness * amplitude, 1e-6)
     np.testing.assert_allclose(found.force[0, 0], [n0, 0, 0], atol=1e-8)
 
 
-def test_damping_matrix_squares_to_the_stuck_stiffness(
-    random_system: Callable[..., System],
-) -> None:
+def test_damping_matrix_squares_to_the_stuck_stiffness():
     # With C = 2ζ M (M⁻¹K̃)^½, C M⁻¹ C = 4ζ² K̃.
     system = random_system(3, damping_ratio=0.02)
     for k, matrices in system.diameters.items():
-        B = system.contact_rows(k).reshape(-1, len(matrices.K))
-        stuck = matrices.K + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+        stuck = stuck_stiffness(system, k)
         C = _damping_matrix(system, k)
         squared = C @ np.linalg.solve(matrices.M, C) / (4 * 0.02**2)
         np.testing.assert_allclose(squared, stuck, atol=1e-11 * np.abs(stuck).max())
 
 
-def test_damping_matrix_of_a_massless_coordinate_is_that_without_it() -> None:
+def test_damping_matrix_of_a_massless_coordinate_is_that_without_it():
     # The coordinate in the middle condenses to a spring of 1/(1/2 + 1/3) = 1.2 N/m.
     K = np.array([[3.0, -2.0, 0.0], [-2.0, 5.0, -3.0], [0.0, -3.0, 4.0]])
     own = np.zeros((1, 3, 3), complex)
@@ -124,13 +129,8 @@ CASES: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_solved_points_pass(
-    case: str,
-    random_system: Callable[..., System],
-    first_frequency: Callable[[System], float],
-) -> None:
-    system = random_system(11, **CASES[case])
-    system = replace(system, force=system.force | {0: Force(np.full(20, 0.1 + 0j))})
+def test_solved_points_pass(case):
+    system = with_rest(random_system(11, **CASES[case]), 0.1)
     response = frequency_response(
         system, first_frequency(system) * np.array([0.9, 1.0]), find_jumps=False
     )
@@ -150,14 +150,8 @@ def test_solved_points_pass(
 
 
 @pytest.mark.parametrize("case", ["backward", "opening", "stuck"])
-def test_solved_points_of_isotropic_friction_pass(
-    case: str,
-    random_system: Callable[..., System],
-    first_frequency: Callable[[System], float],
-) -> None:
-    system = random_system(11, **CASES[case])
-    contacts = replace(system.contacts, kt=np.repeat(system.contacts.kt[:, :1], 2, axis=1))
-    system = replace(system, contacts=contacts)
+def test_solved_points_of_isotropic_friction_pass(case):
+    system = even(random_system(11, **CASES[case]))
     hertz, options = first_frequency(system) * np.array([0.9, 1.0]), Options(friction="isotropic")
     response = frequency_response(system, hertz, options, find_jumps=False)
     assert response.converged.all()
@@ -174,10 +168,10 @@ def test_solved_points_of_isotropic_friction_pass(
         assert np.all(audit_response(system, other).residual > 1e-4)
 
 
-def test_marched_circle_has_its_closed_form() -> None:
+def test_marched_circle_has_its_closed_form():
     # A slider at the distance r = μ n/kt behind, its force in the direction of the motion.
     kn, kt, mu, n0, amplitude = 2e6, 3e6, 0.3, 50.0, 2e-5
-    made = Contacts(np.array([kn]), np.array([[kt, kt]]), np.array([mu]), np.zeros(1))
+    made = alike_contacts(kn, kt, mu)
     q = np.zeros((2, 1, 3), complex)
     q[0, 0, 0], q[1, 0, 1], q[1, 0, 2] = n0 / kn, amplitude, -1j * amplitude
     found, r = _march_contacts(made, q, 2**12, "isotropic"), mu * n0 / kt
@@ -187,16 +181,14 @@ def test_marched_circle_has_its_closed_form() -> None:
 
 
 @pytest.fixture(name="solved", scope="module")
-def solved_fixture(
-    random_system: Callable[..., System], first_frequency: Callable[[System], float]
-) -> tuple[System, Any]:
+def solved_fixture():
     system = random_system(4)
     response = frequency_response(system, [first_frequency(system)], Options(3))
     assert response.converged.all()
     return system, response
 
 
-def test_a_wrong_coordinate_shows_as_its_residual(solved: tuple[System, Any]) -> None:
+def test_a_wrong_coordinate_shows_as_its_residual(solved):
     system, response = solved
     away = 1e-6 * np.abs(response.x[2]).max()
     x = dict(response.x)
@@ -205,21 +197,20 @@ def test_a_wrong_coordinate_shows_as_its_residual(solved: tuple[System, Any]) ->
     found = audit_response(system, replace(response, x=x))
     k = system.nodal_diameter(2)
     M, C, s = system.at(k).M, _damping_matrix(system, k), 4 * np.pi * response.frequency[0]
-    free = system.at(k).K - s**2 * M + 1j * s * C
-    B = system.contact_rows(k).reshape(-1, 20)
-    stuck = free + (B.conj().T * system.contacts.stiffness.reshape(-1)) @ B
+    moved = 1j * s * C - s**2 * M
+    free, stuck = system.at(k).K + moved, stuck_stiffness(system, k) + moved
     sizes = sorted(np.abs(D[:, 3]).max() * away for D in (free, stuck))
     assert 0.3 * sizes[0] < found.residual[0] * found.scale[0, 1] < 3 * sizes[1]
     assert found.residual[0] > 30 * found.residual_error[0]
 
 
 @pytest.mark.parametrize("change", ["friction", "damping", "interference", "force", "phase"])
-def test_a_response_of_another_system_fails(change: str, solved: tuple[System, Any]) -> None:
+def test_a_response_of_another_system_fails(change, solved):
     system, response = solved
     contacts = system.contacts
     others = {
-        "friction": replace(system, contacts=replace(contacts, mu=1.001 * contacts.mu)),
-        "interference": replace(system, contacts=replace(contacts, v0=1.001 * contacts.v0)),
+        "friction": with_contacts(system, mu=1.001 * contacts.mu),
+        "interference": with_contacts(system, v0=1.001 * contacts.v0),
         "damping": replace(system, damping_ratio=0.006),
         "force": replace(system, force={1: Force(1.001 * system.force[1].vector)}),
         "phase": replace(
@@ -233,7 +224,7 @@ def test_a_response_of_another_system_fails(change: str, solved: tuple[System, A
     assert change == "interference" or found.imbalance[0] > 100 * found.imbalance_error[0]
 
 
-def test_error_of_plain_samples_shows(solved: tuple[System, Any]) -> None:
+def test_error_of_plain_samples_shows(solved):
     system, exact = solved
     response = frequency_response(system, exact.frequency, Options(3, samples=64), find_jumps=False)
     assert response.residual[0] < 1e-10
@@ -242,14 +233,14 @@ def test_error_of_plain_samples_shows(solved: tuple[System, Any]) -> None:
     assert 1e-5 < found.force_difference[0] < 1e-1
 
 
-def test_forces_are_compared_with_the_largest(solved: tuple[System, Any]) -> None:
+def test_forces_are_compared_with_the_largest(solved):
     system, response = solved
     found = audit_response(system, replace(response, force=1.1 * response.force))
     assert abs(np.abs(response.force).max() - 1) > 0.1
     assert found.force_difference[0] == pytest.approx(0.1, rel=1e-6)
 
 
-def test_state_at_rest(random_system: Callable[..., System]) -> None:
+def test_state_at_rest():
     system = random_system(5, mu=0.05)
     system = replace(system, force={0: Force(np.ones(20, complex))})
     found = audit_response(system, static_response(system))
@@ -259,9 +250,7 @@ def test_state_at_rest(random_system: Callable[..., System]) -> None:
     np.testing.assert_array_equal(found.imbalance, 0)
 
 
-def test_points_are_those_asked_for(
-    random_system: Callable[..., System], first_frequency: Callable[[System], float]
-) -> None:
+def test_points_are_those_asked_for():
     system = random_system(6)
     hertz = first_frequency(system) * np.array([0.9, 1.0, 1.1])
     response = frequency_response(system, hertz, Options(1), find_jumps=False)
@@ -271,9 +260,7 @@ def test_points_are_those_asked_for(
     np.testing.assert_array_equal(found.excitation_power, every.excitation_power[[2, 0]])
 
 
-def test_what_does_not_fit_is_refused(
-    solved: tuple[System, Any], random_system: Callable[..., System]
-) -> None:
+def test_what_does_not_fit_is_refused(solved):
     system, response = solved
     with pytest.raises(InputError, match="points: given 1: there are 1"):
         audit_response(system, response, points=[1])

@@ -180,10 +180,7 @@ def test_unreduced_means_move_rigidly(small, k):
     assert values[2] > 1e5
 
 
-SPRINGS = (
-    Joint("hook", 1.67e7, 1.67e7, 0.3, 2e-5),
-    Joint("interlock", 1e6, 1e6, 0.3, 0),
-)
+SPRINGS = (Joint("hook", 1.67e7, 1.67e7, 0.3, 2e-5), Joint("interlock", 1e6, 1e6, 0.3, 0))
 
 
 @pytest.fixture(scope="module")

@@ -29,8 +29,7 @@ def ring_motion(points, kind, sectors):
 
 
 @pytest.mark.parametrize(
-    "kind",
-    ["axial translation", "turn about the axis", "lateral translation", "tilt"],
+    "kind", ["axial translation", "turn about the axis", "lateral translation", "tilt"]
 )
 def test_rigid_motion_of_the_ring_moves_no_contact(masters_alone, kind):
     vane, casing, system = masters_alone.vane, masters_alone.casing, masters_alone.system

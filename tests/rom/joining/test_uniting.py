@@ -67,9 +67,5 @@ def test_another_model_or_other_masters_were_not_prepared(ring_scene):
     prepared = rom.prepare(ring_scene.casing_model, RIM)
     with pytest.raises(InputError, match="give the same model, masters and averaged sets"):
         rom.reduce(
-            ring_scene.casing_model,
-            RIM[:2],
-            modes=2,
-            nodal_diameters=[0],
-            prepared=prepared,
+            ring_scene.casing_model, RIM[:2], modes=2, nodal_diameters=[0], prepared=prepared
         )

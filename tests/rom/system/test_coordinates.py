@@ -7,6 +7,7 @@ import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from tests.nonlinear.systems import in_time, jenkins_element
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     STUCK,
@@ -22,12 +23,12 @@ M2, K2 = np.diag([1.0, 0.5]), np.array([[3e4, -1e4], [-1e4, 1e4]])
 DAMPER = Contact(tangential=1, kt=2e4, mu=0.3, preload=10.0)
 
 
-def two_masses(**changed: Any) -> System:
+def two_masses(**changed):
     given = {"damping_ratio": 0.01, "force": {0: 2.0}}
     return System.from_matrices(M2, K2, [DAMPER], **{**given, **changed})
 
 
-def receptance(hertz: Any) -> Any:
+def receptance(hertz):
     """(p, 2) both coordinates over a unit force on the first, by modes."""
     omega2, shapes = la.eigh(K2, M2)
     w = 2 * np.pi * hertz[:, None]
@@ -35,15 +36,20 @@ def receptance(hertz: Any) -> Any:
     return (gain * shapes[0]) @ shapes.T
 
 
-def test_a_structure_without_contacts_is_the_sum_of_its_modes() -> None:
+def test_a_structure_without_contacts_is_the_sum_of_its_modes():
     hertz = np.linspace(5, 40, 30)
-    system = System.from_matrices(M2, K2, damping_ratio=0.01, force={0: 2.0})
-    found = frequency_response(system, hertz, Options(1), find_jumps=False)
-    np.testing.assert_allclose(found.output[:, 1, :, 0], 2.0 * receptance(hertz), rtol=1e-9)
+    loads = {"force": {0: 2.0}, "static_force": {1: 3.0}}
+    system = System.from_matrices(M2, K2, damping_ratio=0.01, **loads)
     assert system.output_names == ("x0", "x1")
+    solved = frequency_response(system, hertz, Options(1), find_jumps=False)
+    for found in (solved, linear_response(system, hertz)):
+        assert found.converged.all()
+        np.testing.assert_allclose(found.output[:, 1, :, 0], 2.0 * receptance(hertz), rtol=1e-9)
+        rest = np.tile(np.linalg.solve(K2, [0.0, 3.0]), (30, 1))
+        np.testing.assert_allclose(found.output[:, 0, :, 0], rest, rtol=1e-9)
 
 
-def test_damping_is_that_of_the_structure_without_its_contacts() -> None:
+def test_damping_is_that_of_the_structure_without_its_contacts():
     """Sticking adds a spring and no damper: K + kt, with the C of the free structure's modes."""
     hertz = np.linspace(5, 40, 30)
     found = linear_response(two_masses(), hertz)
@@ -57,7 +63,7 @@ def test_damping_is_that_of_the_structure_without_its_contacts() -> None:
     np.testing.assert_allclose(given.output, found.output, rtol=1e-9)
 
 
-def test_full_sticking_and_slip_by_hand() -> None:
+def test_full_sticking_and_slip_by_hand():
     """Masing's loop of one slider on a single mass: work and stiffness in closed form."""
     kt, limit = 2e4, 3.0  # N/m, and mu times preload
     system = System.from_matrices(
@@ -67,48 +73,15 @@ def test_full_sticking_and_slip_by_hand() -> None:
     top = int(found.amplitude[:, 0, 0].argmax())
     X, force = found.amplitude[top, 0, 0], found.force[top, 1, 0, 1]
     assert X > limit / kt  # it slips
-    work = 4 * limit * (X - limit / kt)
+    stiffness, work = jenkins_element(X, kt, limit)
     assert found.dissipation[top, 0] == pytest.approx(work, rel=1e-9)
-    # the loop's first harmonic, f = k X cos(t) + g X sin(t): work is pi g X^2
-    turn = np.arccos(1 - 2 * limit / kt / X)
-    k = kt / np.pi * (turn - 0.5 * np.sin(2 * turn))
-    x = found.output[top, 1, 0, 0]
-    assert force / x == pytest.approx(k + 1j * work / (np.pi * X**2), rel=1e-9)
+    assert force / found.output[top, 1, 0, 0] == pytest.approx(stiffness, rel=1e-9)
 
 
 DAMPER_ALONE = Contact(tangential=0, kt=2e4, mu=0.3, preload=10.0)
 
 
-def march(system: System, hertz: float, periods: int = 30, steps: int = 1000) -> Any:
-    """(steps, 2) coordinates over the last period by the central difference, written for this test.
-
-    The friction element is a spring kt with a slider that moves on when it is pulled with more than
-    mu n, n = max(kn v, 0).
-    """
-    matrices, contacts = system.diameters[0], system.contacts
-    M, K, C, own = matrices.M, matrices.K, matrices.C, matrices.own[0]
-    assert C is not None
-    omega = 2 * np.pi * hertz
-    dt = 2 * np.pi / omega / steps
-    left = np.linalg.inv(M / dt**2 + C / (2 * dt))
-    rest = system.force.get(0)
-    still = np.zeros(len(K)) if rest is None else rest.vector.real
-    x, before, slider = np.zeros(len(K)), np.zeros(len(K)), 0.0
-    kept = np.empty((steps, len(K)))
-    for i in range(periods * steps):
-        n = max(contacts.kn[0] * (own[0] @ x + contacts.v0[0]), 0.0)
-        u, bound, kt = own[1] @ x, contacts.mu[0] * n, contacts.kt[0, 0]
-        t = np.clip(kt * (u - slider), -bound, bound)
-        slider = u - t / kt
-        pull = still + (system.force[1].vector * np.exp(1j * omega * i * dt)).real
-        pull = pull - own[0] * n - own[1] * t - K @ x
-        after = left @ (pull + M @ (2 * x - before) / dt**2 + C @ before / (2 * dt))
-        x, before = after, x
-        kept[i % steps] = before
-    return kept
-
-
-def block(push: float, load: float) -> System:
+def block(push, load):
     """A block pressed on the ground through springs: its normal motion changes friction's bound."""
     return System.from_matrices(
         np.eye(2),
@@ -122,11 +95,11 @@ def block(push: float, load: float) -> System:
 
 
 @pytest.mark.parametrize("hertz", [0.45, 0.58])
-def test_a_block_on_the_ground_moves_as_time_integration_says(hertz: float) -> None:
+def test_a_block_on_the_ground_moves_as_time_integration_says(hertz):
     found = frequency_response(block(12.0, 10.0), [hertz], Options(15), find_jumps=False)
     assert found.converged.all()
     assert found.state[0, 0] != STUCK
-    marched = march(block(12.0, 10.0), hertz)
+    marched, _ = in_time(block(12.0, 10.0), hertz, 30, 1000)
     expected = np.ptp(marched, axis=0) / 2
     np.testing.assert_allclose(found.amplitude[0, :, 0], expected, rtol=2e-3)
 
@@ -148,7 +121,7 @@ friction element that tmdsimpy (2025-02) ships, its law at 4,096 instants of the
 
 
 @pytest.mark.parametrize("push", ANOTHER)
-def test_a_block_on_the_ground_moves_as_another_program_says(push: float) -> None:
+def test_a_block_on_the_ground_moves_as_another_program_says(push):
     omega, *expected = np.transpose(ANOTHER[push])
     found = frequency_response(
         block(push, 100.0), omega / (2 * np.pi), Options(8), find_jumps=False
@@ -165,7 +138,7 @@ DAMPED = [
 tutorial on friction, with its Jenkins element at 16,384 instants of the period."""
 
 
-def test_two_masses_with_a_friction_damper_move_as_another_program_says() -> None:
+def test_two_masses_with_a_friction_damper_move_as_another_program_says():
     system = System.from_matrices(
         M=np.diag([1.0, 0.02]),
         C=np.diag([0.05, 0.0]),
@@ -178,10 +151,10 @@ def test_two_masses_with_a_friction_damper_move_as_another_program_says() -> Non
     np.testing.assert_allclose(np.abs(found.output[:, 1, 0, 0]), expected, rtol=2e-6)
 
 
-def test_a_stop_lifts_off_as_time_integration_says() -> None:
+def test_a_stop_lifts_off_as_time_integration_says():
     """A mass with a stop at a gap; the gap stays open below the amplitude that closes it."""
 
-    def made(force: float) -> System:
+    def made(force):
         return System.from_matrices(
             [[1.0]], [[100.0]], [Contact(normal=0, kn=400.0, gap=0.1)], C=[[1.0]], force={0: force}
         )
@@ -191,13 +164,12 @@ def test_a_stop_lifts_off_as_time_integration_says() -> None:
     dynamic = 100 - (2 * np.pi) ** 2 + 2j * np.pi
     assert little.output[0, 1, 0, 0] == pytest.approx(0.5 / dynamic, rel=1e-9)
     much = frequency_response(made(15.0), [1.0], Options(20), find_jumps=False)
-    np.testing.assert_allclose(
-        much.amplitude[0, 0, 0], np.ptp(march(made(15.0), 1.0)) / 2, rtol=2e-3
-    )
+    path, _ = in_time(made(15.0), 1.0, 30, 1000)
+    np.testing.assert_allclose(much.amplitude[0, 0, 0], np.ptp(path) / 2, rtol=2e-3)
 
 
-def test_pairs_the_ground_and_factors_are_places() -> None:
-    def row(place: Any) -> Any:
+def test_pairs_the_ground_and_factors_are_places():
+    def row(place):
         output = System.from_matrices(M2, K2, outputs={"o": place}).diameters[0].output
         assert output is not None
         return output[0, 0]
@@ -217,7 +189,7 @@ def test_pairs_the_ground_and_factors_are_places() -> None:
     assert system.diameters[0].own[0].tolist() == [[0, 0], [1, 0], [0, 1]]
 
 
-def test_a_preload_is_the_normal_force_at_rest() -> None:
+def test_a_preload_is_the_normal_force_at_rest():
     held = Contact(tangential=0, kt=1e4, mu=0.2, preload=7.0, name="damper")
     pressed = Contact(tangential=0, normal=1, kt=1e4, kn=5e4, mu=0.0, preload=7.0)
     for contact, expected in ((held, 7.0), (pressed, 7.0 / (1 + 5e4 / (1e4 - 1e4**2 / 3e4)))):
@@ -253,7 +225,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("changed", "message"), REFUSED)
-def test_what_fits_nothing_is_refused_in_one_line(changed: dict[str, Any], message: str) -> None:
+def test_what_fits_nothing_is_refused_in_one_line(changed, message):
     with pytest.raises(InputError, match=message) as caught:
         System.from_matrices(**{"M": M2, "K": K2, **changed})
     assert "\n" not in str(caught.value)
@@ -278,7 +250,7 @@ LACKING: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("given", "message"), LACKING)
-def test_a_contact_says_what_it_lacks(given: dict[str, Any], message: str) -> None:
+def test_a_contact_says_what_it_lacks(given, message):
     with pytest.raises(InputError, match=f"Contact 'contact': {message}") as caught:
         Contact(**given)
     assert "\n" not in str(caught.value)

@@ -1,7 +1,6 @@
 """What may be given for a system's arrays, and what is said of the rest."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import h5py
@@ -26,7 +25,7 @@ ROWS = [[[1], [0], [0]]]
 ALONE = {"K": [[4, 1j], [-1j, 3]], "M": np.eye(2), "own": [[[1, 0], [0, 1], [0, 0]]]}
 
 
-def oscillator(**changed: Any) -> System:
+def oscillator(**changed):
     """A unit mass with a gap, in lists of whole numbers."""
     given = {
         "sectors": 1,
@@ -39,7 +38,7 @@ def oscillator(**changed: Any) -> System:
     return System(**{**given, **changed})
 
 
-def test_lists_whole_numbers_and_sparse_matrices_are_as_good_as_arrays() -> None:
+def test_lists_whole_numbers_and_sparse_matrices_are_as_good_as_arrays():
     lists = oscillator()
     row = np.array(ROWS, float)
     one = sp.csc_array([[1]])
@@ -62,7 +61,7 @@ def test_lists_whole_numbers_and_sparse_matrices_are_as_good_as_arrays() -> None
     np.testing.assert_array_equal(Diameter(**ALONE).K, [[4, 1j], [-1j, 3]])
 
 
-def test_arrays_of_double_precision_are_not_copied() -> None:
+def test_arrays_of_double_precision_are_not_copied():
     K = np.eye(2)
     assert np.shares_memory(Diameter(K=K, M=K, own=np.zeros((1, 3, 2))).K, K)
 
@@ -91,13 +90,13 @@ REFUSED: list[tuple[Any, str]] = [
 
 
 @pytest.mark.parametrize(("make", "message"), REFUSED)
-def test_what_is_no_system_is_refused_in_one_line(make: Any, message: str) -> None:
+def test_what_is_no_system_is_refused_in_one_line(make, message):
     with pytest.raises(InputError, match=message) as caught:
         make()
     assert "\n" not in str(caught.value)
 
 
-def test_each_part_of_a_system_shows_itself_in_one_line() -> None:
+def test_each_part_of_a_system_shows_itself_in_one_line():
     system = oscillator()
     expected = "Contacts(kn=<1 float64>, kt=<1 x 2 float64>, mu=<1 float64>, v0=<1 float64>, "
     expected += "joint=(), always_closed=(), slider=<1 x 2 float64>)"
@@ -111,7 +110,7 @@ def test_each_part_of_a_system_shows_itself_in_one_line() -> None:
         assert len(repr(shown)) < 1000
 
 
-def test_a_file_with_arrays_that_do_not_fit_is_named(tmp_path: Path) -> None:
+def test_a_file_with_arrays_that_do_not_fit_is_named(tmp_path):
     path = tmp_path / "system.h5"
     oscillator().save(path)
     with h5py.File(path, "a") as file:
@@ -121,7 +120,7 @@ def test_a_file_with_arrays_that_do_not_fit_is_named(tmp_path: Path) -> None:
         System.load(path)
 
 
-def test_joints_in_damping_are_kept_checked_and_stuck_in_older_files(tmp_path: Path) -> None:
+def test_joints_in_damping_are_kept_checked_and_stuck_in_older_files(tmp_path):
     given = replace(oscillator(damping_ratio=0.01), damping_joints="open")
     given.save(tmp_path / "system.h5")
     assert System.load(tmp_path / "system.h5").damping_joints == "open"
@@ -132,7 +131,7 @@ def test_joints_in_damping_are_kept_checked_and_stuck_in_older_files(tmp_path: P
         check(replace(given, damping_joints="free"))
 
 
-def test_the_spring_along_a_displacement_is_its_stiffness_or_else_its_inertia() -> None:
+def test_the_spring_along_a_displacement_is_its_stiffness_or_else_its_inertia():
     """Of a coordinate alone K, whatever its factor does to the displacement."""
     K, M = np.diag([2.0, 0.0]), np.diag([3.0, 5.0])
     assert spring_along(np.array([1.0, 0.0]), K, M) == 2.0

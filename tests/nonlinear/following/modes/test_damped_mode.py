@@ -1,11 +1,14 @@
-"""Damped nonlinear modes: power, amplitudes that are asked for, and what is refused."""
+"""Damped modes and limit cycles: closed forms, amplitudes that are asked for, what is refused."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
-import scipy.linalg as la
 
+from tests.nonlinear.systems import jenkins_element, with_contacts
+from tests.verification.nonlinear.peaks.test_limit_cycles import found as cycles_of
+from tests.verification.nonlinear.peaks.test_limit_cycles import one_mass
 from tests.verification.nonlinear.spring_rings import MASSES, spring_ring
 from vanelock import rom
 from vanelock.common.errors import InputError
@@ -14,24 +17,20 @@ from vanelock.nonlinear import (
     SLIP_OPEN,
     STUCK,
     Contact,
+    Contacts,
     DampedMode,
+    Diameter,
     Element,
+    Force,
     Options,
     System,
+    aerodynamic_coefficients,
+    aerodynamic_damping,
     damped_mode,
+    limit_cycles,
 )
-from vanelock.rom.system.system import Contacts, Diameter, Force
 
 RING = spring_ring(0)
-
-
-def damping(system, k):
-    """C of the modes with all contacts stuck, by its definition."""
-    matrices, stiffness = system.at(k), system.contacts.stiffness.reshape(-1)
-    B = system.contact_rows(k).reshape(-1, MASSES)
-    omega2, V = la.eigh(matrices.K + (B.conj().T * stiffness) @ B, matrices.M)
-    MV = matrices.M @ V
-    return (MV * (2 * system.damping_ratio * np.sqrt(omega2))) @ MV.conj().T
 
 
 def test_shapes_and_amplitudes_are_by_mass():
@@ -68,7 +67,7 @@ def test_every_mode_of_every_wave_begins_with_its_linear_one():
 
 
 def test_contacts_open_at_rest_leave_the_linear_mode_when_they_close():
-    apart = replace(RING, contacts=replace(RING.contacts, v0=np.array([3.0, -30.0])))
+    apart = with_contacts(RING, v0=np.array([3.0, -30.0]))
     hertz, _ = rom.linear_modes(apart, 1, MASSES, np.array([True, False]))
     found = damped_mode(apart, 1, (1e-4, 1e3), Options(1))
     np.testing.assert_allclose(found.frequency[0], hertz[0], rtol=1e-4)  # C couples its modes
@@ -108,6 +107,11 @@ def test_it_is_saved_and_loaded(tmp_path):
     assert again.at([1]).frequency == found.frequency[1]
 
 
+SPRING = Element(force="cubic_spring", places=[0], parameters=[0.5])
+SPRUNG = System.from_matrices(np.eye(1), np.eye(1), elements=[SPRING])
+FEW = replace(RING, diameters={k: RING.diameters[k] for k in (0, 1)})
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -115,44 +119,30 @@ def test_it_is_saved_and_loaded(tmp_path):
         ({"mode": 4}, "mode: given 4: allowed: 1 to 3"),
         ({"mode": 1.5}, "mode"),
         ({"nodal_diameter": 5}, "nodal_diameter: given 5: allowed: 0 to 4"),
-        ({"amplitudes": (2.0, 1.0)}, "amplitudes: given (2.0, 1.0): a range is (low, high)"),
-        ({"amplitudes": [1.0, -1.0]}, "amplitudes: given [1.0, -1.0]: must be > 0"),
+        ({"amplitudes": (2.0, 1.0)}, r"amplitudes: given \(2.0, 1.0\): a range is \(low, high\)"),
+        ({"amplitudes": [1.0, -1.0]}, r"amplitudes: given \[1.0, -1.0\]: must be > 0"),
         ({"options": Options(0)}, "harmonics: given 0: a mode needs at least 1"),
         ({"options": Options(1, direction="up")}, "direction: given 'up'"),
         ({"options": Options(1, static_beyond=3.0)}, "static_beyond: given 3.0"),
         ({"self_excitation": "some"}, "self_excitation: given 'some': allowed: fundamental, all"),
+        (
+            {"system": FEW, "options": Options(2)},
+            "nodal_diameter: given 1: harmonic 2 has nodal diameter 2, but the system holds 0, 1$",
+        ),
+        ({"system": replace(RING, band=0.1), "mode": 3}, "mode: given 3: its .* beyond the 0.1 Hz"),
+        ({"system": SPRUNG}, "elements: .* a damped mode is of contacts alone"),
     ],
 )
 def test_what_is_not_possible_is_said_in_a_line(arguments, words):
     with pytest.raises(InputError) as caught:
-        damped_mode(RING, **{"mode": 1, **arguments})
-    assert str(caught.value).startswith(words)
+        damped_mode(**{"system": RING, "mode": 1, **arguments})
+    assert re.match(words, str(caught.value))
     assert "\n" not in str(caught.value)
 
 
-def test_matrices_of_higher_harmonics_are_asked_for():
-    some = replace(RING, diameters={k: RING.diameters[k] for k in (0, 1)})
-    words = "nodal_diameter: given 1: harmonic 2 has nodal diameter 2, but the system holds 0, 1"
-    with pytest.raises(InputError) as caught:
-        damped_mode(some, 1, options=Options(2))
-    assert str(caught.value) == words
-
-
-def test_modes_beyond_the_band_and_elements_are_refused():
-    with pytest.raises(InputError, match="mode: given 3: its .* Hz lie beyond the 0.1 Hz"):
-        damped_mode(replace(RING, band=0.1), 3)
-    spring = Element(force="cubic_spring", places=[0], parameters=[0.5])
-    system = System.from_matrices(np.eye(1), np.eye(1), elements=[spring])
-    with pytest.raises(InputError, match="elements: .* a damped mode is of contacts alone"):
-        damped_mode(system, 1)
-
-
 def test_a_frictionless_system_needs_a_range():
-    smooth = replace(
-        RING,
-        contacts=replace(RING.contacts, mu=np.zeros(2)),
-        force={0: Force(np.zeros(MASSES, complex))},
-    )
+    smooth = with_contacts(RING, mu=np.zeros(2))
+    smooth = replace(smooth, force={0: Force(np.zeros(MASSES))})
     found = damped_mode(smooth, 1, (1e-4, 1e-2), Options(1))
     np.testing.assert_allclose(found.frequency, found.frequency[0], rtol=1e-12)
 
@@ -162,9 +152,36 @@ def test_what_only_contacts_hold_together_has_the_closed_form():
     pair = System.from_matrices(np.eye(2), np.zeros((2, 2)), [contact])
     found = damped_mode(pair, 1, (0.1, 3.0), Options(1))
     assert found.complete
-    kt, slip, U = 0.5, 0.2, np.sqrt(2) * found.amplitude  # of one mass from the other
-    turn = np.arccos(1 - 2 * slip / (kt * np.maximum(U, slip / kt)))
-    omega = np.sqrt(2 * kt / np.pi * (turn - np.sin(turn) * np.cos(turn)))
-    loss = np.where(U > slip / kt, 4 * slip / (np.pi * U) * (1 - slip / (kt * U)), 0.0)
+    kt, limit, U = 0.5, 0.2, np.sqrt(2) * found.amplitude  # of one mass from the other
+    stiffness = np.where(U > limit / kt, jenkins_element(U.clip(limit / kt), kt, limit)[0], kt)
+    omega = np.sqrt(2 * stiffness.real)
     np.testing.assert_allclose(2 * np.pi * found.frequency, omega, rtol=1e-9)
-    np.testing.assert_allclose(found.damping_ratio, loss / omega**2, atol=1e-9)
+    np.testing.assert_allclose(found.damping_ratio, stiffness.imag / omega**2, atol=1e-9)
+
+
+def test_air_that_damps_leaves_no_cycle():
+    quiet = cycles_of(-0.1, 1)
+    assert len(quiet.amplitude) == 0
+    assert quiet.critical_kick == np.inf
+    assert quiet.linear_damping == pytest.approx(quiet.aerodynamic_damping)
+    assert quiet.linear_damping > 0
+
+
+def test_real_coefficients_move_the_frequency_alone():
+    plain, size = cycles_of(0.36, 1), 0.2 / 0.25
+    influence = {0: -0.1 + 1j * 0.36 * 0.25 / np.pi}
+    stiff = limit_cycles(one_mass(), 1, influence, (0.3 * size, 12 * size), Options(1))
+    np.testing.assert_allclose(stiff.amplitude, plain.amplitude, rtol=1e-9)
+    squares = (2 * np.pi * stiff.frequency) ** 2 - (2 * np.pi * plain.frequency) ** 2
+    np.testing.assert_allclose(squares, 0.1, rtol=1e-9)
+
+
+def test_coefficients_are_checked():
+    with pytest.raises(InputError, match=r"^influence: given sectors \[-1, 4\]: two are the same"):
+        aerodynamic_coefficients({-1: 1j, 4: 2j}, 5)
+    with pytest.raises(InputError, match=r"needs \(5,\), one a sector"):
+        aerodynamic_coefficients(np.ones(4), 5)
+    with pytest.raises(InputError, match="not finite"):
+        aerodynamic_coefficients({0: np.nan}, 5)
+    with pytest.raises(InputError, match="^frequency: given 0"):
+        aerodynamic_damping({0: 1j}, 5, 0.0)

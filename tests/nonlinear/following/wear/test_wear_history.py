@@ -1,18 +1,15 @@
 """Wear over cycles: rates against the slip of loops, where a joint opens, and what is refused."""
 
-from dataclasses import replace
-from typing import Any
-
 import numpy as np
 import pytest
 
+from tests.nonlinear.systems import even, with_contacts
 from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     Contact,
     Dwell,
     Options,
-    Response,
     System,
     WearHistory,
     contact_loop,
@@ -23,17 +20,22 @@ from vanelock.nonlinear import (
 from vanelock.quantities.contacts import wear
 
 
-def ring(seed: int) -> tuple[System, float]:
+def ring(seed):
     """A ring whose friction is the same in all directions of the plane, and its peak, Hz."""
     _, force, hertz = next(iter(worst_of(seed).values()))
-    system = loaded(spring_ring(seed), force)
-    kt = np.repeat(system.contacts.kt[:, :1], 2, axis=1)
-    return replace(system, contacts=replace(system.contacts, kt=kt)), float(hertz)
+    return even(loaded(spring_ring(seed), force)), float(hertz)
+
+
+def mass_on_foot(K, **loads):
+    """Masses of 1 kg, the first of which slides and is pressed on by the last."""
+    foot = {"normal": len(K) - 1, "mu": 0.5, "kt": 1.0, "kn": 2.0, "preload": 2.0, "name": "foot"}
+    contacts = [Contact(tangential=0, **foot)]
+    return System.from_matrices(np.eye(len(K)), K, contacts, damping_ratio=0.01, **loads)
 
 
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("friction", ["isotropic", "orthogonal"])
-def test_rates_are_those_of_loops(seed: int, friction: str) -> None:
+def test_rates_are_those_of_loops(seed, friction):
     system, hertz = ring(seed)
     options = Options(3, friction=friction)
     k, area = np.array([1e-6, 3e-6]), np.array([0.5, 2.0])
@@ -45,7 +47,7 @@ def test_rates_are_those_of_loops(seed: int, friction: str) -> None:
     np.testing.assert_allclose(found.rate[0], page, rtol=1e-6)
 
 
-def worked(response: Response, contact: int) -> float:
+def worked(response, contact):
     """∮ n |dw| of a loop, of the orthogonal law for one direction after the other."""
     displacement, force = contact_loop(response, 0, contact, 1 << 12)
     w = displacement[:, 1:] - force[:, 1:] / response.stiffness[contact, 1:]
@@ -57,29 +59,13 @@ def worked(response: Response, contact: int) -> float:
     return float((0.5 * (before + after) * path)[closed].sum())
 
 
-def test_a_joint_opens_where_its_interference_says(tmp_path) -> None:
+def test_a_joint_opens_where_its_interference_says(tmp_path):
     """A contact held off by a static force: n = s (v0 - v_open), s = kn ks / (kn + ks)."""
-    contact = Contact(tangential=0, normal=1, mu=0.5, kt=1.0, kn=2.0, preload=2.0, name="foot")
-    system = System.from_matrices(
-        np.eye(2),
-        np.diag([1.0, 1.0]),
-        [contact],
-        damping_ratio=0.01,
-        force={0: 1.0},
-        static_force={1: -0.2},
-    )
     # An impact-free contact would never open; it is pushed apart by its own normal vibration.
-    system = replace(system, force={**system.force, 1: replace(system.force[1])})
-    system.force[1].vector[1] = 0.4
-    seen = []
+    system, seen = mass_on_foot(np.eye(2), force={0: 1.0, 1: 0.4}, static_force={1: -0.2}), []
+    dwell = Dwell(1e6, frequency=0.1)
     found = wear_history(
-        system,
-        Dwell(1e6, frequency=0.1),
-        1e-3,
-        1.0,
-        Options(3),
-        ("x0", 0),
-        progress=lambda *now: seen.append(now),
+        system, dwell, 1e-3, 1.0, Options(3), ("x0", 0), progress=lambda *now: seen.append(now)
     )
     assert found.status == "preload lost"
     assert found.joints == ("foot",)
@@ -88,41 +74,33 @@ def test_a_joint_opens_where_its_interference_says(tmp_path) -> None:
     np.testing.assert_allclose(found.rest_load[0], (1 - 0.2) * 2 / 3, rtol=1e-8)
     np.testing.assert_allclose(found.rest_load[-1], 0.0, atol=1e-8)
     assert len(seen) == len(found.cycles)
-    worn = replace(system, contacts=replace(system.contacts, v0=found.interference[3]))
-    np.testing.assert_allclose(
-        static_response(worn).force[0, 0, 0, 0].real, found.rest_load[3, 0], rtol=1e-9
-    )
+    worn = with_contacts(system, v0=found.interference[3])
+    load = static_response(worn).force[0, 0, 0, 0].real
+    np.testing.assert_allclose(load, found.rest_load[3, 0], rtol=1e-9)
     again = frequency_response(worn, [0.1], Options(3))
     assert again.amplitude[0, 0, 0] == pytest.approx(found.amplitude[3], rel=1e-8)
     found.save(tmp_path / "wear.h5")
     np.testing.assert_array_equal(WearHistory.load(tmp_path / "wear.h5").rate, found.rate)
 
 
-def test_force_of_a_dwell_scales_the_excitation() -> None:
+def test_force_of_a_dwell_scales_the_excitation():
     system, hertz = ring(0)
     dwells = [Dwell(10.0, frequency=hertz), Dwell(10.0, frequency=hertz, force=0.5)]
     found = wear_history(system, dwells, 1e-6, 1.0, Options(1), ("masses", 0))
     begins = int(np.argmax(found.dwell == 1))
     assert found.cycles[begins] == found.cycles[begins - 1] == 10.0
-    half = replace(loaded(system, 0.5), contacts=system.contacts)
-    half = replace(half, contacts=replace(half.contacts, v0=found.interference[begins]))
+    half = with_contacts(loaded(system, 0.5), v0=found.interference[begins])
     expected = frequency_response(half, [hertz], Options(1)).amplitude[0, 0, 0]
     assert found.amplitude[begins] == pytest.approx(expected, rel=1e-9)
 
 
-def two_peaks() -> System:
+def two_peaks():
     """Two masses, the first of which slides; its output peaks at 0.24 Hz and, less, at 0.34 Hz."""
-    contact = Contact(tangential=0, normal=2, mu=0.5, kt=1.0, kn=2.0, preload=2.0, name="foot")
-    return System.from_matrices(
-        np.eye(3),
-        np.array([[1.5, -0.5, 0.0], [-0.5, 4.5, 0.0], [0.0, 0.0, 1.0]]),
-        [contact],
-        damping_ratio=0.01,
-        force={0: 0.02, 1: 0.15},
-    )
+    K = np.array([[1.5, -0.5, 0.0], [-0.5, 4.5, 0.0], [0.0, 0.0, 1.0]])
+    return mass_on_foot(K, force={0: 0.02, 1: 0.15})
 
 
-def test_a_peak_that_became_higher_is_found_at_the_end_of_a_dwell() -> None:
+def test_a_peak_that_became_higher_is_found_at_the_end_of_a_dwell():
     """Less preload damps the first peak more: from 0.37 m to below the other one."""
     system, near = two_peaks(), (0.18, 0.4)
     dwells = [Dwell(1e4, near=near), Dwell(1e5, near=near)]
@@ -138,7 +116,7 @@ def test_a_peak_that_became_higher_is_found_at_the_end_of_a_dwell() -> None:
     assert other == pytest.approx(0.34, rel=0.01)
 
 
-def test_a_dwell_without_a_peak_ends_the_history() -> None:
+def test_a_dwell_without_a_peak_ends_the_history():
     dwells = [Dwell(1e4, near=(0.18, 0.4)), Dwell(1e4, near=(0.05, 0.06))]
     found = wear_history(two_peaks(), dwells, 1e-4, 1.0, Options(1), ("x0", 0))
     assert found.status == "solution lost"
@@ -147,7 +125,7 @@ def test_a_dwell_without_a_peak_ends_the_history() -> None:
     assert not found.dwell.any()
 
 
-def test_what_does_not_wear_keeps_its_interference() -> None:
+def test_what_does_not_wear_keeps_its_interference():
     system, hertz = ring(1)
     found = wear_history(system, Dwell(50.0, frequency=hertz), [1e-4, 0.0], 1.0, Options(1))
     assert np.all(np.diff(found.interference[:, 0]) < 0)
@@ -175,7 +153,7 @@ def test_what_does_not_wear_keeps_its_interference() -> None:
         ),
     ],
 )
-def test_bad_input_is_one_line(given: dict[str, Any], message: str) -> None:
+def test_bad_input_is_one_line(given, message):
     system, hertz = ring(0)
     asked = {"dwells": Dwell(1.0, frequency=hertz), "coefficient": 1e-6, "area": 1.0}
     with pytest.raises(InputError, match=message) as caught:
@@ -183,9 +161,9 @@ def test_bad_input_is_one_line(given: dict[str, Any], message: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_no_friction_no_wear_is_said() -> None:
+def test_no_friction_no_wear_is_said():
     system, hertz = ring(0)
-    smooth = replace(system, contacts=replace(system.contacts, mu=np.array([0.4, 0.0])))
+    smooth = with_contacts(system, mu=np.array([0.4, 0.0]))
     with pytest.raises(InputError, match="contact 1, whose mu is 0"):
         wear_history(smooth, Dwell(1.0, frequency=hertz), 1e-6, 1.0)
 
@@ -201,6 +179,6 @@ def test_no_friction_no_wear_is_said() -> None:
         ({"cycles": 1.0, "frequency": 1.0, "force": "a"}, r"Dwell.force: given 'a': needs an"),
     ],
 )
-def test_bad_dwells_are_refused(given: dict[str, Any], message: str) -> None:
+def test_bad_dwells_are_refused(given, message):
     with pytest.raises(InputError, match=message):
         Dwell(**given)

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 import pytest
 import scipy.linalg as la
 
+from tests.nonlinear.systems import coefficients, even, march, with_contacts
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     MASSES,
@@ -20,11 +20,8 @@ from tests.verification.nonlinear.spring_rings import (
 )
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
-    Contacts,
     Options,
-    RingResponse,
     SectorModes,
-    System,
     Unlike,
     frequency_response,
     ring_modes,
@@ -32,9 +29,10 @@ from vanelock.nonlinear import (
     whitehead,
 )
 from vanelock.nonlinear.forced_response.ring.ring_response import _RingSolver
+from vanelock.rom.system.system import Contacts
 
 
-def damped(seed: int, kind: str) -> tuple[System, float]:
+def damped(seed, kind):
     """A ring, damped in proportion to its mass, and the frequency of its peak."""
     _, force, frequency = worst_of(seed)[kind]
     system = loaded(spring_ring(seed), force)
@@ -42,7 +40,7 @@ def damped(seed: int, kind: str) -> tuple[System, float]:
     return replace(system, diameters=diameters, damping_ratio=None), frequency
 
 
-def own_modes(seed: int) -> tuple[SectorModes, np.ndarray]:
+def own_modes(seed):
     """Two modes of the masses of a sector between walls, and the rows of the first."""
     K0, _, M0, *_ = springs(seed)
     modes = SectorModes.of_part(spring_ring(seed), K0, M0, np.eye(MASSES), 2)
@@ -51,41 +49,30 @@ def own_modes(seed: int) -> tuple[SectorModes, np.ndarray]:
 
 @pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
 @pytest.mark.parametrize(("seed", "kind"), [(0, "slip"), (4, "lift")])
-def test_sectors_that_deviate_alike_are_another_wave(seed: int, kind: str, friction: str) -> None:
+def test_sectors_that_deviate_alike_are_another_wave(seed, kind, friction):
     system, frequency = damped(seed, kind)
+    system = even(system) if friction == "isotropic" else system
     contacts, N = system.contacts, system.sectors
-    if friction == "isotropic":
-        contacts = replace(contacts, kt=contacts.kt[:, [0, 0]])
-        system = replace(system, contacts=contacts)
     rng = np.random.default_rng(seed)
     more = {name: rng.uniform(-0.2, 0.2, CONTACTS) for name in ("mu", "kn", "kt", "interference")}
     slider, shift = rng.normal(0, 0.2, (CONTACTS, 2)), np.array([0.04, -0.03])
     modes, g = own_modes(seed)
-    changed = replace(
-        contacts,
+    stiffer = (g.T * (modes.stiffness * ((1 + shift) ** 2 - 1))) @ g
+    diameters = {k: replace(each, K=each.K + stiffer) for k, each in system.diameters.items()}
+    changed = with_contacts(
+        replace(system, diameters=diameters),
         kn=contacts.kn * (1 + more["kn"]),
         kt=contacts.kt * (1 + more["kt"][:, None]),
         mu=contacts.mu * (1 + more["mu"]),
         v0=contacts.v0 + more["interference"],
         slider=slider,
     )
-    stiffer = (g.T * (modes.stiffness * ((1 + shift) ** 2 - 1))) @ g
-    diameters = {k: replace(each, K=each.K + stiffer) for k, each in system.diameters.items()}
     hertz = frequency + np.array([-0.01, 0.0, 0.01])
     options = Options(5, friction=friction, tolerance=1e-11)
-    one = frequency_response(
-        replace(system, contacts=changed, diameters=diameters), hertz, options, find_jumps=False
-    )
-    unlike = Unlike(
-        N,
-        interference=np.tile(more["interference"], (N, 1)),
-        slider=np.tile(slider, (N, 1, 1)),
-        mu=np.tile(more["mu"], (N, 1)),
-        kn=np.tile(more["kn"], (N, 1)),
-        kt=np.tile(more["kt"][:, None], (N, 1, 2)),
-        frequency=np.tile(shift, (N, 1)),
-        modes=modes,
-    )
+    one = frequency_response(changed, hertz, options, find_jumps=False)
+    asked = {name: np.tile(more[name], (N, 1)) for name in ("interference", "mu", "kn")}
+    asked |= {"kt": np.tile(more["kt"][:, None], (N, 1, 2)), "slider": np.tile(slider, (N, 1, 1))}
+    unlike = Unlike(N, **asked, frequency=np.tile(shift, (N, 1)), modes=modes)
     ring = ring_response(system, hertz, unlike, options)
     assert one.converged.all()
     assert ring.converged.all()
@@ -101,7 +88,7 @@ def test_sectors_that_deviate_alike_are_another_wave(seed: int, kind: str, frict
     assert np.abs(ring.amplification - 1).max() > 0.01
 
 
-def imbalance(seed: int, system: System, unlike: Unlike, found: RingResponse) -> float:
+def imbalance(seed, system, unlike, found):
     """What is left of the equations of motion of the whole ring, its matrices and its forces."""
     N, order = RINGS[seed % len(RINGS)]
     K, M, B, _, C = assembled(seed)
@@ -126,9 +113,7 @@ def imbalance(seed: int, system: System, unlike: Unlike, found: RingResponse) ->
 @pytest.mark.parametrize(
     ("seed", "kind", "damped_open"), [(0, "slip", False), (4, "lift", False), (4, "lift", True)]
 )
-def test_forces_follow_the_law_and_move_the_ring(
-    seed: int, kind: str, damped_open: bool, march: Any, coefficients: Any
-) -> None:
+def test_forces_follow_the_law_and_move_the_ring(seed, kind, damped_open):
     _, force, frequency = worst_of(seed)[kind]
     system = loaded(spring_ring(seed), force)
     N, modes = system.sectors, None
@@ -142,19 +127,16 @@ def test_forces_follow_the_law_and_move_the_ring(
     assert found.amplification.max() > 1.05
     assert imbalance(seed, system, unlike, found) < 1e-9
     contacts = system.contacts
-    every = Contacts(
-        kn=(contacts.kn * (1 + unlike.kn)).reshape(-1),
-        kt=(contacts.kt * (1 + unlike.kt)).reshape(-1, 2),
-        mu=(contacts.mu * (1 + unlike.mu)).reshape(-1),
-        v0=np.zeros(N * CONTACTS),
-    )
+    kn, kt = contacts.kn * (1 + unlike.kn), contacts.kt * (1 + unlike.kt)
+    mu = (contacts.mu * (1 + unlike.mu)).reshape(-1)
+    every = Contacts(kn.reshape(-1), kt.reshape(-1, 2), mu, np.zeros(N * CONTACTS))
     marched = coefficients(march(every, found.contact[0].reshape(8, -1, 3), 32768), 7)
     expected = found.force[0].reshape(marched.shape)
     vibrates = marched[1:] - expected[1:]  # the mean of what sticks is not seen from motion
     assert np.abs(vibrates).max() < 1e-4 * np.abs(expected).max()
 
 
-def test_range_is_sampled_and_its_peak_located() -> None:
+def test_range_is_sampled_and_its_peak_located():
     system, frequency = damped(0, "slip")
     asked = {"contact": {"interference": 0.2, "mu": 0.2}}
     unlike = Unlike.scatter(system, asked, 1)
@@ -171,7 +153,7 @@ def test_range_is_sampled_and_its_peak_located() -> None:
     np.testing.assert_array_equal(found.amplification, largest)
 
 
-def test_deviations_are_raised_where_newton_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_deviations_are_raised_where_newton_fails(monkeypatch):
     _, force, frequency = worst_of(4)["lift"]
     system = loaded(spring_ring(4), force)
     asked = {"contact": dict.fromkeys(("interference", "mu", "kn", "kt"), 0.2)}
@@ -179,7 +161,7 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch: pytest.MonkeyPatc
     plain = ring_response(system, [frequency], unlike, options)
     solved, parts = _RingSolver._solved, list[float]()
 
-    def hindered(self: _RingSolver, omega: float, part: float, *more: Any) -> Any:
+    def hindered(self, omega, part, *more):
         found = solved(self, omega, part, *more)
         far = part - (parts[-1] if parts else 0.0) > 0.3
         if far:
@@ -197,7 +179,7 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch: pytest.MonkeyPatc
     np.testing.assert_allclose(found.output, plain.output, atol=1e-8 * np.abs(plain.output).max())
 
 
-def test_what_is_not_found_is_flagged() -> None:
+def test_what_is_not_found_is_flagged():
     _, force, frequency = worst_of(4)["lift"]
     system = loaded(spring_ring(4), force)
     unlike = Unlike.scatter(system, {"contact": {"mu": 0.1}}, 2)
@@ -208,7 +190,7 @@ def test_what_is_not_found_is_flagged() -> None:
 
 
 @pytest.mark.parametrize("own", [False, True])
-def test_rings_share_modes_to_the_same_bits(own: bool) -> None:
+def test_rings_share_modes_to_the_same_bits(own):
     system, frequency = damped(0, "slip")
     modes = own_modes(0)[0] if own else None
     shift = np.linspace(-0.02, 0.02, 2 * system.sectors).reshape(-1, 2)
@@ -224,7 +206,7 @@ def test_rings_share_modes_to_the_same_bits(own: bool) -> None:
         assert np.array_equal(found.amplitude, alone.amplitude)
 
 
-def test_alike_ring_without_contacts_moving() -> None:
+def test_alike_ring_without_contacts_moving():
     system = loaded(spring_ring(0), 1e-3)
     found = ring_response(system, [0.2, 0.3], Unlike(system.sectors), Options(1))
     np.testing.assert_allclose(found.amplification, 1.0, rtol=1e-12)
@@ -242,14 +224,14 @@ def test_alike_ring_without_contacts_moving() -> None:
         (Options(0), "harmonics: given 0: the system has force/1; needs at least 1"),
     ],
 )
-def test_impossible_options_are_refused(options: Options, message: str) -> None:
+def test_impossible_options_are_refused(options, message):
     system = spring_ring(0)
     with pytest.raises(InputError) as refused:
         ring_response(system, [0.2], Unlike(system.sectors), options)
     assert message in str(refused.value)
 
 
-def test_missing_diameters_and_rows_are_refused() -> None:
+def test_missing_diameters_and_rows_are_refused():
     system = spring_ring(0)
     fewer = {k: each for k, each in system.diameters.items() if k < 2}
     with pytest.raises(InputError, match="a ring of unlike sectors"):

@@ -8,7 +8,7 @@ import pytest
 from scipy.optimize import Bounds, LinearConstraint, milp
 
 from tests.conftest import FULL
-from tests.nonlinear.conftest import random_system
+from tests.nonlinear.systems import random_system
 from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
