@@ -33,6 +33,7 @@ A dash as default means that the key is not set; the text says what happens then
 by `python tools/keys_page.py` from the program itself.
 """
 PAIRS = "pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC, 1000 to 1e+15 Pa"
+STIFFNESS = "number > 0, ≤ 1e+15 N/m, or text > 0, ≤ 1e+20 N/m^3"
 SPREAD = "a number 0 to 1, or a list of one a segment, each > -1 to 10"
 WORDS: dict[str, str] = {
     "mesh.size": ", ".join(f'`"{name}"`' for name in SIZES)
@@ -43,6 +44,7 @@ WORDS: dict[str, str] = {
     "temperature.vane": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "loads.pressure": "a table by set: a pressure to 1e9 Pa, or a CSV file of x, y, z, pressure",
+    **{f"joints.{j}.{k}": STIFFNESS for j in ("hook", "interlock") for k in ("kn", "kt")},
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
     "mistuning.frequency": SPREAD,
     **{f"mistuning.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},

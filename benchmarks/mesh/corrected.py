@@ -36,9 +36,7 @@ size = "{size}"
 stretch = {stretch}
 [response]
 harmonics = 1
-[joints.hook]
-patch = "area"
-[joints.interlock]
+[joints]
 patch = "area"
 [outputs]
 shapes = false

@@ -172,8 +172,8 @@ def check(study: vanelock.Study) -> None:
     wrong += [
         f"response.{key}" for key in DEFAULTS if getattr(response, key) != getattr(usual, key)
     ]
-    wrong += ["excitation.engine_orders"] if study.excitation.engine_orders else []
-    wrong += [] if study.joints.interlock.interference > 0 else [f"{KEYS[1]} <= 0"]
+    lock = study.joints.interlock
+    wrong += [] if lock and lock.interference > 0 else [f"{KEYS[1]} <= 0"]
     if wrong:
         raise SystemExit(f"{', '.join(wrong)}: a study for this script is without")
 

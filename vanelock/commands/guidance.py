@@ -162,6 +162,6 @@ def setting_keys(incomplete: str) -> list[str]:
     keys = (
         *("mesh.size", "rom.accuracy", "rom.vane_modes", "rom.casing_modes"),
         *("response.harmonics", "response.coupling", "response.points", "response.samples"),
-        "joints.hook.patch",
+        "joints.patch",
     )
     return [key for key in keys if key.startswith(incomplete)]

@@ -26,7 +26,7 @@ def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(tmp_
     study = parse_study(
         f'{SMALL}mesh.correction = "none"\nrom.accuracy = 1e-5\nresponse.range = [3040, 3060]\n'
         "response.harmonics = 1\ndamping.ratio = 1e-7\n"
-        'joints.hook.patch = "node"\njoints.interlock.patch = "node"\n'
+        'joints.patch = "node"\n'
     )
     stages = Stages(Cache(tmp_path, print), lambda event: None)
     (case,) = cases(study)

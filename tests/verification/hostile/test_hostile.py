@@ -118,8 +118,8 @@ def studies() -> list[bytes]:
     )
     texts.append(
         '[vane]\nchord = "45 mm"\nthickness = "4 mm"\n[casing]\nbosses = 2\n[ring]\nsectors = 16\n'
-        '[excitation]\nengine_orders = [1, -1]\n[response]\nrange = [230, "300 Hz"]\npoints = 20\n'
-        '[joints.interlock]\nkn_area = "1 N/mm^3"\npatch = "area"\n[rom]\nroute = "paper"\n'
+        '[sweep]\nexcitation.engine_order = [1, -1]\n[response]\nrange = [230, "300 Hz"]\n'
+        'points = 20\n[joints]\ninterlock.kn = "1 N/mm^3"\npatch = "area"\n[rom]\nroute = "paper"\n'
     )
     return [text.encode() for text in texts]
 

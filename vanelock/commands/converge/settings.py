@@ -93,15 +93,11 @@ def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
         yield _points(study)
     words = ("constant-load", "uncoupled", "coupled")
     yield _setting(study, "response.coupling", [(w, {"response.coupling": w}) for w in words])
-    both, patches = ("hook", "interlock"), []
-    given = any(getattr(study.joints, joint).patch for joint in both)
-    for word in _PATCHES:
-        is_own = not given and set(study.patches.values()) == {word}
-        patches.append((word, {} if is_own else {f"joints.{joint}.patch": word for joint in both}))
-    yield _setting(study, "joints.hook.patch", patches)
-
-
-_PATCHES = ("node", "area")
+    patches: list[tuple[str, dict[str, Any]]] = []
+    for word in ("node", "area"):
+        is_own = set(study.patches.values()) == {word}
+        patches.append((word, {} if is_own else {"joints.patch": word}))
+    yield _setting(study, "joints.patch", patches)
 
 
 def _sizes(study: Study, dofs: float) -> list[Any]:
@@ -215,7 +211,7 @@ def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[Numerical
 
 
 NAME = "converge"
-WORDS = ("response.coupling", "joints.hook.patch")
+WORDS = ("response.coupling", "joints.patch")
 """Settings whose values are no sequence."""
 ALONE = ("adaptive", "located")
 """Values that are no members of their sequence."""

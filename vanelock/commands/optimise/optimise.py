@@ -35,7 +35,7 @@ from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.response.limits import frequencies
 
-VARIED = ("sweep", "rows", "scatter", "excitation.engine_orders")
+VARIED = ("sweep", "rows", "scatter")
 """What makes several cases of a study, of which the optimised one is the best."""
 
 

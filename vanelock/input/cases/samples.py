@@ -49,10 +49,8 @@ def sample_mistakes(given: Given) -> list[str]:
     if given.scatter is None:
         return []
     found: list[str] = []
-    if given.sweep or given.rows or getattr(given.excitation, "engine_orders", None):
-        found.append(
-            "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
-        )
+    if given.sweep or given.rows:
+        found.append("scatter: give either this, or sweep and rows, not both")
     for key, each in given.scatter.keys.items():
         field = field_at(path_of(key), type(given))
         found += _mistakes(key, field, type(given)) or raised(

@@ -216,14 +216,14 @@ def _can_be_fitted(study: Any) -> Iterator[str]:
     for table, key in ((each, key) for each in tables for key in each.parameters):
         where = f'{table.table}.parameters: "{key}"'
         joint, last = key.split(".")[1], key.rpartition(".")[2]
-        if joint == "interlock" and not study.joints.interlock.enabled:
-            yield f"{where}: joints.interlock.enabled = false"
+        if joint == "interlock" and not study.joints.interlock:
+            yield f"{where}: joints.interlock = false"
         elif key == "excitation.force" and study.excitation.unbalance is not None:
             yield f"{where}: excitation.unbalance is given"
         elif last == "E" and getattr(study.temperature, joint) is not None:
             yield f"{where}: temperature.{joint} is given"
-        elif last in ("kn", "kt") and getattr(getattr(study.joints, joint), f"{last}_area"):
-            yield f"{where}: {key}_area is given"
+        elif key.startswith("joints.") and last in getattr(study.joints, joint).per_area:
+            yield f"{where}: is a stiffness per area"
 
 
 def _has_the_temperatures(study: Any) -> Iterator[str]:

@@ -24,13 +24,12 @@ MAIN = (
     "joints.hook.kt",
     "joints.hook.mu",
     "joints.hook.interference",
-    "joints.interlock.enabled",
+    "joints.interlock",
     "joints.interlock.kn",
     "joints.interlock.kt",
     "joints.interlock.mu",
     "joints.interlock.interference",
     "excitation.engine_order",
-    "excitation.engine_orders",
     "excitation.force",
     "excitation.unbalance",
     "damping.ratio",
@@ -80,8 +79,6 @@ def _of_study(study: Study, cases: Sequence[Study]) -> Section:
         main = [force if e.key == force.key else e for e in main]
         if force.key not in (e.key for e in main) and force.key not in varied:
             main.append(force)
-    if study.excitation.engine_orders is not None:
-        main = [e for e in main if e.key != "excitation.engine_order"]
     note = (
         "Strengths at their defaults are assumptions, not data of a material. All settings stand "
         "at the end of the page."

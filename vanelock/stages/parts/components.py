@@ -227,7 +227,7 @@ def _recovered(part: str, needs: tuple[Step[Any], ...]) -> Step[rom.Recovery]:
 
 def masters(study: Study, part: str) -> tuple[str, ...]:
     """Node sets that the joints, loads and outputs of a study use."""
-    if study.joints.interlock.enabled:
+    if study.joints.interlock:
         return MASTERS[part]
     return tuple(name for name in MASTERS[part] if not name.startswith("interlock"))
 

@@ -85,7 +85,7 @@ def _mates_step(study: Study) -> Step[Mates]:
 def _read_step(study: Study, part: str, own: OwnVane | OwnCasing) -> Step[OwnPart]:
     """A user's mesh with its sets; its key holds what the file contains, not where it is."""
     digest = content_digest(own.mesh)
-    interlock, sets = study.joints.interlock.enabled, chosen_sets(own)
+    interlock, sets = bool(study.joints.interlock), chosen_sets(own)
     loaded = tuple(study.loads.pressure) if study.loads is not None and part == "vane" else ()
 
     def compute() -> OwnPart:

@@ -33,7 +33,7 @@ def values(text, key):
 def test_every_setting_has_the_studys_own_value_once():
     found = settings_of(parse_study(""))
     every = "mesh.size rom.accuracy response.harmonics response.samples response.points"
-    every += " response.coupling joints.hook.patch"
+    every += " response.coupling joints.patch"
     assert [setting.key for setting in found] == every.split()
     for setting in found:
         assert sum(level.own for level in setting.levels) == 1, setting.key

@@ -19,7 +19,7 @@ MU, RIG = "joints.interlock.mu", '[measured]\nfile = "a.csv"\n'
         (f'bounds = {{ "{MU}" = [0.1] }}', "expected at least 2 of them"),
         ('bounds = { "joints.hook.mu" = [0.1, 1] }', '"joints.hook.mu" is not among fit.parameter'),
         ("starts = 0", "fit.starts = 0: number of starts must be >= 1"),
-        ("[joints.interlock]\nenabled = false", "joints.interlock.enabled = false"),
+        ("[joints]\ninterlock = false", "joints.interlock = false"),
         (f"{FORCED}[excitation]\nunbalance = 1e-3", "excitation.unbalance is given"),
     ],
 )

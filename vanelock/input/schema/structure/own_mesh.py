@@ -8,7 +8,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from vanelock.common.checked import DIMENSIONS, OWN, Check
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import Length
-from vanelock.input.schema.structure.structure import KeyTable
+from vanelock.input.schema.structure.structure import PER_AREA, KeyTable
 from vanelock.mesh import Part
 from vanelock.mesh.files.read import metres
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
@@ -141,14 +141,12 @@ def chosen_sets(own: OwnVane | OwnCasing) -> dict[str, str | tuple[int, ...]]:
 
 
 def _has_areas(study: Any) -> Iterator[str]:
-    for joint in ("hook", "interlock"):
-        for name in ("kn_area", "kt_area"):
-            value = getattr(getattr(study.joints, joint), name)
-            if value is not None and not isinstance(study.vane, OwnVane):
-                yield (
-                    f"joints.{joint}.{name} = {value:g}: needs vane.mesh, whose contact sets "
-                    "consist of whole faces"
-                )
+    for joint in () if isinstance(study.vane, OwnVane) else study.joint_names:
+        for name, value in getattr(study.joints, joint).per_area.items():
+            yield (
+                f"joints.{joint}.{name} = {value:g} {PER_AREA}: needs vane.mesh, whose contact "
+                "sets consist of whole faces"
+            )
 
 
 def _has_the_dimensions(study: Any) -> Iterator[str]:
@@ -157,10 +155,8 @@ def _has_the_dimensions(study: Any) -> Iterator[str]:
     why = f"needs dimensions, while {'vane.mesh' if vane else 'casing.mesh'} is given"
     if vane and study.outputs.gauges:
         yield f"outputs.gauges: a gauge's place {why}"
-    if (vane or casing) and study.patches["hook"] == "area":
-        yield f'joints.hook.patch = "area": {why}'
-    if vane and study.patches["interlock"] == "area":
-        yield f'joints.interlock.patch = "area": {why}'
+    if (vane or casing) and study.joints.patch == "area":
+        yield f'joints.patch = "area": {why}'
     if casing and study.mesh.face_nodes is not None:
         yield f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given"
     if casing and study.stretch > 1:
@@ -175,13 +171,11 @@ OWN_MESH_CHECKS: tuple[Check, ...] = (_has_areas, _has_the_dimensions)
 
 def refuse_without_areas(study: Any, vane: Part) -> None:
     """Refuse a stiffness per area of a `Study` where the vane's contact nodes have no areas."""
-    contacts = {"hook": HOOKS, "interlock": INTERLOCKS if study.joints.interlock.enabled else ()}
-    for joint, sets in contacts.items():
-        for name in ("kn_area", "kt_area"):
-            value = getattr(getattr(study.joints, joint), name)
-            lacking = [each for each in sets if each not in vane.areas]
-            if value is not None and lacking:
-                raise InputError(
-                    f"joints.{joint}.{name} = {value:g}: the vane's set {lacking[0]} does not "
-                    "consist of whole faces: give stiffnesses per node pair"
-                )
+    for joint in study.joint_names:
+        sets = HOOKS if joint == "hook" else INTERLOCKS
+        lacking = [each for each in sets if each not in vane.areas]
+        for name, value in getattr(study.joints, joint).per_area.items() if lacking else ():
+            raise InputError(
+                f"joints.{joint}.{name} = {value:g} {PER_AREA}: the vane's set {lacking[0]} does "
+                "not consist of whole faces: give stiffnesses per node pair"
+            )

@@ -3,16 +3,22 @@
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    field_validator,
+)
 
-from vanelock.common.checked import Check, Checked
+from vanelock.common.checked import NUMBER, OTHER, Check, Checked
 from vanelock.common.quantities import (
-    Bedding,
     Density,
     Frequency,
     Length,
     Pressure,
-    Stiffness,
     Usual,
     Wear,
     quantity,
@@ -148,74 +154,89 @@ class MeshKeys(KeyTable):
     )
 
 
-Patch = Literal["node", "area"]
-"""Whether a contact acts on its node or on the mean over its node's patch."""
+PER_AREA = "N/m^3"
+STIFFEST_AREA = 1e20
+"""Largest stiffness per area, N/m³."""
 
 
-def _one_of_each(joint: "HookJoint | InterlockJoint") -> Iterator[str]:
-    """Refuse a stiffness per pair beside the same one per area."""
-    for name in ("kn", "kt"):
-        value = getattr(joint, f"{name}_area")
-        if value is not None and name in joint.model_fields_set:
-            yield f"{name}_area = {value:g}: give either this or {name}, not both"
+def _stiffness(value: object) -> object:
+    """A number in N/m, or text in N/m³, which a stiffness per area stays."""
+    try:
+        per_area = si(value, PER_AREA) if isinstance(value, str) else None
+    except ValueError:
+        per_area = None
+    if not isinstance(per_area, float):
+        return si(value, "N/m")
+    if not 0 < per_area <= STIFFEST_AREA:
+        raise ValueError(f"stiffness per area must be > 0 and <= {STIFFEST_AREA:g} {PER_AREA}")
+    return f"{per_area:.12g} {PER_AREA}"
+
+
+PairStiffness = Annotated[
+    Annotated[float, SPRING, Field(gt=0, le=1e15), Tag(NUMBER)] | Annotated[str, Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, str) else NUMBER),
+    BeforeValidator(_stiffness),
+]
+"""Stiffness of a node pair, N/m; or text, of the area of its node, N/m³."""
 
 
 class HookJoint(KeyTable):
-    """Contacts between the vane's hooks and the casing's grooves, per node pair."""
+    """Contacts between the vane's hooks and the casing's grooves."""
 
-    kn: Annotated[Stiffness, SPRING] = Field(
-        default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]"
-    )
-    kt: Annotated[Stiffness, SPRING] = Field(
-        default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]"
-    )
-    kn_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
-    )
-    kt_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
-    )
+    kn: PairStiffness = Field(default=1.67e7, description="normal stiffness [N/m]")
+    kt: PairStiffness = Field(default=1.67e7, description="tangential stiffness [N/m]")
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
     wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
-    patch: Patch | None = Field(default=None, description="what a contact acts on")
 
-    checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
+    @property
+    def per_area(self) -> dict[str, float]:
+        """Stiffnesses that are of the area of a pair's node, N/m³."""
+        stiffness = {"kn": self.kn, "kt": self.kt}
+        return {
+            name: float(value.removesuffix(PER_AREA))
+            for name, value in stiffness.items()
+            if isinstance(value, str)
+        }
+
+    @property
+    def contact(self) -> dict[str, float]:
+        """Its numbers as `rom.contact_pairs` takes them."""
+        numbers = self.model_dump(exclude={"wear_coefficient"})
+        for name, value in self.per_area.items():
+            numbers |= {name: 0.0, f"{name}_area": value}
+        return numbers
 
 
-class InterlockJoint(KeyTable):
-    """Contacts between neighbouring segments' inner shrouds, per node pair."""
+class InterlockJoint(HookJoint):
+    """Contacts between neighbouring segments' inner shrouds."""
 
-    enabled: bool = Field(default=True, description="whether the interlock has contacts")
-    kn: Annotated[Stiffness, SPRING] = Field(
-        default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]"
-    )
-    kt: Annotated[Stiffness, SPRING] = Field(
-        default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]"
-    )
-    kn_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
-    )
-    kt_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
-    )
-    mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
+    kn: PairStiffness = Field(default=1e6, description="normal stiffness [N/m]")
+    kt: PairStiffness = Field(default=1e6, description="tangential stiffness [N/m]")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
-    wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
-        default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
-    )
-    patch: Patch | None = Field(default=None, description="what a contact acts on")
 
-    checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
+
+def _touching(value: object) -> object:
+    """The table of a joint; true is that of its defaults, false none."""
+    if not isinstance(value, bool | dict | InterlockJoint):
+        raise ValueError("expected a table, or false: the inner shrouds do not touch")
+    return {} if value is True else value
 
 
 class Joints(KeyTable):
     """The joints with friction contacts."""
 
+    patch: Literal["node", "area"] | None = Field(
+        default=None, description="what a contact acts on"
+    )
     hook: HookJoint = HookJoint()
-    interlock: InterlockJoint = InterlockJoint()
+    interlock: Annotated[
+        Annotated[InterlockJoint, Tag(OTHER)] | Annotated[Literal[False], Tag(NUMBER)],
+        Discriminator(lambda value: NUMBER if value is False else OTHER),
+        BeforeValidator(_touching),
+    ] = Field(default=InterlockJoint(), description="whether the inner shrouds touch")
 
 
 ACCURACY, MODES = 1e-4, 10
