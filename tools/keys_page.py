@@ -16,7 +16,6 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from vanelock import Study, template_text
-from vanelock.input.schema.structure.own_mesh import CasingSets, VaneSets
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.element_size import LARGEST, SIZES, SMALLEST
 
@@ -34,6 +33,7 @@ by `python tools/keys_page.py` from the program itself.
 """
 PAIRS = "pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC, 1000 to 1e+15 Pa"
 STIFFNESS = "number > 0, ≤ 1e+15 N/m, or text > 0, ≤ 1e+20 N/m^3"
+SETS = "a table by [set](own_mesh.md): its name in the mesh file, or a list of its node numbers"
 SPREAD = "a number 0 to 1, or a list of one a segment, each > -1 to 10"
 WORDS: dict[str, str] = {
     "mesh.size": ", ".join(f'`"{name}"`' for name in SIZES)
@@ -45,6 +45,8 @@ WORDS: dict[str, str] = {
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "loads.pressure": "a table by set: a pressure to 1e9 Pa, or a CSV file of x, y, z, pressure",
     **{f"joints.{j}.{k}": STIFFNESS for j in ("hook", "interlock") for k in ("kn", "kt")},
+    **{f"{part}.sets": SETS for part in ("vane", "casing")},
+    "rom.modes": "whole number 1 to 1,000, or two, `[vane, casing]`",
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
     "mistuning.frequency": SPREAD,
     **{f"mistuning.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
@@ -74,8 +76,8 @@ BY_KEY = {
 """What is said above a table whose own keys are names of keys."""
 OWN_MESH = """Its dimensions are on [their page](geometry.md). Instead of them, a mesh of yours,
 whose node sets are on [another](own_mesh.md):"""
-ELSEWHERE = (VaneDimensions, HookDimensions, CasingDimensions, VaneSets, CasingSets)
-"""Tables of dimensions and of node sets, which have pages of their own."""
+ELSEWHERE = (VaneDimensions, HookDimensions, CasingDimensions)
+"""Tables of dimensions, which have a page of their own."""
 UNITS = re.compile(r"^(?:deg|N/m\^3|N/m|N|Hz|rpm|degC)[,;] (?=\w)")
 
 
@@ -222,8 +224,6 @@ def allowed(key: str, field: FieldInfo) -> str:
     """What a key may be, in words."""
     if key in WORDS:
         return WORDS[key]
-    if ".sets." in key:
-        return "name of a set in the mesh file, or a list of its node numbers"
     unit = _unit(field.description)
     parts = [field.annotation, *list(_parts(field.annotation))]
     choices = [each for each in parts if get_origin(each) is Literal]

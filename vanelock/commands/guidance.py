@@ -160,7 +160,7 @@ def study_files(incomplete: str) -> list[str]:
 def setting_keys(incomplete: str) -> list[str]:
     """Keys that `converge --setting` knows of some study."""
     keys = (
-        *("mesh.size", "rom.accuracy", "rom.vane_modes", "rom.casing_modes"),
+        *("mesh.size", "rom.accuracy", "rom.modes"),
         *("response.harmonics", "response.coupling", "response.points", "response.samples"),
         "joints.patch",
     )

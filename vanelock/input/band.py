@@ -88,8 +88,7 @@ def advice(study: Any) -> str:
         return (
             'write band = "{:g} Hz" for the reduced components, instead of modes or a cutoff if any'
         )
-    modes = [f"rom.{name}" for name in ("vane_modes", "casing_modes") if getattr(study.rom, name)]
     if study.rom.route != "cyclic":
-        return 'give more rom.vane_modes, or choose rom.route = "cyclic"'
-    instead = f" instead of {' and '.join(modes)}" if modes else ""
+        return 'give more rom.modes, or choose rom.route = "cyclic"'
+    instead = " instead of rom.modes" if study.rom.modes else ""
     return f'write rom.band = "{{:g}} Hz"{instead}'

@@ -94,12 +94,12 @@ def test_a_band_that_does_not_hold_the_range_is_refused(text: str, line: str) ->
     [
         ("response.range = [200, 900]", r'response\.range reaches 900 Hz.*rom\.band = "950 Hz"$'),
         (
-            "response.range = [200, 900]\nrom.vane_modes = 2",
-            r'rom\.band = "950 Hz" instead of rom\.vane_modes',
+            "response.range = [200, 900]\nrom.modes = 2",
+            r'rom\.band = "950 Hz" instead of rom\.modes',
         ),
         (
             'response.frequencies = [900]\nrom.route = "paper"',
-            r"response\.frequencies reaches 900 Hz.*give more rom\.vane_modes",
+            r"response\.frequencies reaches 900 Hz.*give more rom\.modes",
         ),
         ("", r"response\.mode = 2 reaches"),
     ],

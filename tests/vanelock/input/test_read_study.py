@@ -75,7 +75,7 @@ def test_template_mentions_every_key():
         if key not in tables:
             assert f"{key.rpartition('.')[2]} = " in text, key
     assert "# [loads.pressure]" in text
-    for key in ("mesh", "unit", "tolerance"):
+    for key in ("mesh", "unit"):
         assert f"# {key} = " in text, key
     for name, table in tables.items():
         _, _, after = text.partition(f"# [{name}]" if f"# [{name}]" in text else f"# [[{name}]]")

@@ -17,7 +17,8 @@ from vanelock.common.checked import show
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Column, Table, counted, heads
 from vanelock.input.cases.values import value_at, with_values
-from vanelock.input.schema.structure.structure import ACCURACY, MODES
+from vanelock.input.schema.structure.structure import ACCURACY
+from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
@@ -129,8 +130,8 @@ def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
 
 def _reductions(study: Study) -> Iterator[NumericalSetting]:
     """Accuracy of the reduced parts, or their numbers of modes."""
-    own = study.rom
-    if own.route == "cyclic" and (own.vane_modes is None or own.casing_modes is None):
+    own, options = study.rom, [study.rom.of(part) for part in PARTS]
+    if "modes" not in options[0]:
         accuracy = ACCURACY if own.accuracy is None else own.accuracy
         values = sorted({1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, accuracy}, reverse=True)
         given = [
@@ -138,15 +139,13 @@ def _reductions(study: Study) -> Iterator[NumericalSetting]:
             for a in values
         ]
         yield _setting(study, "rom.accuracy", given)
-    names = [name for name in ("vane_modes", "casing_modes") if getattr(own, name) is not None]
-    if own.route != "cyclic":
-        names = ["vane_modes", "casing_modes"]
-    for name in names:
-        value = getattr(own, name) or MODES
-        counts = sorted({max(value // 2, 1), value, 2 * value, 4 * value})
-        unset = getattr(own, name) is None
-        given = [(str(n), {} if unset and n == MODES else {f"rom.{name}": n}) for n in counts]
-        yield _setting(study, f"rom.{name}", given)
+        return
+    levels: list[tuple[str, dict[str, Any]]] = []
+    for factor in (0.5, 1, 2, 4):
+        pair = tuple(max(int(factor * (each["modes"] or 1)), 1) for each in options)
+        shown = f"{pair[0]}" if pair[0] == pair[1] else f"{pair[0]} + {pair[1]}"
+        levels.append((shown, {} if factor == 1 else {"rom.modes": pair}))
+    yield _setting(study, "rom.modes", levels)
 
 
 def _samples(study: Study) -> NumericalSetting:

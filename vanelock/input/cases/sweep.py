@@ -41,7 +41,7 @@ LARGEST = 100_000
 
 SAMPLE = "sample"
 """What the cases of keys that scatter are called, with their number."""
-NUMBERS = ("mesh.size", "temperature.vane", "temperature.casing")
+NUMBERS = ("mesh.size", "rom.modes", "temperature.vane", "temperature.casing")
 """Keys that hold a number, or something else that can be swept no more than a table."""
 
 

@@ -6,10 +6,11 @@ from typing import Any
 
 from vanelock import mesh
 from vanelock.common.errors import InputError
-from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
+from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part
 from vanelock.mesh.element_size import element_size
+from vanelock.mesh.matching.pairing import TOLERANCE
 from vanelock.mesh.matching.side import own_part
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import SHARED, Step, step
@@ -73,7 +74,7 @@ def _mates_step(study: Study) -> Step[Mates]:
         _read_step(study, name, own[name]) if name in own else _made_step(study, name)
         for name in ("vane", "casing")
     )
-    sectors, tolerance = study.ring.sectors, max(part.tolerance for part in own.values())
+    sectors, tolerance = study.ring.sectors, study.mesh.tolerance or TOLERANCE
 
     def compute(vane: Part | OwnPart, casing: Part | OwnPart) -> Mates:
         return mesh.pair(vane, casing, sectors, tolerance)
@@ -85,7 +86,7 @@ def _mates_step(study: Study) -> Step[Mates]:
 def _read_step(study: Study, part: str, own: OwnVane | OwnCasing) -> Step[OwnPart]:
     """A user's mesh with its sets; its key holds what the file contains, not where it is."""
     digest = content_digest(own.mesh)
-    interlock, sets = bool(study.joints.interlock), chosen_sets(own)
+    interlock, sets = bool(study.joints.interlock), own.sets
     loaded = tuple(study.loads.pressure) if study.loads is not None and part == "vane" else ()
 
     def compute() -> OwnPart:

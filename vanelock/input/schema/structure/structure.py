@@ -152,6 +152,9 @@ class MeshKeys(KeyTable):
     correction: Literal["none", "modal"] = Field(
         default="modal", description="how mesh stiffening is corrected"
     )
+    tolerance: Length | None = Field(
+        default=None, gt=0, le=1e-3, description="largest distance between mates [m]"
+    )
 
 
 PER_AREA = "N/m^3"
@@ -242,7 +245,12 @@ class Joints(KeyTable):
 ACCURACY, MODES = 1e-4, 10
 """What the routes take unless the study says otherwise."""
 
-Modes = Annotated[int | None, Field(ge=1, le=1000)]
+Count = Annotated[int, Field(ge=1, le=1000, description="number of fixed-interface modes")]
+Modes = Annotated[
+    Annotated[Count, Tag(NUMBER)] | Annotated[tuple[Count, Count], Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, tuple) else NUMBER),
+    BeforeValidator(sequence),
+]
 
 
 class Rom(KeyTable):
@@ -255,29 +263,21 @@ class Rom(KeyTable):
     band: Annotated[Frequency, Field(gt=0)] | None = Field(
         default=None, description="frequency up to which the accuracy holds [Hz]"
     )
-    vane_modes: Modes = Field(default=None, description="number of fixed-interface modes")
-    casing_modes: Modes = Field(default=None, description="number of fixed-interface modes")
+    modes: Modes | None = Field(default=None, description="number of fixed-interface modes")
 
     def _belongs_to_the_route(self) -> Iterator[str]:
         """What the route would not heed is refused."""
-        by_number = self.vane_modes is not None and self.casing_modes is not None
-        by_number = by_number or self.route != "cyclic"
+        by_number = self.modes is not None or self.route != "cyclic"
         for name in ("accuracy", "band"):
             if by_number and (value := getattr(self, name)) is not None:
-                why = (
-                    "vane_modes and casing_modes are given"
-                    if self.route == "cyclic"
-                    else f'rom.route = "{self.route}" takes numbers of modes'
-                )
-                yield f"{name} = {value:g}: {why}"
+                paper = f'rom.route = "{self.route}" takes numbers of modes'
+                yield f"{name} = {value:g}: {'modes is given' if self.modes else paper}"
 
     checks: ClassVar[tuple[Check, ...]] = (_belongs_to_the_route,)
 
     def of(self, part: str) -> dict[str, int | float | None]:
         """How many vectors `rom.reduce` is asked for."""
-        modes = {"vane": self.vane_modes, "casing": self.casing_modes}[part]
+        modes = MODES if self.modes is None and self.route != "cyclic" else self.modes
         if modes is not None:
-            return {"modes": modes}
-        if self.route != "cyclic":
-            return {"modes": MODES}
+            return {"modes": modes if isinstance(modes, int) else modes[part == "casing"]}
         return {"accuracy": ACCURACY if self.accuracy is None else self.accuracy, "band": self.band}

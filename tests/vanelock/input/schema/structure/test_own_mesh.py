@@ -40,10 +40,12 @@ VANE | vane.chord = 0.05: a mesh is given, so dimensions cannot be
 CASING | casing.length = 1: a mesh is given, so dimensions cannot be
 vane.mesh = 3: expected text
 vane.mesh = "": mesh file must have at least 1 characters
-VANE | vane.tolerance = 0: largest distance between mates must be > 0 m
+VANE | mesh.tolerance = 0: largest distance between mates must be > 0 m
+mesh.tolerance = 2e-05: needs vane.mesh or casing.mesh
 vane.mesh = "a" | vane.unit = "kg": expected a unit of length, such as
 VANE | vane.units = 1: unknown key; nearest known key: vane.unit
-VANE | vane.sets.left = "A": unknown key
+VANE | vane.sets.left = "A": node set must be one of "hook_front", "hook_rear", "key", \
+"interlock_left", "interlock_right", "output" or "fixed"
 VANE | vane.sets.key = 5: expected the name of a set in the mesh
 VANE | vane.sets.key = []: expected the name of a set
 VANE | vane.sets.key = [1.5]: expected the name of a set
@@ -91,8 +93,8 @@ def test_what_goes_with_a_mesh():
     study = parse_study(VANE + "[vane.sets]\nkey = [7, 5]\nhook_rear = 'B'\n" + CASING)
     assert isinstance(study.vane, OwnVane)
     assert isinstance(study.casing, OwnCasing)
-    assert (study.vane.sets.key, study.vane.sets.hook_rear) == ((7, 5), "B")
-    assert study.vane.tolerance == 1e-5
+    assert study.vane.sets == {"key": (7, 5), "hook_rear": "B"}
+    assert parse_study("mesh.tolerance = '20 um'\n" + VANE).mesh.tolerance == 2e-5
     assert study.patches == {"hook": "node", "interlock": "node"}
     assert (study.stretch, parse_study(VANE).stretch) == (1, 3)
     assert parse_study(CASING).patches == {"hook": "node", "interlock": "area"}
@@ -172,7 +174,7 @@ def test_cache_follows_the_contents(folder):
 
 
 RESPONSE = """
-rom = { vane_modes = 6, casing_modes = 6 }
+rom = { modes = 6 }
 joints.hook = { kn = 5e7, kt = 3e7 }
 joints.interlock = { mu = 0.1, kn = 1.67e6, kt = 1e6 }
 joints.patch = "node"
