@@ -31,7 +31,7 @@ computed, in one line that names the key, the value and what is allowed. Dimensi
 A dash as default means that the key is not set; the text says what happens then. This page is made
 by `python tools/keys_page.py` from the program itself.
 """
-PAIRS = "pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC, 1000 to 1e+15 Pa"
+MODULUS = "number 1000 to 1e+15 Pa, or pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC"
 STIFFNESS = "number > 0, ≤ 1e+15 N/m, or text > 0, ≤ 1e+20 N/m^3"
 SETS = "a table by [set](own_mesh.md): its name in the mesh file, or a list of its node numbers"
 SPREAD = "a number 0 to 1, or a list of one a segment, each > -1 to 10"
@@ -39,8 +39,8 @@ WORDS: dict[str, str] = {
     "mesh.size": ", ".join(f'`"{name}"`' for name in SIZES)
     + f", or a length from {1e3 * SMALLEST:g} mm to {1e3 * LARGEST:g} mm",
     "outputs.gauges[].direction": '`"span"`, `"chord"`, or an angle from -180 to 180 deg',
-    "material.vane.E_at": PAIRS,
-    "material.casing.E_at": PAIRS,
+    "material.vane.E": MODULUS,
+    "material.casing.E": MODULUS,
     "temperature.vane": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "loads.pressure": "a table by set: a pressure to 1e9 Pa, or a CSV file of x, y, z, pressure",
@@ -59,6 +59,7 @@ WORDS: dict[str, str] = {
     "measured": "tables, see below",
     "damped_modes.influence": "a list of `[segment, real, imaginary]`",
     "wear.dwells": "a list of tables, see below",
+    "wear.dwells[].frequency": "number > 0, ≤ 1e+06 Hz, or a range `[low, high]`",
     "fit.parameters": "a list of keys, [those that can be fitted](measured.md)",
 }
 """What is allowed where the schema checks by a function of its own."""

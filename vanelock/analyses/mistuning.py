@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from vanelock.rom import System
 
 Floats = NDArray[np.float64]
+VANE_MODES = 5
+"""Of a vane alone, each of which deviates by itself; more where the mode of interest is above."""
 PERCENTILES = (5, 50, 95)
 """Of the rings drawn."""
 APART = 0.01
@@ -80,7 +82,6 @@ class MistuningKeys(JointMistuningKeys):
     frequency: Deviation | None = Field(
         default=None, description="deviation of the natural frequencies of a vane alone"
     )
-    modes: int = Field(default=5, ge=1, le=50, description="number of modes of a vane alone")
 
     @property
     def given(self) -> dict[str, Any]:
@@ -186,7 +187,10 @@ def cost(study: "Study", keys: JointMistuningKeys, curve: float) -> float:
 
 def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[AnalysisPart]:
     """One for each ring."""
-    return [AnalysisPart(f"ring {i + 1}", {"ring": i}) for i in range(keys.count)]
+    modes = max(VANE_MODES, given.response.mode)
+    return [
+        AnalysisPart(f"ring {i + 1}", {"ring": i, "vane_modes": modes}) for i in range(keys.count)
+    ]
 
 
 def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
@@ -196,7 +200,7 @@ def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -
     number, system, watched = part.inputs["ring"], case.whole, case.monitored
     whole, own = case.planned.structure.whole, None
     if isinstance(keys, MistuningKeys) and keys.frequency is not None:
-        own = vane_modes_step(case.planned, whole, keys.modes)
+        own = vane_modes_step(case.planned, whole, part.inputs["vane_modes"])
     modes = None if own is None else case.get(own)
     shared = case.get(ring_modes_step(case.planned, whole, own)).diameters
     hertz = case.frequencies if keys.range is None else (keys.range[0], keys.range[1])
@@ -398,7 +402,6 @@ TEMPLATE = """\
 # seed = 1
 # range = [250, 290]            # Hz; that of the response if left out
 # frequency = 0.005             # of a study alone
-# modes = 5                     # each deviates by itself
 # joints.JOINT.mu = 0.05        # and interference, kn, kt
 # joints.JOINT.slider = 0.1     # static friction, of its limit
 """

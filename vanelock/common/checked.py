@@ -154,7 +154,8 @@ def reason(details: ErrorDetails, schema: Schema, given: object = None) -> str:
         limit = f"{subject} must be {sign} {context[name]:.12g} {unit}".rstrip()
         return limit + _suggested(given, unit, field, name, float(context[name]))
     if kind in _SAID:
-        return _SAID[kind].format(subject=subject, **context).replace("'", '"')
+        quoted = {name: str(value).replace("'", '"') for name, value in context.items()}
+        return _SAID[kind].format(subject=subject, **quoted)
     if expected := _TYPES.get(kind.removesuffix("_type").removesuffix("_parsing")):
         return f"expected {expected}"
     return details["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")

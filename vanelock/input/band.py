@@ -46,13 +46,14 @@ def least_band(
 
 
 def softest(study: Any) -> float:
-    """The lowest modulus that a part of a `Study` may come to over its own, at most 1."""
+    """The lowest modulus that a part of a `Study` may come to over that of its reduction, or 1."""
     if study.accuracy is not None:  # reduced at the modulus of the response
         return 1.0
     heated = [
         getattr(study.material, p) for p in PARTS if getattr(study.temperature, p) is not None
     ]
-    return min([1.0, *(float(E / metal.E) for metal in heated for _, E in metal.E_at or ())])
+    cold = study.temperature.reference
+    return min([1.0, *(float(E / m.modulus(cold)) for m in heated for _, E in m.moduli)])
 
 
 def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:

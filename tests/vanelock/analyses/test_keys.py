@@ -45,7 +45,7 @@ def test_isotropic_friction_has_both() -> None:
         ('[stability]\npoints = "some"', "stability.points"),
         ("[response]\nfrequencies = [250]\n[bounds]", "a peak, which takes a range"),
         (
-            '[joints.interlock]\nenabled = false\n[bounds]\njoints = ["interlock"]',
+            '[joints]\ninterlock = false\n[bounds]\njoints = ["interlock"]',
             'given "interlock": allowed are hook',
         ),
         ('accuracy = 0.05\n[stability]\npoints = "all"', 'stability.points = "all"'),

@@ -61,7 +61,7 @@ def test_what_a_study_asks_for_and_a_little_wider_range_needs_no_new_models():
     least = least_band(asked)
     assert least is not None
     assert 1.05 * 20000 / 60 * 7 <= least <= 1.05 * 2 ** (1 / 3) * 20000 / 60 * 7
-    heated = '[material.vane]\nE_at = [[20, "200 GPa"], [600, "50 GPa"]]\nE = "200 GPa"\n'
+    heated = '[material.vane]\nE = [[20, "200 GPa"], [600, "50 GPa"]]\n'
     assert softest(parse_study(heated + "[temperature]\nvane = 480\n")) == pytest.approx(0.25)
     assert least_band({}) is None
     keys = {

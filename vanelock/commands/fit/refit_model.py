@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundsKeys
 from vanelock.common.cyclic import folded
-from vanelock.input.cases.values import value_at, with_values
+from vanelock.input.cases.values import with_values
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.schema.study import Study
@@ -31,6 +31,7 @@ from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, eff
 from vanelock.stages.parts.gauges import Gauges
 from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.temperatures import modulus
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.monitor import Monitor
 
@@ -89,8 +90,7 @@ class Rejoined:
 
     def _moduli_over(self, changed: Study) -> tuple[float, float]:
         """Moduli of vane and casing over the study's own."""
-        keys = (f"material.{name}.E" for name in ("vane", "casing"))
-        vane, casing = (value_at(changed, key) / value_at(self.study, key) for key in keys)
+        vane, casing = (modulus(changed, p) / modulus(self.study, p) for p in ("vane", "casing"))
         return vane, casing
 
     def solved(

@@ -222,6 +222,8 @@ def _can_be_fitted(study: Any) -> Iterator[str]:
             yield f"{where}: excitation.unbalance is given"
         elif last == "E" and getattr(study.temperature, joint) is not None:
             yield f"{where}: temperature.{joint} is given"
+        elif last == "E" and getattr(study.material, joint).moduli:
+            yield f"{where}: is given by temperature"
         elif key.startswith("joints.") and last in getattr(study.joints, joint).per_area:
             yield f"{where}: is a stiffness per area"
 

@@ -18,9 +18,9 @@ from vanelock.stages.response.limits import Limits
 
 HOT = """
 [material.vane]
-E_at = [[20, "200 GPa"], [620, "155 GPa"]]
+E = [[20, "200 GPa"], [620, "155 GPa"]]
 [material.casing]
-E_at = [[20, "200 GPa"], [620, "155 GPa"]]
+E = [[20, "200 GPa"], [620, "155 GPa"]]
 [temperature]
 vane = [[0, 20], [25000, 620]]
 casing = [[0, 20], [25000, 320]]

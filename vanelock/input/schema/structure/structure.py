@@ -24,7 +24,7 @@ from vanelock.common.quantities import (
     quantity,
     si,
 )
-from vanelock.input.schema.structure.piecewise import ByTemperature
+from vanelock.input.schema.structure.piecewise import ByTemperature, Modulus, at
 from vanelock.mesh.checks import FEWEST, MOST
 from vanelock.mesh.element_size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.element_size import MOST_STRETCH as STRETCH
@@ -95,15 +95,11 @@ class RingKeys(KeyTable):
 class Elastic(KeyTable):
     """An isotropic material; its strength is for the report alone."""
 
-    E: Annotated[Pressure, STIFF] = Field(
-        default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]"
-    )
-    E_at: Annotated[ByTemperature, STIFF] | None = Field(
-        default=None,
-        min_length=2,
-        max_length=1000,
-        description="Young's modulus by temperature [Pa]",
-    )
+    E: Annotated[
+        Annotated[Modulus, Tag(NUMBER)] | Annotated[ByTemperature, Tag(OTHER)],
+        Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else NUMBER),
+        STIFF,
+    ] = Field(default=170e9, description="Young's modulus [Pa]")
     expansion: Annotated[float, quantity("1/K"), Usual(1e-7, 5e-5)] | None = Field(
         default=None, gt=0, le=1e-3, description="thermal expansion [1/K]"
     )
@@ -117,6 +113,15 @@ class Elastic(KeyTable):
     tensile_strength: Annotated[Pressure, STRONG] = Field(
         default=900e6, ge=1e5, le=1e12, description="tensile strength [Pa]"
     )
+
+    @property
+    def moduli(self) -> tuple[tuple[float, float], ...]:
+        """Young's modulus by temperature, (degC, Pa), where it is given so."""
+        return self.E if isinstance(self.E, tuple) else ()
+
+    def modulus(self, temperature: float) -> float:
+        """Young's modulus, Pa, at a temperature, degC."""
+        return at(self.E, temperature) if isinstance(self.E, tuple) else self.E
 
     @field_validator("tensile_strength")
     @classmethod
