@@ -39,8 +39,6 @@ modes = 10
 [response]
 frequencies = [260, 265, 270]
 harmonics = 1
-[outputs]
-animations = false
 """
 
 

@@ -39,10 +39,7 @@ harmonics = 1
 [joints]
 patch = "area"
 [outputs]
-shapes = false
-loops = false
-animations = false
-report = false
+show = []
 [sweep]
 "mesh.correction" = ["none", "modal"]
 "joints.interlock.mu" = [{mu}]

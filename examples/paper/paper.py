@@ -418,7 +418,7 @@ def slanted(scene: Scene, folder: Path, workers: int) -> dict[float, Model]:
     if mesh.size in ("paper", "fine") or not isinstance(mesh.size, str):
         mesh = mesh.model_copy(update={"size": "medium", "face_nodes": None})
     tables = {"mesh": mesh, "response": study.response.model_copy(update=response)}
-    tables["outputs"] = study.outputs.model_copy(update={"shapes": False, "report": False})
+    tables["outputs"] = study.outputs.model_copy(update={"show": ("loops",)})
     tables |= dict.fromkeys(("bounds", "stability", "campbell"))
     run = run_study(study, folder, workers, sweep={"vane.interlock_slant": slants}, **tables)
     found = {}

@@ -31,7 +31,7 @@ name = "accuracy"
 accuracy = 0.06
 excitation.force = 8
 [outputs]
-shapes = false
+show = ["loops", "report"]
 gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]
 """,
     "default": f"""
@@ -50,7 +50,7 @@ direction = "both"
 "joints.interlock.mu" = [0.15, 0.3]
 "excitation.force" = [10, 20]
 [outputs]
-shapes = false
+show = ["loops", "report"]
 """,
     "everything": """
 name = "everything"
@@ -73,7 +73,7 @@ harmonics = 1
 range = [260, 275]
 points = 16
 [outputs]
-shapes = false
+show = ["loops", "report"]
 [bounds]
 share = 0
 starts = 0
@@ -97,10 +97,9 @@ SCENES = {
     "lap_joint": {
         '"contacts.lap.mu" = [0.01, 0.03, 0.1, 0.3, 1.0]': "",
         "[sweep]": """[outputs]
-loops = false  # of contacts alike, one or the other
+show = ["report"]  # of contacts alike, one or the other
 [scatter]
 samples = 6
-seed = 1
 [scatter.keys]
 "contacts.lap.mu" = { distribution = "uniform", low = 0.1, high = 0.5 }""",
     },

@@ -61,7 +61,6 @@ class BoundsKeys(KeyTable):
     ) = Field(default=None, min_length=1, description="joints of undetermined static friction")
     share: float = Field(default=1.0, ge=0, le=1, description="share of Coulomb's limit")
     starts: int = Field(default=4, ge=0, le=1000, description="number of random starts")
-    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
 
 
 @dataclass(frozen=True)
@@ -111,6 +110,11 @@ def cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
     return CURVES * curve
 
 
+def parts(given: "Given", keys: BoundsKeys) -> Sequence[AnalysisPart]:
+    """One, which takes the study's seed."""
+    return (AnalysisPart(inputs={"seed": given.seed}),)
+
+
 def _compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> BoundedPeak:
     """Bounds of the peak of that sweep which finds the higher one."""
     if case.peak is None:
@@ -125,7 +129,7 @@ def _compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> Bounde
             keys.joints or "all",
             keys.share,
             keys.starts,
-            seed=keys.seed,
+            seed=part.inputs["seed"],
             progress=lambda done, amplitude: case.count(done, None, amplitude),
             modes=case.modes,
         )
@@ -243,7 +247,6 @@ TEMPLATE = """\
 # joints = ["JOINT"]            # default: all
 # share = 1.0                   # 0: friction as assembled without stress
 # starts = 4                    # random places to search from, beside the extreme loads
-# seed = 1                      # of the random places
 """
 
 BOUNDS = Analysis(
@@ -253,6 +256,7 @@ BOUNDS = Analysis(
     scene_keys=BoundsKeys,
     product=lambda: BoundedPeak,
     compute=_compute,
+    parts=parts,
     check=check,
     cost=cost,
     places=lambda product: "bounds",

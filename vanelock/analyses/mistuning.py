@@ -49,7 +49,6 @@ class JointMistuningKeys(KeyTable):
     """How much more some segment vibrates where the segments of a ring are not alike."""
 
     rings: int = Field(default=20, ge=1, le=10_000, description="number of rings drawn")
-    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
     range: FrequencyRange | None = Field(default=None, description="[low, high] frequency [Hz]")
     joints: dict[str, JointDeviations] = Field(default={}, description="deviations by joint")
 
@@ -187,17 +186,15 @@ def cost(study: "Study", keys: JointMistuningKeys, curve: float) -> float:
 
 def parts(given: "Given", keys: JointMistuningKeys) -> Sequence[AnalysisPart]:
     """One for each ring."""
-    modes = max(VANE_MODES, given.response.mode)
-    return [
-        AnalysisPart(f"ring {i + 1}", {"ring": i, "vane_modes": modes}) for i in range(keys.count)
-    ]
+    alike = {"vane_modes": max(VANE_MODES, given.response.mode), "seed": given.seed}
+    return [AnalysisPart(f"ring {i + 1}", {"ring": i, **alike}) for i in range(keys.count)]
 
 
 def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
     """One ring of a case."""
     from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step
 
-    number, system, watched = part.inputs["ring"], case.whole, case.monitored
+    system, watched = case.whole, case.monitored
     whole, own = case.planned.structure.whole, None
     if isinstance(keys, MistuningKeys) and keys.frequency is not None:
         own = vane_modes_step(case.planned, whole, part.inputs["vane_modes"])
@@ -207,7 +204,7 @@ def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -
     found = nonlinear.ring_response(
         system,
         hertz,
-        drawn(system, keys, number, modes),
+        drawn(system, keys, (part.inputs["seed"], part.inputs["ring"]), modes),
         case.options,
         modes=case.modes,
         shared=shared,
@@ -223,17 +220,17 @@ def _compute(case: "SolvedCase", keys: JointMistuningKeys, part: AnalysisPart) -
 def drawn(
     system: "System",
     keys: JointMistuningKeys,
-    number: int,
+    seeds: tuple[int, int],
     modes: "nonlinear.SectorModes | None" = None,
 ) -> "nonlinear.Unlike":
-    """By how much the segments of a ring differ, the `number`th one drawn, from 0."""
+    """By how much the segments of a ring differ, drawn from the study's seed and its number."""
     asked: dict[str, dict[str, Any]] = {
         joint: {name: value for name, value in each if value is not None}
         for joint, each in keys.joints.items()
     }
     if isinstance(keys, MistuningKeys) and keys.frequency is not None:
         asked["modes"] = {"frequency": keys.frequency}
-    seed = int(np.random.SeedSequence([keys.seed, number]).generate_state(1)[0])
+    seed = int(np.random.SeedSequence(seeds).generate_state(1)[0])
     return nonlinear.Unlike.scatter(system, asked, seed, modes)
 
 
@@ -399,7 +396,6 @@ TEMPLATE = """\
 # deviations, relative, or lists with one number a segment. See `vanelock manual mistuning`.
 # [mistuning]
 # rings = 20                    # drawn
-# seed = 1
 # range = [250, 290]            # Hz; that of the response if left out
 # frequency = 0.005             # of a study alone
 # joints.JOINT.mu = 0.05        # and interference, kn, kt

@@ -21,7 +21,7 @@ def test_the_energy_is_twice_the_kinetic_energy_of_a_sector_on_average(tmp_path:
     ring.save(tmp_path / "ring.h5")
     (tmp_path / "scene.toml").write_text(
         '[system]\nfile = "ring.h5"\n[response]\nfrequencies = [0.1, 0.2]\nharmonics = 3\n'
-        "[energy_frequency]\nmodes = [2]\n[outputs]\nloops = false\n"
+        "[energy_frequency]\nmodes = [2]\n[outputs]\nshow = ['report']\n"
     )
     run_scene(load_scene(tmp_path / "scene.toml"), tmp_path / "run", events.append)
     with h5py.File(tmp_path / "run" / "results.h5") as file:

@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 
 def test_the_name_of_a_table_alone_is_enough() -> None:
     study = parse_study("[bounds]\n[stability]\n")
-    assert BOUNDS.keys_of(study) == BoundsKeys(joints=None, share=1.0, starts=4, seed=1)
+    assert BOUNDS.keys_of(study) == BoundsKeys(joints=None, share=1.0, starts=4)
     assert STABILITY.keys_of(study) == StabilityKeys(points="peaks")
     assert not list(asked_for(ANALYSES, parse_study("")))
 

@@ -192,9 +192,9 @@ def test_the_page_lists_what_scatters_or_varies_together_and_not_as_fixed():
 def test_keys_of_optional_tables_know_their_defaults():
     text = STUDY.format(count=50) + "[campbell]\nmodes = 5"
     found = {each.key: each for each in settings(parse_study(text))}
-    assert (found["scatter.samples"].default, found["scatter.seed"].default) == (100, 1)
+    assert (found["scatter.samples"].default, found["seed"].default) == (100, 1)
     assert found["scatter.samples"].changed
-    assert not found["scatter.seed"].changed
+    assert not found["seed"].changed
     law = "scatter.keys.joints.interlock.kt."
     assert (found[f"{law}distribution"].default, found[f"{law}truncate"].default) == (
         "uniform",

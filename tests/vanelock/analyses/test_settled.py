@@ -28,7 +28,7 @@ def scene(folder: Path, frequencies: str, follow: str = "true") -> Path:
     path = folder / "scene.toml"
     path.write_text(
         f'[system]\nfile = "ring.h5"\n[response]\n{frequencies}\nharmonics = 5\n'
-        f"[stability]\nfollow = {follow}\n[outputs]\nloops = false\n"
+        f"[stability]\nfollow = {follow}\n[outputs]\nshow = ['report']\n"
     )
     return path
 

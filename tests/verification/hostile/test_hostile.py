@@ -241,7 +241,7 @@ def scenes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
             'fixed = [11]\n[contacts.pad]\nbetween = ["a", "ground"]\npairs = "pairs.csv"\n'
             'normal = [0, 0, 1]\nkn = 1e4\nkt = 1e4\nmu = 0.2\ninterference = "1 um"\n[[loads]]\n'
             'component = "a"\nnodes = [4]\ndirection = [0, 1, 0]\namplitude = 1\n[response]\n'
-            "harmonics = 1\nmode = 1\npoints = 5\n[outputs]\nreport = false\n"
+            "harmonics = 1\nmode = 1\npoints = 5\n[outputs]\nshow = ['loops']\n"
         )
         (place / "pairs.csv").write_text("node\n7\n")
         (place / "scene.toml").write_text(text)
@@ -289,7 +289,7 @@ def half_written(folder: Path, outcome: Outcome) -> list[str]:
 def ran(server, tmp_path, monkeypatch, lattice, write_mesh):
     """The folder of a scene's run, with a mesh in its results too, and a system of its own."""
     folder = scenes(tmp_path, monkeypatch)[0]
-    text = (folder / "scene.toml").read_text() + "loops = false\n"
+    text = (folder / "scene.toml").read_text().replace("show = ['loops']", "show = []")
     (folder / "scene.toml").write_text(text + '[sweep]\n"contacts.pad.mu" = [0.1, 0.2]\n')
     outcome = server.run(
         ["run", "scene.toml", "-q", "--workers", "1", "-o", str(tmp_path / "ran")], folder

@@ -145,7 +145,7 @@ class Rejoined:
             keys.joints or "all",
             keys.share,
             keys.starts,
-            seed=keys.seed,
+            seed=self.study.seed,
             modes=self._stuck(system),
         )
 

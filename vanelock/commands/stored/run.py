@@ -152,7 +152,7 @@ class Run:
         path = self.folder / REPORT
         if path.is_file():
             return path
-        reason = "the study has outputs.report = false" if self.complete else "not complete"
+        reason = "outputs.show has none" if self.complete else "not complete"
         raise InputError(f"{self.folder}: no {REPORT}: {reason}")
 
     @property

@@ -33,7 +33,7 @@ def samples(given: Given) -> dict[str, list[float]]:
     assert scatter is not None
     if wrong := sample_mistakes(given):
         raise InputError("\n".join(wrong))
-    random = np.random.default_rng(scatter.seed)
+    random = np.random.default_rng(given.seed)
     cube = qmc.LatinHypercube(len(scatter.keys), rng=random).random(scatter.samples)
     return {
         key: [

@@ -72,7 +72,6 @@ class Scatter(KeyTable):
     """A Latin hypercube over keys that scatter, and percentiles of the peaks."""
 
     samples: int = Field(default=100, ge=2, le=100_000, description="number of samples")
-    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
     keys: Annotated[dict[str, Distribution], BeforeValidator(_flat)] = Field(
         min_length=1, max_length=50, description="scattering keys"
     )

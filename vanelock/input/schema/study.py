@@ -66,6 +66,7 @@ class Study(KeyTable):
     accuracy: float | None = Field(
         default=None, ge=1e-4, lt=0.3, description="relative error of the largest response"
     )
+    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed of random numbers")
     ring: RingKeys = RingKeys()
     vane: Vane = VaneDimensions()
     casing: Casing = CasingDimensions()

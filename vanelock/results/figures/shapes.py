@@ -83,7 +83,7 @@ def all_modes(run: RunResult) -> list[Picture]:
         run.output_files.listener(Notice(text))
     found: list[Picture] = []
     for each, name in few(distinct):
-        found += _modes(run, each, name, run.study.outputs.animations and not found)
+        found += _modes(run, each, name, "animations" in run.given.outputs.show and not found)
     return found
 
 

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 HEAD = f"""{SMALL}
 joints.interlock.mu = 0.1
 mesh.correction = "none"
-outputs = {{ shapes = false, loops = false, report = false }}
+outputs = {{ show = [] }}
 [response]
 harmonics = 1
 """

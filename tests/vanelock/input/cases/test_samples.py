@@ -15,7 +15,7 @@ KT = '"joints.interlock.kt"'
 
 
 def study(text, count=64, seed=1):
-    return parse_study(f"[scatter]\nsamples = {count}\nseed = {seed}\n[scatter.keys]\n{text}")
+    return parse_study(f"seed = {seed}\n[scatter]\nsamples = {count}\n[scatter.keys]\n{text}")
 
 
 @pytest.mark.parametrize(

@@ -29,9 +29,7 @@ points = 9
 harmonics = 1
 mode = 1
 [outputs]
-shapes = false
-loops = false
-report = false
+show = []
 """
 DIAGRAM = """
 [campbell]

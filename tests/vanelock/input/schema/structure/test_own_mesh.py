@@ -182,9 +182,7 @@ excitation.force = 80
 response = { harmonics = 1, frequencies = [264, 268] }
 [outputs]
 monitor = "casing output 1, radial"
-shapes = false
-loops = false
-report = false
+show = []
 """
 
 
