@@ -34,6 +34,7 @@ by `python tools/keys_page.py` from the program itself.
 MODULUS = "number 1000 to 1e+15 Pa, or pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC"
 STIFFNESS = "number > 0, ≤ 1e+15 N/m, or text > 0, ≤ 1e+20 N/m^3"
 SETS = "a table by [set](own_mesh.md): its name in the mesh file, or a list of its node numbers"
+BOUNDS = "or a table, `{ key = [low, high] }`"
 SPREAD = "a number 0 to 1, or a list of one a segment, each > -1 to 10"
 WORDS: dict[str, str] = {
     "mesh.size": ", ".join(f'`"{name}"`' for name in SIZES)
@@ -50,9 +51,7 @@ WORDS: dict[str, str] = {
     "bounds.joints": 'a list of `"hook"`, `"interlock"`',
     "mistuning.frequency": SPREAD,
     **{f"mistuning.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
-    "fit.bounds": "`{ key = [low, high] }` of fitted keys",
-    "optimise.bounds": "`{ key = [low, high] }` of optimised keys",
-    "optimise.parameters": "a list of keys, [those that can be optimised](optimise.md)",
+    "optimise.parameters": f"a list of keys, [those that can be optimised](optimise.md), {BOUNDS}",
     "outputs.monitor": '`"<vane or casing> output <number>[, <component>]"`, the component '
     "`radial`, `circumferential` or `axial`",
     "outputs.gauges": "a list of tables, see below",
@@ -60,7 +59,7 @@ WORDS: dict[str, str] = {
     "damped_modes.influence": "a list of `[segment, real, imaginary]`",
     "wear.dwells": "a list of tables, see below",
     "wear.dwells[].frequency": "number > 0, ≤ 1e+06 Hz, or a range `[low, high]`",
-    "fit.parameters": "a list of keys, [those that can be fitted](measured.md)",
+    "fit.parameters": f"a list of keys, [those that can be fitted](measured.md), {BOUNDS}",
 }
 """What is allowed where the schema checks by a function of its own."""
 SWEEP = """A swept key takes the place of the one value: any key that holds a number or a choice of

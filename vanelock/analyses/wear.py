@@ -13,7 +13,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
-from vanelock.common.checked import NUMBER, OTHER
+from vanelock.common.checked import OTHER, PLAIN
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
@@ -41,8 +41,8 @@ TEXT = (
 
 
 HeldOrRange = Annotated[
-    Annotated[Hertz, Tag(NUMBER)] | Annotated[FrequencyRange, Tag(OTHER)],
-    Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else NUMBER),
+    Annotated[Hertz, Tag(PLAIN)] | Annotated[FrequencyRange, Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else PLAIN),
 ]
 """A frequency that is held, Hz, or the range of a peak."""
 

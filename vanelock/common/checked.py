@@ -25,9 +25,9 @@ Check = Callable[[Any], Iterable[str] | None]
 ANY = "<name>"
 """Stands in a schema's keys for a name that the user gives to a table."""
 DIMENSIONS, OWN = "<dimensions>", "<own mesh>"
-NUMBER, OTHER = "<number>", "<other>"
+PLAIN, OTHER = "<plain>", "<other>"
 """How pydantic marks in an error's place which of two forms a value was taken for."""
-_NO_KEYS = (DIMENSIONS, OWN, NUMBER, OTHER, "[key]")
+_NO_KEYS = (DIMENSIONS, OWN, PLAIN, OTHER, "[key]")
 
 _BOUNDS = {
     "greater_than": ("gt", ">"),

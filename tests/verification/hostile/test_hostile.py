@@ -111,7 +111,7 @@ def studies() -> list[bytes]:
     texts = [template_text(all_keys=True), (ROOT / "examples" / "paper" / "study.toml").read_text()]
     texts.append(
         'name = "all"\naccuracy = 0.01\n[mesh]\nsize = "coarse"\n[[measured]]\nfile = "rig.csv"\n'
-        '[fit]\nparameters = ["joints.interlock.mu"]\nbounds = { joints.interlock.mu = [0.1, 1] }\n'
+        "[fit]\nparameters = { joints.interlock.mu = [0.1, 1] }\n"
         '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\njoints.hook.interference = ["10 um"]\n'
         "[material.vane]\nE = [[20, 170e9], [600, 140e9]]\n[campbell]\nengine_orders = [1, 2]\n"
         "[outputs]\ngauges = [{ aerofoil = 1, span = 0.1, chord = 0.5 }]\n"

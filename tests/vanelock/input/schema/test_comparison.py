@@ -14,10 +14,10 @@ MU, RIG = "joints.interlock.mu", '[measured]\nfile = "a.csv"\n'
     [
         ('parameters = ["joints.mu"]', 'fit.parameters = \\["joints.mu"\\]: "joints.mu" cannot be'),
         (f'parameters = ["{MU}", "{MU}"]', "fitted keys must differ"),
-        (f'parameters = ["{MU}"]\nbounds = {{ "{MU}" = [1, 0] }}', "expected \\[low, high\\] with"),
-        (f'bounds = {{ "{MU}" = [0.1, "x"] }}', "expected a number"),
-        (f'bounds = {{ "{MU}" = [0.1] }}', "expected at least 2 of them"),
-        ('bounds = { "joints.hook.mu" = [0.1, 1] }', '"joints.hook.mu" is not among fit.parameter'),
+        (f'parameters = {{ "{MU}" = [1, 0] }}', "expected \\[low, high\\] with"),
+        (f'parameters = {{ "{MU}" = [0.1, "x"] }}', "expected a number"),
+        (f'parameters = {{ "{MU}" = [0.1] }}', "expected at least 2 of them"),
+        (f'bounds = {{ "{MU}" = [0.1, 1] }}', "fit.bounds: unknown key"),
         ("starts = 0", "fit.starts = 0: number of starts must be >= 1"),
         ("[joints]\ninterlock = false", "joints.interlock = false"),
         (

@@ -13,7 +13,7 @@ from pydantic import (
     field_validator,
 )
 
-from vanelock.common.checked import NUMBER, OTHER, Check, Checked
+from vanelock.common.checked import OTHER, PLAIN, Check, Checked
 from vanelock.common.quantities import (
     Density,
     Frequency,
@@ -96,8 +96,8 @@ class Elastic(KeyTable):
     """An isotropic material; its strength is for the report alone."""
 
     E: Annotated[
-        Annotated[Modulus, Tag(NUMBER)] | Annotated[ByTemperature, Tag(OTHER)],
-        Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else NUMBER),
+        Annotated[Modulus, Tag(PLAIN)] | Annotated[ByTemperature, Tag(OTHER)],
+        Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else PLAIN),
         STIFF,
     ] = Field(default=170e9, description="Young's modulus [Pa]")
     expansion: Annotated[float, quantity("1/K"), Usual(1e-7, 5e-5)] | None = Field(
@@ -181,8 +181,8 @@ def _stiffness(value: object) -> object:
 
 
 PairStiffness = Annotated[
-    Annotated[float, SPRING, Field(gt=0, le=1e15), Tag(NUMBER)] | Annotated[str, Tag(OTHER)],
-    Discriminator(lambda value: OTHER if isinstance(value, str) else NUMBER),
+    Annotated[float, SPRING, Field(gt=0, le=1e15), Tag(PLAIN)] | Annotated[str, Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, str) else PLAIN),
     BeforeValidator(_stiffness),
 ]
 """Stiffness of a node pair, N/m; or text, of the area of its node, N/m³."""
@@ -241,8 +241,8 @@ class Joints(KeyTable):
     )
     hook: HookJoint = HookJoint()
     interlock: Annotated[
-        Annotated[InterlockJoint, Tag(OTHER)] | Annotated[Literal[False], Tag(NUMBER)],
-        Discriminator(lambda value: NUMBER if value is False else OTHER),
+        Annotated[InterlockJoint, Tag(OTHER)] | Annotated[Literal[False], Tag(PLAIN)],
+        Discriminator(lambda value: PLAIN if value is False else OTHER),
         BeforeValidator(_touching),
     ] = Field(default=InterlockJoint(), description="whether the inner shrouds touch")
 
@@ -252,8 +252,8 @@ ACCURACY, MODES = 1e-4, 10
 
 Count = Annotated[int, Field(ge=1, le=1000, description="number of fixed-interface modes")]
 Modes = Annotated[
-    Annotated[Count, Tag(NUMBER)] | Annotated[tuple[Count, Count], Tag(OTHER)],
-    Discriminator(lambda value: OTHER if isinstance(value, tuple) else NUMBER),
+    Annotated[Count, Tag(PLAIN)] | Annotated[tuple[Count, Count], Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, tuple) else PLAIN),
     BeforeValidator(sequence),
 ]
 
