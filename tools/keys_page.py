@@ -59,6 +59,9 @@ WORDS: dict[str, str] = {
     "damped_modes.influence": "a list of `[segment, real, imaginary]`",
     "wear.dwells": "a list of tables, see below",
     "wear.dwells[].frequency": "number > 0, ≤ 1e+06 Hz, or a range `[low, high]`",
+    **{
+        f"scatter.keys.{law}": "two numbers" for law in ("uniform", "normal", "lognormal", "within")
+    },
     "fit.parameters": f"a list of keys, [those that can be fitted](measured.md), {BOUNDS}",
 }
 """What is allowed where the schema checks by a function of its own."""
@@ -68,9 +71,8 @@ words, in quotes, with the list of its values. The cases are the product of all 
 `[sweep]`. See [sweeps.md](sweeps.md)."""
 SWEPT = ("sweep", "rows")
 BY_KEY = {
-    "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { distribution = "normal", '
-    "mean = 0.3, deviation = 0.05 }`; `uniform` needs `low` and `high`, the others `mean` and "
-    "`deviation`.",
+    "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { normal = [0.3, 0.05], '
+    "within = [0, 1] }`, with one of the first three.",
     "mistuning.joints": "A table by joint, `interlock` and `hook`.",
 }
 """What is said above a table whose own keys are names of keys."""

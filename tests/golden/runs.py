@@ -101,7 +101,7 @@ show = ["report"]  # of contacts alike, one or the other
 [scatter]
 samples = 6
 [scatter.keys]
-"contacts.lap.mu" = { distribution = "uniform", low = 0.1, high = 0.5 }""",
+"contacts.lap.mu" = { uniform = [0.1, 0.5] }""",
     },
     "shrouded_ring": {
         '["0.05 um", "0.25 um", "1 um", "4 um", "16 um"]': '["1 um", "4 um"]',

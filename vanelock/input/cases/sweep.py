@@ -133,7 +133,7 @@ def _samples(given: Given) -> tuple[Case, ...]:
         except InputError as error:
             reason = str(error).removeprefix("sweep: ")
             raise InputError(
-                f"scatter, sample {i + 1}: {reason}; low, high or truncate = true cut distributions"
+                f"scatter, sample {i + 1}: {reason}; within = [low, high] cuts a distribution"
             ) from None
         found.append(replace(case, name=f"{SAMPLE}={i + 1:0{len(str(count))}d}"))
     return tuple(found)

@@ -121,13 +121,16 @@ def _varied(given: Given) -> Iterator[Table]:
 
 def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
     """How a key scatters, in words."""
-    words = [
+    law, pair = given.law
+    names = ("low", "high") if law == "uniform" else ("mean", "deviation")
+    numbers = [*zip(names, pair, strict=True)]
+    if given.within is not None:
+        numbers += zip(("cut below", "cut above"), given.within, strict=True)
+    words = (
         f"{name} {value if isinstance(value, str) else as_text(key, value, schema)}"
-        for name in ("mean", "deviation", "low", "high")
-        if (value := getattr(given, name)) is not None
-    ]
-    cut = ["cut to what the key allows"] if given.truncate else []
-    return ", ".join([given.distribution, *words, *cut])
+        for name, value in numbers
+    )
+    return ", ".join([law, *words])
 
 
 def all_inputs(given: Given) -> Section:

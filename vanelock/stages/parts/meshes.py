@@ -2,7 +2,7 @@
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from vanelock import mesh
 from vanelock.common.errors import InputError
@@ -86,7 +86,7 @@ def _mates_step(study: Study) -> Step[Mates]:
 def _read_step(study: Study, part: str, own: OwnVane | OwnCasing) -> Step[OwnPart]:
     """A user's mesh with its sets; its key holds what the file contains, not where it is."""
     digest = content_digest(own.mesh)
-    interlock, sets = bool(study.joints.interlock), dict[str, Any](own.sets)
+    interlock, sets = bool(study.joints.interlock), cast("dict[str, Any]", own.sets)
     loaded = tuple(study.loads.pressure) if study.loads is not None and part == "vane" else ()
 
     def compute() -> OwnPart:
