@@ -48,7 +48,6 @@ WORDS: dict[str, str] = {
     **{f"joints.{j}.{k}": STIFFNESS for j in ("hook", "interlock") for k in ("kn", "kt")},
     **{f"{part}.sets": SETS for part in ("vane", "casing")},
     "rom.modes": "whole number 1 to 1,000, or two, `[vane, casing]`",
-    "bounds.joints": 'a list of `"hook"`, `"interlock"`',
     "mistuning.frequency": SPREAD,
     **{f"mistuning.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
     "optimise.parameters": f"a list of keys, [those that can be optimised](optimise.md), {BOUNDS}",

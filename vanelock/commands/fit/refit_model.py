@@ -142,7 +142,7 @@ class Rejoined:
             near,
             self._options("up"),
             (system.output_names[self.monitor.node], self.monitor.component),
-            keys.joints or "all",
+            "all",
             keys.share,
             keys.starts,
             seed=self.study.seed,
