@@ -48,8 +48,7 @@ WORDS: dict[str, str] = {
     **{f"joints.{j}.{k}": STIFFNESS for j in ("hook", "interlock") for k in ("kn", "kt")},
     **{f"{part}.sets": SETS for part in ("vane", "casing")},
     "rom.modes": "whole number 1 to 1,000, or two, `[vane, casing]`",
-    "mistuning.frequency": SPREAD,
-    **{f"mistuning.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
+    "mistuning.keys": f"a table by key of a joint, or `vane.frequency`: {SPREAD}",
     "optimise.parameters": f"a list of keys, [those that can be optimised](optimise.md), {BOUNDS}",
     "outputs.monitor": '`"<vane or casing> output <number>[, <component>]"`, the component '
     "`radial`, `circumferential` or `axial`",
@@ -72,7 +71,6 @@ SWEPT = ("sweep", "rows")
 BY_KEY = {
     "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { normal = [0.3, 0.05], '
     "within = [0, 1] }`, with one of the first three.",
-    "mistuning.joints": "A table by joint, `interlock` and `hook`.",
 }
 """What is said above a table whose own keys are names of keys."""
 OWN_MESH = """Its dimensions are on [their page](geometry.md). Instead of them, a mesh of yours,

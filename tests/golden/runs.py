@@ -81,7 +81,7 @@ starts = 0
 [mistuning]
 rings = 2
 range = [263, 272]
-joints.interlock.mu = 0.05
+keys.joints.interlock.mu = 0.05
 [damped_modes]
 nodal_diameters = [1, -1]
 influence = [[0, 0, -2e3], [1, -4e4, 0], [-1, 4e4, 0]]

@@ -135,7 +135,7 @@ class Analysis(Generic[K, P]):
     text : str
         What its section of the page begins with.
     template : str
-        Its table in the commented file, JOINT for the name of a joint.
+        Its table in the commented file, JOINT for the key of a joint.
     absent : callable
         What the page says is not known where it is not asked for.
     """

@@ -82,8 +82,6 @@ def test_template_mentions_every_key():
         own = after.partition("\n# [")[0]
         for key in table.model_fields.keys() - {"keys", "pressure"}:
             inside = f" {key} = " if name == "scatter.keys" else f"\n# {key} = "
-            if (name, key) == ("mistuning", "joints"):
-                inside = "\n# joints.interlock.mu = "
             assert inside in own, f"{name}.{key}"
 
 

@@ -94,15 +94,3 @@ def _deviation(value: object) -> object:
 
 
 Deviation = Annotated[Any, BeforeValidator(_deviation)]
-
-
-class JointDeviations(KeyTable):
-    """By how much the segments of a ring differ in a joint, relative to the joint's own values."""
-
-    interference: Deviation | None = Field(default=None, description="deviation of interference")
-    mu: Deviation | None = Field(default=None, description="deviation of the friction coefficient")
-    kn: Deviation | None = Field(default=None, description="deviation of the normal stiffness")
-    kt: Deviation | None = Field(default=None, description="deviation of the tangential stiffness")
-    slider: Annotated[float, Field(ge=0, le=1)] | None = Field(
-        default=None, description="deviation of static friction, of its limit"
-    )
