@@ -16,7 +16,6 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from vanelock import Study, template_text
-from vanelock.input.schema.structure.own_mesh import CasingSets, VaneSets
 from vanelock.mesh import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.element_size import LARGEST, SIZES, SMALLEST
 
@@ -32,30 +31,36 @@ computed, in one line that names the key, the value and what is allowed. Dimensi
 A dash as default means that the key is not set; the text says what happens then. This page is made
 by `python tools/keys_page.py` from the program itself.
 """
-PAIRS = "pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC, 1000 to 1e+15 Pa"
+MODULUS = "number 1000 to 1e+15 Pa, or pairs `[[degC, Pa], ...]`, ascending; -273.15 to 5,000 degC"
+STIFFNESS = "number > 0, ≤ 1e+15 N/m, or text > 0, ≤ 1e+20 N/m^3"
+SETS = "a table by [set](own_mesh.md): its name in the mesh file, or a list of its node numbers"
+BOUNDS = "or a table, `{ key = [low, high] }`"
 SPREAD = "a number 0 to 1, or a list of one a segment, each > -1 to 10"
 WORDS: dict[str, str] = {
     "mesh.size": ", ".join(f'`"{name}"`' for name in SIZES)
     + f", or a length from {1e3 * SMALLEST:g} mm to {1e3 * LARGEST:g} mm",
     "outputs.gauges[].direction": '`"span"`, `"chord"`, or an angle from -180 to 180 deg',
-    "material.vane.E_at": PAIRS,
-    "material.casing.E_at": PAIRS,
+    "material.vane.E": MODULUS,
+    "material.casing.E": MODULUS,
     "temperature.vane": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "temperature.casing": "a number, degC, or pairs `[[rpm, degC], ...]`",
     "loads.pressure": "a table by set: a pressure to 1e9 Pa, or a CSV file of x, y, z, pressure",
-    "bounds.joints": 'a list of `"hook"`, `"interlock"`',
-    "mistuning.frequency": SPREAD,
-    **{f"mistuning.joints.{name}": SPREAD for name in ("interference", "mu", "kn", "kt")},
-    "fit.bounds": "`{ key = [low, high] }` of fitted keys",
-    "optimise.bounds": "`{ key = [low, high] }` of optimised keys",
-    "optimise.parameters": "a list of keys, [those that can be optimised](optimise.md)",
+    **{f"joints.{j}.{k}": STIFFNESS for j in ("hook", "interlock") for k in ("kn", "kt")},
+    **{f"{part}.sets": SETS for part in ("vane", "casing")},
+    "rom.modes": "whole number 1 to 1,000, or two, `[vane, casing]`",
+    "mistuning.keys": f"a table by key of a joint, or `vane.frequency`: {SPREAD}",
+    "optimise.parameters": f"a list of keys, [those that can be optimised](optimise.md), {BOUNDS}",
     "outputs.monitor": '`"<vane or casing> output <number>[, <component>]"`, the component '
     "`radial`, `circumferential` or `axial`",
     "outputs.gauges": "a list of tables, see below",
     "measured": "tables, see below",
     "damped_modes.influence": "a list of `[segment, real, imaginary]`",
     "wear.dwells": "a list of tables, see below",
-    "fit.parameters": "a list of keys, [those that can be fitted](measured.md)",
+    "wear.dwells[].frequency": "number > 0, ≤ 1e+06 Hz, or a range `[low, high]`",
+    **{
+        f"scatter.keys.{law}": "two numbers" for law in ("uniform", "normal", "lognormal", "within")
+    },
+    "fit.parameters": f"a list of keys, [those that can be fitted](measured.md), {BOUNDS}",
 }
 """What is allowed where the schema checks by a function of its own."""
 SWEEP = """A swept key takes the place of the one value: any key that holds a number or a choice of
@@ -64,16 +69,14 @@ words, in quotes, with the list of its values. The cases are the product of all 
 `[sweep]`. See [sweeps.md](sweeps.md)."""
 SWEPT = ("sweep", "rows")
 BY_KEY = {
-    "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { distribution = "normal", '
-    "mean = 0.3, deviation = 0.05 }`; `uniform` needs `low` and `high`, the others `mean` and "
-    "`deviation`.",
-    "mistuning.joints": "A table by joint, `interlock` and `hook`.",
+    "scatter.keys": 'A table by key, such as `"joints.interlock.mu" = { normal = [0.3, 0.05], '
+    "within = [0, 1] }`, with one of the first three.",
 }
 """What is said above a table whose own keys are names of keys."""
 OWN_MESH = """Its dimensions are on [their page](geometry.md). Instead of them, a mesh of yours,
 whose node sets are on [another](own_mesh.md):"""
-ELSEWHERE = (VaneDimensions, HookDimensions, CasingDimensions, VaneSets, CasingSets)
-"""Tables of dimensions and of node sets, which have pages of their own."""
+ELSEWHERE = (VaneDimensions, HookDimensions, CasingDimensions)
+"""Tables of dimensions, which have a page of their own."""
 UNITS = re.compile(r"^(?:deg|N/m\^3|N/m|N|Hz|rpm|degC)[,;] (?=\w)")
 
 
@@ -220,8 +223,6 @@ def allowed(key: str, field: FieldInfo) -> str:
     """What a key may be, in words."""
     if key in WORDS:
         return WORDS[key]
-    if ".sets." in key:
-        return "name of a set in the mesh file, or a list of its node numbers"
     unit = _unit(field.description)
     parts = [field.annotation, *list(_parts(field.annotation))]
     choices = [each for each in parts if get_origin(each) is Literal]

@@ -35,13 +35,10 @@ name = "smoke"
 [mesh]
 size = "coarse"
 [rom]
-vane_modes = 10
-casing_modes = 10
+modes = 10
 [response]
 frequencies = [260, 265, 270]
 harmonics = 1
-[outputs]
-animations = false
 """
 
 

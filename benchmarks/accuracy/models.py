@@ -86,7 +86,7 @@ class Models:
 
     def reduced(self, accuracy: float) -> Reduction:
         """Both parts, with all masters, whether this scene needs them or not."""
-        study = self.scene.study(joints={"interlock": {"enabled": True}})
+        study = self.scene.study(joints={"interlock": {}})
         N = study.ring.sectors
         on_patches = {name: averaged(self.scene.study(), name) for name in PARTS}
         own = self.folder / f"design_{self.scene.design}"

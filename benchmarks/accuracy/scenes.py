@@ -134,7 +134,7 @@ def draw(number: int) -> Scene:
         hook["interference"] = log_uniform(random, 3e-6, 10e-6)
         kinds.append("hooks slip")
         if of % 2:
-            interlock["enabled"] = False
+            joints["interlock"] = False
             kinds.append("no interlock")
     if place == 4:
         if of % 3 == 0:
@@ -144,7 +144,7 @@ def draw(number: int) -> Scene:
             force = log_uniform(random, 30, 60)
             interlock["interference"] = log_uniform(random, 0.3e-6, 1e-6)
             kinds.append("opens")
-    hook["patch"] = interlock["patch"] = "area" if of in ON_PATCHES else "node"
+    joints["patch"] = "area" if of in ON_PATCHES else "node"
     if of in ON_PATCHES:
         kinds.append("patches")
     if coupling != "coupled":

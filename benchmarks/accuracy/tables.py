@@ -225,9 +225,7 @@ def scene_table(references: dict[int, Known], asked: dict[float, Compared]) -> l
     for number, known in sorted(references.items()):
         scene = draw(number)
         joints, load = scene.values["joints"], scene.values["excitation"]
-        joint = joints["interlock"]
-        if not joint.get("enabled", True):
-            joint = joints["hook"]
+        joint = joints["interlock"] or joints["hook"]
         slips, opens = zip(*known["state"].values(), strict=True)
         errors = []
         for found in asked.values():

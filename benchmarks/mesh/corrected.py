@@ -36,15 +36,10 @@ size = "{size}"
 stretch = {stretch}
 [response]
 harmonics = 1
-[joints.hook]
-patch = "area"
-[joints.interlock]
+[joints]
 patch = "area"
 [outputs]
-shapes = false
-loops = false
-animations = false
-report = false
+show = []
 [sweep]
 "mesh.correction" = ["none", "modal"]
 "joints.interlock.mu" = [{mu}]

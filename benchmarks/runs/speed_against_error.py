@@ -30,7 +30,7 @@ of the stages that the setting affects, in units of all stages of the study as i
 Peaks are located to about 4e-5 of their frequency and 2e-5 of their amplitude, since the curve has
 kinks where contacts change state. Differences below that mean nothing.
 
-Nodal springs (`joints.hook.patch = "node"`) do not converge as the mesh is refined: part of what
+Nodal springs (`joints.patch = "node"`) do not converge as the mesh is refined: part of what
 `mesh.size` changes there is that. What an `accuracy` makes of these curves: [accuracy](../accuracy.md)."""
 
 

@@ -31,10 +31,7 @@ harmonics = {harmonics}
 [rows]
 "joints.interlock.mu" = {values}
 [outputs]
-shapes = false
-loops = false
-animations = false
-report = false
+show = []
 """
 ABOUT = """\
 A sweep of the interlock's friction on the coarse mesh, with the adaptive points of a default curve:

@@ -40,7 +40,7 @@ def both(size: str, harmonics: int, force: float) -> tuple[Plane, Optimum, float
     study = parse_study(
         f'[mesh]\nsize = "{size}"\n[excitation]\nforce = {force:g}\n'
         f"[response]\nharmonics = {harmonics}\n"
-        f"[optimise]\nparameters = {keys}\nbounds = {{ {bounds} }}".replace("'", '"')
+        f"[optimise]\nparameters = {{ {bounds} }}"
     )
     with tempfile.TemporaryDirectory() as folder:
         stages = Stages(Cache(Path(folder), print), lambda event: None)

@@ -172,8 +172,8 @@ def check(study: vanelock.Study) -> None:
     wrong += [
         f"response.{key}" for key in DEFAULTS if getattr(response, key) != getattr(usual, key)
     ]
-    wrong += ["excitation.engine_orders"] if study.excitation.engine_orders else []
-    wrong += [] if study.joints.interlock.interference > 0 else [f"{KEYS[1]} <= 0"]
+    lock = study.joints.interlock
+    wrong += [] if lock and lock.interference > 0 else [f"{KEYS[1]} <= 0"]
     if wrong:
         raise SystemExit(f"{', '.join(wrong)}: a study for this script is without")
 
@@ -418,7 +418,7 @@ def slanted(scene: Scene, folder: Path, workers: int) -> dict[float, Model]:
     if mesh.size in ("paper", "fine") or not isinstance(mesh.size, str):
         mesh = mesh.model_copy(update={"size": "medium", "face_nodes": None})
     tables = {"mesh": mesh, "response": study.response.model_copy(update=response)}
-    tables["outputs"] = study.outputs.model_copy(update={"shapes": False, "report": False})
+    tables["outputs"] = study.outputs.model_copy(update={"show": ("loops",)})
     tables |= dict.fromkeys(("bounds", "stability", "campbell"))
     run = run_study(study, folder, workers, sweep={"vane.interlock_slant": slants}, **tables)
     found = {}

@@ -10,7 +10,7 @@ from vanelock.__main__ import app
 
 ROOT = Path(__file__).resolve().parents[2]
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-QUIET = "\n[outputs]\nshapes = false\nloops = false\nreport = false\n"
+QUIET = "\n[outputs]\nshow = []\n"
 
 
 def fenced(page: str, kind: str) -> str:

@@ -188,7 +188,7 @@ def test_the_statements_and_figures_of_a_small_study_are_its_peaks(tmp_path, mon
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", lambda _, path, **how: path.touch())
     (tmp_path / "study.toml").write_text(
         f'{SMALL}\nname = "small"\njoints.interlock.mu = 0.3\nexcitation.force = 15\n'
-        "response.range = [252, 268]\n[outputs]\nshapes = false\nloops = false\nreport = false\n"
+        "response.range = [252, 268]\n[outputs]\nshow = []\n"
     )
     stated = paper.main([str(tmp_path / "study.toml"), "--output", str(tmp_path / "out")])
     assert {each.agrees for each in stated if each.figure in ("8", "10", "11", "12", "14")} == {

@@ -31,7 +31,7 @@ name = "accuracy"
 accuracy = 0.06
 excitation.force = 8
 [outputs]
-shapes = false
+show = ["loops", "report"]
 gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5 }]
 """,
     "default": f"""
@@ -50,7 +50,7 @@ direction = "both"
 "joints.interlock.mu" = [0.15, 0.3]
 "excitation.force" = [10, 20]
 [outputs]
-shapes = false
+show = ["loops", "report"]
 """,
     "everything": """
 name = "everything"
@@ -73,7 +73,7 @@ harmonics = 1
 range = [260, 275]
 points = 16
 [outputs]
-shapes = false
+show = ["loops", "report"]
 [bounds]
 share = 0
 starts = 0
@@ -81,7 +81,7 @@ starts = 0
 [mistuning]
 rings = 2
 range = [263, 272]
-joints.interlock.mu = 0.05
+keys.joints.interlock.mu = 0.05
 [damped_modes]
 nodal_diameters = [1, -1]
 influence = [[0, 0, -2e3], [1, -4e4, 0], [-1, 4e4, 0]]
@@ -97,12 +97,11 @@ SCENES = {
     "lap_joint": {
         '"contacts.lap.mu" = [0.01, 0.03, 0.1, 0.3, 1.0]': "",
         "[sweep]": """[outputs]
-loops = false  # of contacts alike, one or the other
+show = ["report"]  # of contacts alike, one or the other
 [scatter]
 samples = 6
-seed = 1
 [scatter.keys]
-"contacts.lap.mu" = { distribution = "uniform", low = 0.1, high = 0.5 }""",
+"contacts.lap.mu" = { uniform = [0.1, 0.5] }""",
     },
     "shrouded_ring": {
         '["0.05 um", "0.25 um", "1 um", "4 um", "16 um"]': '["1 um", "4 um"]',

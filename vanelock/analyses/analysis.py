@@ -82,8 +82,6 @@ class Analysis(Generic[K, P]):
         Table of another analysis that asks for it, too.
     scene_keys : type or None
         Its table in a scene; None where scenes have none.
-    asked : callable
-        Whether a table that is there asks for it.
     parts : callable
         (given, keys) to its parts.
     combine : callable or None
@@ -137,7 +135,7 @@ class Analysis(Generic[K, P]):
     text : str
         What its section of the page begins with.
     template : str
-        Its table in the commented file, JOINT for the name of a joint.
+        Its table in the commented file, JOINT for the key of a joint.
     absent : callable
         What the page says is not known where it is not asked for.
     """
@@ -150,7 +148,6 @@ class Analysis(Generic[K, P]):
     step: "Callable[[Planned], Step[P] | None] | None" = None
     table: str = ""
     scene_keys: "type[BaseModel] | None" = None
-    asked: Callable[[K], bool] = lambda keys: True
     parts: "Callable[[Given, K], Sequence[AnalysisPart]]" = _one_part
     combine: Callable[[Sequence[P]], Product] | None = None
     by_response: bool = False
@@ -184,7 +181,7 @@ class Analysis(Generic[K, P]):
     def keys_of(self, given: "Given") -> K | None:
         """Its table in a study or scene; None where it is not asked for."""
         keys: K | None = getattr(given, self.table or self.key, None)
-        return None if keys is None or not self.asked(keys) else keys
+        return keys
 
 
 @dataclass(frozen=True)

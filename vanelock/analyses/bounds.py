@@ -6,18 +6,18 @@ these forces are found by `nonlinear.peak_bounds`.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case, heads
-from vanelock.input.schema.structure.structure import KeyTable, sequence
+from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
@@ -56,12 +56,8 @@ ABSENT = (
 class BoundsKeys(KeyTable):
     """Between which values static friction, which no model determines, may move the peak."""
 
-    joints: (
-        Annotated[tuple[Annotated[str, Field(min_length=1)], ...], BeforeValidator(sequence)] | None
-    ) = Field(default=None, min_length=1, description="joints of undetermined static friction")
     share: float = Field(default=1.0, ge=0, le=1, description="share of Coulomb's limit")
     starts: int = Field(default=4, ge=0, le=1000, description="number of random starts")
-    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
 
 
 @dataclass(frozen=True)
@@ -97,10 +93,6 @@ class BoundedPeak(Product):
 
 def check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
     """What keeps a peak from having bounds."""
-    known = given.joint_names
-    for name in keys.joints or ():
-        if known and name not in known:
-            yield f'bounds.joints: given "{name}": allowed are {", ".join(known)}'
     frequencies = given.response.frequencies
     if frequencies is not None and len(frequencies) < 2:
         yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
@@ -109,6 +101,11 @@ def check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
 def cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
     """Seconds."""
     return CURVES * curve
+
+
+def parts(given: "Given", keys: BoundsKeys) -> Sequence[AnalysisPart]:
+    """One, which takes the study's seed."""
+    return (AnalysisPart(inputs={"seed": given.seed}),)
 
 
 def _compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> BoundedPeak:
@@ -122,10 +119,10 @@ def _compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> Bounde
             case.range,
             case.options,
             (system.output_names[watched.node], watched.component),
-            keys.joints or "all",
+            "all",
             keys.share,
             keys.starts,
-            seed=keys.seed,
+            seed=part.inputs["seed"],
             progress=lambda done, amplitude: case.count(done, None, amplitude),
             modes=case.modes,
         )
@@ -240,10 +237,8 @@ TEMPLATE = """\
 # Between which values static friction in contacts that stick, which no model determines, may move
 # the peak; the table's name alone is enough. See `vanelock manual bounds_and_stability`.
 # [bounds]
-# joints = ["JOINT"]            # default: all
 # share = 1.0                   # 0: friction as assembled without stress
 # starts = 4                    # random places to search from, beside the extreme loads
-# seed = 1                      # of the random places
 """
 
 BOUNDS = Analysis(
@@ -253,6 +248,7 @@ BOUNDS = Analysis(
     scene_keys=BoundsKeys,
     product=lambda: BoundedPeak,
     compute=_compute,
+    parts=parts,
     check=check,
     cost=cost,
     places=lambda product: "bounds",

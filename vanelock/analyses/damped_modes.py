@@ -56,13 +56,19 @@ Coefficient = Annotated[
 
 
 class ModeKeys(KeyTable):
-    """Modes of waves that are followed from stuck to gross slip."""
+    """Natural frequency and damping ratio against amplitude, from stuck to gross slip."""
 
     modes: Annotated[tuple[Number, ...], BeforeValidator(sequence)] | None = Field(
         default=None, min_length=1, max_length=40, description="modes"
     )
     nodal_diameters: Annotated[tuple[Diameter, ...], BeforeValidator(sequence)] | None = Field(
         default=None, min_length=1, max_length=1000, description="nodal diameters"
+    )
+    influence: Annotated[tuple[Coefficient, ...], BeforeValidator(sequence)] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="aerodynamic influence coefficients",
     )
 
     def _distinct(self) -> Iterator[str]:
@@ -76,19 +82,8 @@ class ModeKeys(KeyTable):
     @property
     def air(self) -> dict[int, complex] | None:
         """Influence coefficients by segment, 1/s²; None where none are given."""
-        given = getattr(self, "influence", None)
+        given = self.influence
         return None if given is None else {m: complex(real, im) for m, real, im in given}
-
-
-class _DampedModeKeys(ModeKeys):
-    """Natural frequency and damping ratio against amplitude, from stuck to gross slip."""
-
-    influence: Annotated[tuple[Coefficient, ...], BeforeValidator(sequence)] | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="aerodynamic influence coefficients",
-    )
 
 
 @dataclass(frozen=True)
@@ -142,7 +137,7 @@ class FollowedMode(Product):
         return np.asarray(self.driven.output[:, self.node, self.component])
 
 
-def check(given: "Given", keys: ModeKeys, table: str = "damped_modes") -> Iterator[str]:
+def check(given: "Given", keys: ModeKeys) -> Iterator[str]:
     """What keeps modes from being of the ring."""
     if getattr(given, "system", None) is not None:  # whose file says how many segments
         return
@@ -150,10 +145,10 @@ def check(given: "Given", keys: ModeKeys, table: str = "damped_modes") -> Iterat
     for k in keys.nodal_diameters or ():
         if 2 * abs(k) > N:
             allowed = f"of {N} segments allowed are {-(N // 2)} to {N // 2}"
-            yield f"{table}.nodal_diameters: given {k}: {allowed}"
-    segments = [m % N for m, *_ in getattr(keys, "influence", None) or ()]
+            yield f"damped_modes.nodal_diameters: given {k}: {allowed}"
+    segments = [m % N for m, *_ in keys.influence or ()]
     if len(set(segments)) < len(segments):
-        yield f"{table}.influence: of {N} segments one is given twice"
+        yield f"damped_modes.influence: of {N} segments one is given twice"
 
 
 def cost(study: "Study", keys: ModeKeys, curve: float) -> float:
@@ -426,8 +421,8 @@ TEMPLATE = """\
 DAMPED_MODES = Analysis(
     key="damped_modes",
     title="damped modes",
-    keys=_DampedModeKeys,
-    scene_keys=_DampedModeKeys,
+    keys=ModeKeys,
+    scene_keys=ModeKeys,
     product=lambda: FollowedMode,
     compute=compute,
     parts=parts,

@@ -5,7 +5,7 @@ changes; of a nonlinear mode it is the usual abscissa (G. Kerschen et al., Nonli
 Part I, Mech. Syst. Signal Process. 23 (2009) 170-194). Modes are those of `damped_modes`.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -30,13 +30,9 @@ TEXT = (
 )
 
 
-class _EnergyFrequencyKeys(damped_modes.ModeKeys):
-    """Natural frequency and damping ratio against the energy of the vibration."""
-
-
 @dataclass(frozen=True)
 class EnergyFrequency(Product):
-    """A mode at p energies; without any, why there are none.
+    """A mode at p energies; at none where it was not followed.
 
     Attributes
     ----------
@@ -48,7 +44,6 @@ class EnergyFrequency(Product):
         Hz.
     damping_ratio : (p,) float
         Of structure and friction.
-    reason : str
     """
 
     number: int
@@ -56,7 +51,6 @@ class EnergyFrequency(Product):
     energy: Floats = field(default_factory=lambda: np.empty(0), metadata={"unit": "J"})
     frequency: Floats = field(default_factory=lambda: np.empty(0), metadata={"unit": "Hz"})
     damping_ratio: Floats = field(default_factory=lambda: np.empty(0))
-    reason: str = ""
 
     @property
     def name(self) -> str:
@@ -64,26 +58,22 @@ class EnergyFrequency(Product):
         return f"mode {self.number}, ND {self.nodal_diameter}"
 
 
-def _compute(case: "SolvedCase", keys: _EnergyFrequencyKeys, part: AnalysisPart) -> EnergyFrequency:
-    """One mode of one nodal diameter."""
+def _compute(
+    case: "SolvedCase", keys: damped_modes.ModeKeys, part: AnalysisPart
+) -> EnergyFrequency:
+    """One mode of one nodal diameter, as it was followed."""
     from vanelock.quantities.contacts import balance
 
-    followed = damped_modes.compute(case, keys, part)
+    place = list(damped_modes.parts(case.given, keys)).index(part)
+    followed: damped_modes.FollowedMode = case.product("damped_modes", place)
     number, k, mode = followed.number, followed.nodal_diameter, followed.mode
     if mode is None:
-        return EnergyFrequency(number, k, reason=followed.reason)
+        return EnergyFrequency(number, k)
     at = mode.response.harmonic_diameters.tolist()
     system = case.system_at(at)
     points = range(len(mode.frequency))
     energy = np.array([balance(system, mode.response, point).stored for point in points])
-    return EnergyFrequency(number, k, energy, mode.frequency, mode.damping_ratio, mode.ended)
-
-
-def warnings(case: "CaseResult", products: Sequence[EnergyFrequency]) -> Iterator[str]:
-    """Which modes were not followed to gross slip."""
-    for each in products:
-        if each.reason:
-            yield f"energy of {each.name}: NOT FOLLOWED to gross slip: {each.reason}"
+    return EnergyFrequency(number, k, energy, mode.frequency, mode.damping_ratio)
 
 
 def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
@@ -157,29 +147,18 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-TEMPLATE = """\
-# Natural frequency and damping ratio against the energy of the vibration; the table's name alone is
-# enough. See `vanelock manual energy_frequency`.
-# [energy_frequency]
-# modes = [2]                   # default: response.mode
-# nodal_diameters = [1]         # negative: backward waves; default: that of the excitation
-"""
-
 ENERGY_FREQUENCY = Analysis(
     key="energy_frequency",
     title="energy-frequency diagram",
-    keys=_EnergyFrequencyKeys,
-    scene_keys=_EnergyFrequencyKeys,
+    table="damped_modes",
+    keys=damped_modes.ModeKeys,
     product=lambda: EnergyFrequency,
     compute=_compute,
     parts=damped_modes.parts,
     whole_ring=lambda given, keys: keys.nodal_diameters is not None,
-    check=lambda given, keys: damped_modes.check(given, keys, "energy_frequency"),
-    cost=damped_modes.cost,
+    after=("damped_modes",),
     places=lambda product: f"energy_frequency/mode_{product.number}_nd_{product.nodal_diameter}",
-    warnings=warnings,
     tables=tables,
     pictures=pictures,
     text=TEXT,
-    template=TEMPLATE,
 )

@@ -4,23 +4,23 @@ The rings are drawn, or one is given; see `nonlinear.ring_response`. Each is a s
 that they are computed side by side.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.arrays import Floats
-from vanelock.common.checked import Check
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.comparison import FrequencyRange
-from vanelock.input.schema.distributions import Deviation, JointDeviations
-from vanelock.input.schema.structure.structure import KeyTable
+from vanelock.input.schema.distributions import Deviation
+from vanelock.input.schema.structure.structure import KeyTable, leaves
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
@@ -31,6 +31,12 @@ if TYPE_CHECKING:
     from vanelock.report import Answer, Picture
     from vanelock.rom import System
 
+FREQUENCY = "vane.frequency"
+"""What the deviation of the natural frequencies of a vane alone is called."""
+OF_JOINT = ("interference", "mu", "kn", "kt", "slider")
+"""What deviates of a joint: relative to its own values, `slider` to the limit of friction."""
+VANE_MODES = 5
+"""Of a vane alone, each of which deviates by itself; more where the mode of interest is above."""
 PERCENTILES = (5, 50, 95)
 """Of the rings drawn."""
 APART = 0.01
@@ -43,50 +49,25 @@ TEXT = (
 ABSENT = "**Mistuning**: all segments are alike; `[mistuning]` computes rings in which they differ."
 
 
-class _JointMistuningKeys(KeyTable):
+def _named(value: object) -> object:
+    """Keys without quotes, which TOML nests, as dotted ones."""
+    return dict(leaves(value)) if isinstance(value, dict) else value
+
+
+class MistuningKeys(KeyTable):
     """How much more some segment vibrates where the segments of a ring are not alike."""
 
     rings: int = Field(default=20, ge=1, le=10_000, description="number of rings drawn")
-    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
     range: FrequencyRange | None = Field(default=None, description="[low, high] frequency [Hz]")
-    joints: dict[str, JointDeviations] = Field(default={}, description="deviations by joint")
-
-    def _deviates(self) -> Iterator[str]:
-        if not self.given:
-            yield "nothing deviates: give mistuning.joints.<joint>.mu, or another deviation"
-
-    checks: ClassVar[tuple[Check, ...]] = (_deviates,)
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """What deviates, by key below the table."""
-        return {
-            f"joints.{joint}.{name}": value
-            for joint, keys in self.joints.items()
-            for name in JointDeviations.model_fields
-            if (value := getattr(keys, name)) is not None
-        }
+    keys: Annotated[dict[str, Deviation], BeforeValidator(_named)] = Field(
+        min_length=1, max_length=100, description="what deviates"
+    )
 
     @property
     def count(self) -> int:
         """Rings: as many as are drawn, or the one that is given."""
-        drawn = any(isinstance(value, float) for value in self.given.values())
+        drawn = any(isinstance(value, float) for value in self.keys.values())
         return self.rings if drawn else 1
-
-
-class MistuningKeys(_JointMistuningKeys):
-    """The same of a study, whose vanes may differ by themselves."""
-
-    frequency: Deviation | None = Field(
-        default=None, description="deviation of the natural frequencies of a vane alone"
-    )
-    modes: int = Field(default=5, ge=1, le=50, description="number of modes of a vane alone")
-
-    @property
-    def given(self) -> dict[str, Any]:
-        """What deviates, by key below the table."""
-        found = super().given
-        return found if self.frequency is None else {**found, "frequency": self.frequency}
 
 
 @dataclass(frozen=True)
@@ -162,48 +143,54 @@ class MistunedRings(Product):
         return int(ring), int(segment)
 
 
-def check(given: "Given", keys: _JointMistuningKeys) -> Iterator[str]:
+def check(given: "Given", keys: MistuningKeys) -> Iterator[str]:
     """What keeps segments from differing."""
     sectors, known = given.ring.sectors, given.joint_names
     ready = getattr(given, "system", None) is not None  # whose file says how many
     if sectors == 1 and not ready:
         yield "mistuning: needs a ring of several segments: ring.sectors = 1"
-    for name in keys.joints:
-        if known and name not in known:
-            yield f'mistuning.joints: given "{name}": allowed are {", ".join(known)}'
-    for name, value in keys.given.items():
-        if isinstance(value, tuple) and not ready and len(value) != sectors:
-            needs = f"needs 1, or one a segment: {sectors}"
-            yield f"mistuning.{name}: given {len(value)} numbers: {needs}"
+    of_study = hasattr(given, "joints")
+    table, joints = ("joints" if of_study else "contacts"), "|".join(known) or r"[\w-]+"
+    for name, value in keys.keys.items():
+        where, count = f'mistuning.keys."{name}"', len(value) if isinstance(value, tuple) else 0
+        own = of_study and name == FREQUENCY
+        if not own and not re.fullmatch(rf"{table}\.({joints})\.({'|'.join(OF_JOINT)})", name):
+            allowed = f"{', '.join(OF_JOINT)} of {table}.{f', {table}.'.join(known) or '<name>'}"
+            yield f"{where}: allowed are {allowed}{f', and {FREQUENCY}' if of_study else ''}"
+        elif count and name.endswith(".slider"):
+            yield f"{where}: given {count} numbers: needs 1"
+        elif count and not ready and count != sectors:
+            yield f"{where}: given {count} numbers: needs 1, or one a segment: {sectors}"
     if "rings" in keys.model_fields_set and keys.count != keys.rings:
         yield f"mistuning.rings = {keys.rings}: all deviations are given by segment: one ring"
 
 
-def cost(study: "Study", keys: _JointMistuningKeys, curve: float) -> float:
+def cost(study: "Study", keys: MistuningKeys, curve: float) -> float:
     """Seconds: about one point of a tuned ring for each of a segment."""
     return keys.count * study.ring.sectors * curve
 
 
-def parts(given: "Given", keys: _JointMistuningKeys) -> Sequence[AnalysisPart]:
+def parts(given: "Given", keys: MistuningKeys) -> Sequence[AnalysisPart]:
     """One for each ring."""
-    return [AnalysisPart(f"ring {i + 1}", {"ring": i}) for i in range(keys.count)]
+    alike = {"vane_modes": max(VANE_MODES, given.response.mode), "seed": given.seed}
+    return [AnalysisPart(f"ring {i + 1}", {"ring": i, **alike}) for i in range(keys.count)]
 
 
-def _compute(case: "SolvedCase", keys: _JointMistuningKeys, part: AnalysisPart) -> MistunedRing:
+def _compute(case: "SolvedCase", keys: MistuningKeys, part: AnalysisPart) -> MistunedRing:
     """One ring of a case."""
     from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step
 
-    number, system, watched = part.inputs["ring"], case.whole, case.monitored
+    system, watched = case.whole, case.monitored
     whole, own = case.planned.structure.whole, None
-    if isinstance(keys, MistuningKeys) and keys.frequency is not None:
-        own = vane_modes_step(case.planned, whole, keys.modes)
+    if FREQUENCY in keys.keys:
+        own = vane_modes_step(case.planned, whole, part.inputs["vane_modes"])
     modes = None if own is None else case.get(own)
     shared = case.get(ring_modes_step(case.planned, whole, own)).diameters
     hertz = case.frequencies if keys.range is None else (keys.range[0], keys.range[1])
     found = nonlinear.ring_response(
         system,
         hertz,
-        drawn(system, keys, number, modes),
+        drawn(system, keys, (part.inputs["seed"], part.inputs["ring"]), modes),
         case.options,
         modes=case.modes,
         shared=shared,
@@ -218,18 +205,16 @@ def _compute(case: "SolvedCase", keys: _JointMistuningKeys, part: AnalysisPart) 
 
 def drawn(
     system: "System",
-    keys: _JointMistuningKeys,
-    number: int,
+    keys: MistuningKeys,
+    seeds: tuple[int, int],
     modes: "nonlinear.SectorModes | None" = None,
 ) -> "nonlinear.Unlike":
-    """By how much the segments of a ring differ, the `number`th one drawn, from 0."""
-    asked: dict[str, dict[str, Any]] = {
-        joint: {name: value for name, value in each if value is not None}
-        for joint, each in keys.joints.items()
-    }
-    if isinstance(keys, MistuningKeys) and keys.frequency is not None:
-        asked["modes"] = {"frequency": keys.frequency}
-    seed = int(np.random.SeedSequence([keys.seed, number]).generate_state(1)[0])
+    """By how much the segments of a ring differ, drawn from the study's seed and its number."""
+    asked: dict[str, dict[str, Any]] = {}
+    for key, value in keys.keys.items():
+        *_, joint, name = key.split(".")
+        asked.setdefault("modes" if key == FREQUENCY else joint, {})[name] = value
+    seed = int(np.random.SeedSequence(seeds).generate_state(1)[0])
     return nonlinear.Unlike.scatter(system, asked, seed, modes)
 
 
@@ -395,19 +380,18 @@ TEMPLATE = """\
 # deviations, relative, or lists with one number a segment. See `vanelock manual mistuning`.
 # [mistuning]
 # rings = 20                    # drawn
-# seed = 1
 # range = [250, 290]            # Hz; that of the response if left out
-# frequency = 0.005             # of a study alone
-# modes = 5                     # each deviates by itself
-# joints.JOINT.mu = 0.05        # and interference, kn, kt
-# joints.JOINT.slider = 0.1     # static friction, of its limit
+# [mistuning.keys]
+# "JOINT.mu" = 0.05             # and interference, kn, kt
+# "JOINT.slider" = 0.1          # static friction, of its limit
+# "vane.frequency" = 0.005      # natural frequencies of a study's vane alone
 """
 
 MISTUNING = Analysis(
     key="mistuning",
     title="mistuning",
     keys=MistuningKeys,
-    scene_keys=_JointMistuningKeys,
+    scene_keys=MistuningKeys,
     product=lambda: MistunedRing,
     compute=_compute,
     parts=parts,

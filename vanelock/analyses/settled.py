@@ -8,12 +8,13 @@ import numpy as np
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
-from vanelock.analyses.stability import StabilityKeys
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
+from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.input.cases.values import Given
     from vanelock.quantities.case_result import CaseResult
     from vanelock.stages.response.summary import Settled, Summary
 
@@ -22,6 +23,10 @@ STEPS, PERIODS = 128, 1000
 MODES = 60
 """Modes of a nodal diameter that keep their inertia; the others follow statically."""
 DISTURBANCE = 1e-4
+
+
+class SettledKeys(KeyTable):
+    """What a ring does instead of an unstable wave, followed in time."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +76,13 @@ class FollowedPeak(Product):
         )
 
 
-def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> FollowedPeak:
+def check(given: "Given", keys: SettledKeys) -> Iterator[str]:
+    """What keeps unstable peaks from being known."""
+    if getattr(given, "stability", None) is None:
+        yield "settled: needs [stability], which says whether a peak is unstable"
+
+
+def _compute(case: "SolvedCase", keys: SettledKeys, part: AnalysisPart) -> FollowedPeak:
     """What the ring does at the peak of a response, if its wave is unstable."""
     from vanelock.stages.response.responses import as_solved
 
@@ -137,18 +148,25 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     yield by_case(made, count)
 
 
+TEMPLATE = """\
+# The ring integrated in time where its wave at the peak does not last, which [stability] says; the
+# table's name alone is enough. See `vanelock manual bounds_and_stability`.
+# [settled]
+"""
+
 SETTLED = Analysis(
     key="settled",
     title="unstable peaks in time",
-    table="stability",
-    keys=StabilityKeys,
+    keys=SettledKeys,
+    scene_keys=SettledKeys,
     product=lambda: FollowedPeak,
     compute=_compute,
-    asked=lambda keys: keys.follow,
     by_response=True,
     whole_ring=lambda given, keys: True,
     after=("stability",),
+    check=check,
     places=lambda product: "" if product.found is None else "settled",
     summarise=_summarise,
     tables=tables,
+    template=TEMPLATE,
 )

@@ -40,7 +40,6 @@ class StabilityKeys(KeyTable):
     """Whether the ring stays with the periodic wave, all nodal diameters considered."""
 
     points: Literal["peaks", "all"] = Field(default="peaks", description="points of the response")
-    follow: bool = Field(default=False, description="follow an unstable peak in time")
 
 
 def check(given: "Given", keys: StabilityKeys) -> Iterator[str]:
@@ -228,7 +227,6 @@ TEMPLATE = """\
 # The table's name alone is enough. See `vanelock manual bounds_and_stability`.
 # [stability]
 # points = "peaks"              # or "all" solved points of the curve, each some seconds
-# follow = false                # true: integrate the ring in time where its wave does not last
 """
 
 STABILITY = Analysis(

@@ -5,15 +5,15 @@ Archard's law takes a depth off the interference of each contact; see `nonlinear
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
-from vanelock.common.checked import Check
+from vanelock.common.checked import OTHER, PLAIN
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
@@ -40,25 +40,25 @@ TEXT = (
 )
 
 
+HeldOrRange = Annotated[
+    Annotated[Hertz, Tag(PLAIN)] | Annotated[FrequencyRange, Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else PLAIN),
+]
+"""A frequency that is held, Hz, or the range of a peak."""
+
+
 class _DwellKeys(KeyTable):
     """Vibration that stays at a frequency, or at the peak of a range wherever that moves."""
 
     cycles: float = Field(gt=0, le=1e15, description="number of cycles")
-    frequency: Hertz | None = Field(default=None, description="frequency [Hz]")
-    range: FrequencyRange | None = Field(default=None, description="[low, high] frequency [Hz]")
+    frequency: HeldOrRange | None = Field(default=None, description="frequency [Hz]")
     load: float = Field(default=1.0, gt=0, le=1e6, description="load over that of the study")
 
-    def _one_place(self) -> Iterator[str]:
-        if self.frequency is not None and self.range is not None:
-            yield f"range = {list(self.range)}: give either this or frequency, not both"
-
-    checks: ClassVar[tuple[Check, ...]] = (_one_place,)
-
     def dwell(self, ends: tuple[float, float]) -> "Dwell":
-        """The same for the solver; without a frequency at the peak of its range."""
-        if self.frequency is not None:
+        """The same for the solver; without a frequency held at the peak of its range."""
+        if isinstance(self.frequency, float):
             return nonlinear.Dwell(self.cycles, frequency=self.frequency, force=self.load)
-        low, high = ends if self.range is None else self.range
+        low, high = self.frequency or ends
         return nonlinear.Dwell(self.cycles, near=(low, high), force=self.load)
 
 
@@ -67,9 +67,6 @@ class _WearKeys(KeyTable):
 
     dwells: Annotated[tuple[_DwellKeys, ...], BeforeValidator(sequence)] = Field(
         min_length=1, max_length=1000, description="dwells"
-    )
-    step: float = Field(
-        default=0.05, gt=0, le=0.5, description="largest relative change of interference in a step"
     )
 
 
@@ -132,8 +129,7 @@ def _compute(case: "SolvedCase", keys: _WearKeys, part: AnalysisPart) -> WornCas
             np.where(coefficient > 0, places.area, 1.0),
             case.options,
             (system.output_names[watched.node], watched.component),
-            keys.step,
-            progress,
+            progress=progress,
         )
     except InputError as error:
         return WornCase(reason=str(error))
@@ -349,9 +345,8 @@ TEMPLATE = """\
 # What the joints with a wear coefficient lose while the engine dwells, and how the vibration
 # changes with it. See `vanelock manual fatigue_and_wear`.
 # [wear]
-# dwells = [{ cycles = 1e8 }]   # one after another: at the peak of response.range, or of a range of
-                                # their own, or at a frequency; at a load over that of the study
-# step = 0.05                   # largest relative change of an interference in a step
+# dwells = [{ cycles = 1e8 }]   # one after another: at the peak of response.range, or of their own
+                                # frequency = [240, 260], or held at one; at a load over the study's
 """
 
 WEAR = Analysis(

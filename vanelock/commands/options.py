@@ -168,9 +168,9 @@ def study_files(incomplete: str) -> list[str]:
 def setting_keys(incomplete: str) -> list[str]:
     """Keys that `converge --setting` knows of some study."""
     keys = (
-        *("mesh.size", "rom.accuracy", "rom.vane_modes", "rom.casing_modes"),
+        *("mesh.size", "rom.accuracy", "rom.modes"),
         *("response.harmonics", "response.coupling", "response.points", "response.samples"),
-        "joints.hook.patch",
+        "joints.patch",
     )
     return [key for key in keys if key.startswith(incomplete)]
 

@@ -39,7 +39,7 @@ def template_text(kind: str = "study", all_keys: bool = False) -> str:
     text = files("vanelock.input.templates").joinpath(f"{kind}.toml").read_text("utf-8")
     if not all_keys:
         return _first_keys(text, kind)
-    joint = "lap" if kind == "scene" else "interlock"
+    joint = "contacts.lap" if kind == "scene" else "joints.interlock"
     tables = [a.template for a in ANALYSES if kind == "study" or a.scene_keys is not None]
     return "\n".join([text, *(each.replace("JOINT", joint) for each in tables if each)])
 

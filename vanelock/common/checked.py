@@ -25,8 +25,9 @@ Check = Callable[[Any], Iterable[str] | None]
 ANY = "<name>"
 """Stands in a schema's keys for a name that the user gives to a table."""
 DIMENSIONS, OWN = "<dimensions>", "<own mesh>"
-"""How pydantic marks in an error's place which of two a part's table was taken for."""
-_NO_KEYS = (DIMENSIONS, OWN, "[key]")
+PLAIN, OTHER = "<plain>", "<other>"
+"""How pydantic marks in an error's place which of two forms a value was taken for."""
+_NO_KEYS = (DIMENSIONS, OWN, PLAIN, OTHER, "[key]")
 
 _BOUNDS = {
     "greater_than": ("gt", ">"),
@@ -153,7 +154,8 @@ def reason(details: ErrorDetails, schema: Schema, given: object = None) -> str:
         limit = f"{subject} must be {sign} {context[name]:.12g} {unit}".rstrip()
         return limit + _suggested(given, unit, field, name, float(context[name]))
     if kind in _SAID:
-        return _SAID[kind].format(subject=subject, **context).replace("'", '"')
+        quoted = {name: str(value).replace("'", '"') for name, value in context.items()}
+        return _SAID[kind].format(subject=subject, **quoted)
     if expected := _TYPES.get(kind.removesuffix("_type").removesuffix("_parsing")):
         return f"expected {expected}"
     return details["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")

@@ -46,13 +46,14 @@ def least_band(
 
 
 def softest(study: Any) -> float:
-    """The lowest modulus that a part of a `Study` may come to over its own, at most 1."""
+    """The lowest modulus that a part of a `Study` may come to over that of its reduction, or 1."""
     if study.accuracy is not None:  # reduced at the modulus of the response
         return 1.0
     heated = [
         getattr(study.material, p) for p in PARTS if getattr(study.temperature, p) is not None
     ]
-    return min([1.0, *(float(E / metal.E) for metal in heated for _, E in metal.E_at or ())])
+    cold = study.temperature.reference
+    return min([1.0, *(float(E / m.modulus(cold)) for m in heated for _, E in m.moduli)])
 
 
 def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:
@@ -88,8 +89,7 @@ def advice(study: Any) -> str:
         return (
             'write band = "{:g} Hz" for the reduced components, instead of modes or a cutoff if any'
         )
-    modes = [f"rom.{name}" for name in ("vane_modes", "casing_modes") if getattr(study.rom, name)]
     if study.rom.route != "cyclic":
-        return 'give more rom.vane_modes, or choose rom.route = "cyclic"'
-    instead = f" instead of {' and '.join(modes)}" if modes else ""
+        return 'give more rom.modes, or choose rom.route = "cyclic"'
+    instead = " instead of rom.modes" if study.rom.modes else ""
     return f'write rom.band = "{{:g}} Hz"{instead}'

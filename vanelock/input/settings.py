@@ -10,6 +10,7 @@ from vanelock.common.checked import field_at, show, subject_and_unit
 from vanelock.common.quantities import Bounds, Usual, meant, metadata, number, typical
 from vanelock.input.cases.names import scaled
 from vanelock.input.cases.values import Given, path_of
+from vanelock.input.schema.structure.structure import PER_AREA
 from vanelock.input.schema.study import Study
 
 Flat = dict[str, Any]
@@ -99,6 +100,8 @@ def unusual(given: Given) -> tuple[str, ...]:
         where = f'{key.partition(".")[0]}."{swept}"' if (swept := _listed_key(key)) != key else key
         for i, each in enumerate(value if isinstance(value, list) else [value]):
             last = each[-1] if isinstance(each, list | tuple) else each  # of [degC, Pa]
+            if isinstance(last, str) and last.endswith(PER_AREA):  # says its unit
+                continue
             size = number(last, field)
             if size == 0 or usual.low <= size <= usual.high:
                 continue

@@ -159,7 +159,7 @@ class StepProducts(Products):
         planned, outputs = self.planned, self.planned.case.given.outputs
         if self._peak is None or not planned.meshes:
             return None
-        moving = getattr(outputs, "animations", False)
+        moving = "animations" in outputs.show
         shown = self.stages.get(planned.response).harmonics if moving else 1
         return fields_step(planned, planned.response, self._peak.point, shown)
 

@@ -100,7 +100,7 @@ class RunResult:
     @property
     def shapes(self) -> bool:
         """Whether pictures of shapes are asked for."""
-        return bool(getattr(self.given.outputs, "shapes", False))
+        return "shapes" in self.given.outputs.show
 
     @property
     def first(self) -> CaseResult:

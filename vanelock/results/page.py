@@ -208,7 +208,7 @@ OPEN = ("summary", "shapes")
 def show(run: RunResult) -> None:
     """Draw the pictures of a run and write its page, unless they show the same already."""
     draw(run)
-    if run.given.outputs.report:
+    if "report" in run.given.outputs.show:
         run.output_files.draw(REPORT, shown(run), lambda path: write_page(path, page(run)))
 
 

@@ -178,8 +178,7 @@ def estimated(
     seconds = meshes * linear * LINEAR * (largest / 168e3) ** 1.15
     each = [REST + POINTS * work(study) + _analyses(study, analyses) for study in chosen]
     seconds += len(cases) * sum(each) / len(chosen)
-    wanted = chosen[0].outputs
-    if wanted.shapes or wanted.loops:
+    if {"shapes", "loops"} & {*chosen[0].outputs.show}:
         seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
     harmonics = sum(study.response.harmonics for study in chosen) / len(chosen)
     disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7

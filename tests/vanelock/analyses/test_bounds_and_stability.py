@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 PAD = (
     '[system]\nfile = "pad.h5"\n[response]\nrange = [0.1, 0.3]\nharmonics = 1\n'
-    "[bounds]\nstarts = 1\n[stability]\n[outputs]\nloops = false\nreport = false\n"
+    "[bounds]\nstarts = 1\n[stability]\n[outputs]\nshow = []\n"
 )
 
 
@@ -200,7 +200,7 @@ def test_bounds_are_of_the_sweep_that_the_run_shows(
 
     monkeypatch.setattr(nonlinear, "peak_bounds", bounds)
     softening().save(tmp_path / "soft.h5")
-    text = f'direction = "{direction}"\n[bounds]\n[outputs]\nloops = false\nreport = false\n'
+    text = f'direction = "{direction}"\n[bounds]\n[outputs]\nshow = []\n'
     text = f'[system]\nfile = "soft.h5"\n[response]\nharmonics = 1\n{NEAR}{text}'
     (found,) = run_scene(load_scene(written(tmp_path, text)), tmp_path / "run")
     assert [found.sweeps[0].direction] == swept
@@ -249,7 +249,7 @@ def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_
         written(
             tmp_path,
             text + '[response]\nharmonics = 1\npoints = 2\n[stability]\npoints = "all"\n'
-            "[outputs]\nloops = false\nreport = false\n",
+            "[outputs]\nshow = []\n",
         )
     )
     (found,) = run_scene(scene, tmp_path / "run")

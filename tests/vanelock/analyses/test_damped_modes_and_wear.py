@@ -139,8 +139,8 @@ def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
         ("[wear]\n", "wear.dwells"),
         (
             "[joints.hook]\nwear_coefficient = 1e-14\n[wear]\n"
-            "dwells = [{ cycles = 1, frequency = 9, range = [1, 2] }]",
-            "give either this or frequency, not both",
+            "dwells = [{ cycles = 1, frequency = [2, 1] }]",
+            r"dwells\[0\]\.frequency = \[2, 1\]: must be \[low, high\] with low < high",
         ),
         ("[damped_modes]\nnodal_diameters = [5]", "allowed are -4 to 4"),
         ("[damped_modes]\nmodes = [1, 1]", "must differ"),

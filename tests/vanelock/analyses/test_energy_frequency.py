@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from tests.verification.nonlinear.spring_rings import spring_ring
-from vanelock import load_scene, nonlinear, parse_study, run_scene
+from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.energy_frequency import EnergyFrequency
-from vanelock.common.errors import InputError
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 STEPS = 64
@@ -21,7 +20,7 @@ def test_the_energy_is_twice_the_kinetic_energy_of_a_sector_on_average(tmp_path:
     ring.save(tmp_path / "ring.h5")
     (tmp_path / "scene.toml").write_text(
         '[system]\nfile = "ring.h5"\n[response]\nfrequencies = [0.1, 0.2]\nharmonics = 3\n'
-        "[energy_frequency]\nmodes = [2]\n[outputs]\nloops = false\n"
+        "[damped_modes]\nmodes = [2]\n[outputs]\nshow = ['report']\n"
     )
     run_scene(load_scene(tmp_path / "scene.toml"), tmp_path / "run", events.append)
     with h5py.File(tmp_path / "run" / "results.h5") as file:
@@ -45,9 +44,3 @@ def test_the_energy_is_twice_the_kinetic_energy_of_a_sector_on_average(tmp_path:
     assert (row["least_j"], row["end_j"]) == (kept.energy[0], kept.energy[-1])
     assert (tmp_path / "run" / "figures" / "energy_frequency_nominal.csv").exists()
     assert "Energy-frequency diagram" in (tmp_path / "run" / "report.html").read_text("utf-8")
-
-
-def test_what_cannot_be_is_refused() -> None:
-    for key, said in (("nodal_diameters = [9]", ": given 9: of 16"), ("modes = [1, 1]", " = ")):
-        with pytest.raises(InputError, match=rf"energy_frequency\.{key.partition(' ')[0]}{said}"):
-            parse_study(f"[energy_frequency]\n{key}\n")

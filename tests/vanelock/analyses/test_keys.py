@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 
 def test_the_name_of_a_table_alone_is_enough() -> None:
     study = parse_study("[bounds]\n[stability]\n")
-    assert BOUNDS.keys_of(study) == BoundsKeys(joints=None, share=1.0, starts=4, seed=1)
+    assert BOUNDS.keys_of(study) == BoundsKeys(share=1.0, starts=4)
     assert STABILITY.keys_of(study) == StabilityKeys(points="peaks")
     assert not list(asked_for(ANALYSES, parse_study("")))
 
@@ -39,15 +39,11 @@ def test_isotropic_friction_has_both() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[bounds]\njoints = ["hok"]', 'bounds.joints: given "hok": allowed are hook, interlock'),
         ("[bounds]\nshare = 1.5", "bounds.share = 1.5"),
         ("[bounds]\nstarts = -1", "bounds.starts = -1"),
         ('[stability]\npoints = "some"', "stability.points"),
         ("[response]\nfrequencies = [250]\n[bounds]", "a peak, which takes a range"),
-        (
-            '[joints.interlock]\nenabled = false\n[bounds]\njoints = ["interlock"]',
-            'given "interlock": allowed are hook',
-        ),
+        ("[settled]", "settled: needs [stability]"),
         ('accuracy = 0.05\n[stability]\npoints = "all"', 'stability.points = "all"'),
     ],
 )

@@ -17,8 +17,8 @@ from vanelock.rom import System
 from vanelock.stages.response.summary import Peak
 
 pytestmark = pytest.mark.usefixtures("undrawn")
-DEVIATIONS = {"contact": {"mu": 0.1, "kn": 0.05}}
-DRAWN = "[mistuning]\nrings = 3\nseed = 4\njoints.contact.mu = 0.1\njoints.contact.kn = 0.05\n"
+DEVIATIONS = {"contacts.contact.mu": 0.1, "contacts.contact.kn": 0.05}
+DRAWN = "[mistuning]\nrings = 3\n[mistuning.keys.contacts.contact]\nmu = 0.1\nkn = 0.05\n"
 
 
 def ring_scene(folder: Path, more: str) -> tuple[Path, System, list[float]]:
@@ -30,7 +30,7 @@ def ring_scene(folder: Path, more: str) -> tuple[Path, System, list[float]]:
     path.write_text(
         f'[system]\nfile = "ring.h5"\n'
         f"[response]\nfrequencies = {hertz}\n"
-        f'[outputs]\nmonitor = "{system.output_names[0]}, radial"\nloops = false\n{more}'
+        f'[outputs]\nmonitor = "{system.output_names[0]}, radial"\nshow = ["report"]\n{more}'
     )
     return path, system, hertz
 
@@ -44,9 +44,9 @@ def test_rings_of_a_run_are_those_drawn(tmp_path: Path) -> None:
     path, system, hertz = ring_scene(tmp_path, DRAWN)
     (found,) = run_scene(load_scene(path), tmp_path / "run")
     rings = rings_of(tmp_path / "run")
-    keys = MistuningKeys.model_validate({"seed": 4, "joints": DEVIATIONS})
+    keys = MistuningKeys.model_validate({"keys": DEVIATIONS})
     for number in range(3):
-        one = drawn(system, keys, number)
+        one = drawn(system, keys, (1, number))
         own = nonlinear.ring_response(system, hertz, one, nonlinear.Options(3))
         amplitude = own.amplitude[:, :, 0, 0]
         np.testing.assert_allclose(rings.amplitude[number], amplitude.max(axis=0), rtol=1e-8)
@@ -81,7 +81,7 @@ def test_given_segments_are_one_ring_which_turns_with_them(tmp_path: Path) -> No
         turned = [float(each) for each in np.roll(given, steps)]
         folder = tmp_path / f"{steps}"
         folder.mkdir()
-        path, *_ = ring_scene(folder, f"[mistuning]\njoints.contact.mu = {turned}\n")
+        path, *_ = ring_scene(folder, f"[mistuning]\nkeys.contacts.contact.mu = {turned}\n")
         run_scene(load_scene(path), folder / "run")
         found.append(rings_of(folder / "run"))
     assert found[0].amplitude.shape == (1, system.sectors)
@@ -92,20 +92,25 @@ def test_given_segments_are_one_ring_which_turns_with_them(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("more", "line"),
     [
-        ("", "mistuning: nothing deviates: give mistuning.joints.<joint>.mu, or another deviation"),
-        ("joints.lap.mu = 0.1\n", 'mistuning.joints: given "lap": allowed are hook, interlock'),
+        ("", "mistuning.keys: must be given"),
         (
-            "frequency = [0.1, 0.2]\n",
-            "mistuning.frequency: given 2 numbers: needs 1, or one a segment: 16",
+            "keys.joints.lap.mu = 0.1\n",
+            'mistuning.keys."joints.lap.mu": allowed are interference, mu, kn, kt, slider of '
+            "joints.hook, joints.interlock, and vane.frequency",
         ),
         (
-            f"rings = 3\njoints.hook.mu = {[0.1] * 16}\n",
+            "keys.vane.frequency = [0.1, 0.2]\n",
+            'mistuning.keys."vane.frequency": given 2 numbers: needs 1, or one a segment: 16',
+        ),
+        (f"keys.joints.hook.slider = {[0.1] * 16}\n", '.slider": given 16 numbers: needs 1'),
+        (
+            f"rings = 3\nkeys.joints.hook.mu = {[0.1] * 16}\n",
             "mistuning.rings = 3: all deviations are given by segment: one ring",
         ),
-        ("joints.hook.mu = 1.5\n", "a relative standard deviation must be >= 0 and <= 1"),
-        ('joints.hook.mu = "wide"\n', "expected a number, such as 0.01 for 1 %"),
-        (f"joints.hook.kn = {[-1.0] + [0.1] * 15}\n", "must be > -1 and <= 10"),
-        ("frequency = 0.1\nrange = [300, 200]\n", "must be [low, high] with low < high"),
+        ("keys.joints.hook.mu = 1.5\n", "a relative standard deviation must be >= 0 and <= 1"),
+        ('keys.joints.hook.mu = "wide"\n', "expected a number, such as 0.01 for 1 %"),
+        (f"keys.joints.hook.kn = {[-1.0] + [0.1] * 15}\n", "must be > -1 and <= 10"),
+        ("keys.vane.frequency = 0.1\nrange = [300, 200]\n", "must be [low, high] with low < high"),
     ],
 )
 def test_what_cannot_be_is_refused(more: str, line: str) -> None:
@@ -116,7 +121,7 @@ def test_what_cannot_be_is_refused(more: str, line: str) -> None:
 
 
 def test_what_rings_lack_is_refused() -> None:
-    some = "[mistuning]\njoints.hook.mu = 0.1\n"
+    some = "[mistuning]\nkeys.joints.hook.mu = 0.1\n"
     for text, line in (
         (f"{some}[response]\ncoupling = 'uncoupled'\n", 'must be "coupled" for [mistuning]'),
         (f"{some}[ring]\nsectors = 1\n", "sectors"),

@@ -34,8 +34,8 @@ STUDY = """
 [scatter]
 samples = {count}
 [scatter.keys]
-"excitation.force" = {{ distribution = "lognormal", mean = 30, deviation = 9 }}
-"joints.interlock.kt" = {{ distribution = "normal", mean = 1e6, deviation = 1e5 }}
+"excitation.force" = {{ lognormal = [30, 9] }}
+"joints.interlock.kt" = {{ normal = [1e6, 1e5] }}
 """
 
 
@@ -173,7 +173,7 @@ def tables(text):
 
 
 def test_the_page_lists_what_scatters_or_varies_together_and_not_as_fixed():
-    shown = tables(STUDY.format(count=100) + 'vane.thickness = { low = "4 mm", high = 0.005 }')
+    shown = tables(STUDY.format(count=100) + 'vane.thickness = { uniform = ["4 mm", 0.005] }')
     assert shown["Scattering:"].rows == [
         ("excitation.force", "radial force per node", "lognormal, mean 30 N, deviation 9 N"),
         ("joints.interlock.kt", "tangential stiffness", "normal, mean 1 N/µm, deviation 0.1 N/µm"),
@@ -192,14 +192,11 @@ def test_the_page_lists_what_scatters_or_varies_together_and_not_as_fixed():
 def test_keys_of_optional_tables_know_their_defaults():
     text = STUDY.format(count=50) + "[campbell]\nmodes = 5"
     found = {each.key: each for each in settings(parse_study(text))}
-    assert (found["scatter.samples"].default, found["scatter.seed"].default) == (100, 1)
+    assert (found["scatter.samples"].default, found["seed"].default) == (100, 1)
     assert found["scatter.samples"].changed
-    assert not found["scatter.seed"].changed
+    assert not found["seed"].changed
     law = "scatter.keys.joints.interlock.kt."
-    assert (found[f"{law}distribution"].default, found[f"{law}truncate"].default) == (
-        "uniform",
-        False,
-    )
-    assert not found[f"{law}truncate"].changed
+    assert found[f"{law}normal"].changed
+    assert not found[f"{law}within"].changed
     assert found["campbell.modes"].default == 4
     assert not found["campbell.engine_orders"].changed

@@ -80,7 +80,7 @@ def test_bad_studies(tmp_path, refused, text, line):
 def test_what_cannot_be_searched(tmp_path, refused):
     """The file is named, and no folder is left behind."""
     key = "joints.interlock.mu"
-    (tmp_path / "a.toml").write_text(f"[optimise]\nbounds = {{ {key} = [0.5, 0.9] }}")
+    (tmp_path / "a.toml").write_text(f"[optimise]\nparameters = {{ {key} = [0.5, 0.9] }}")
     line = f'optimise: "{key}" starts at 0.3, outside of its bounds 0.5 to 0.9'
     assert refused("optimise", "a.toml").startswith(f"vanelock: a.toml: {line}")
     (tmp_path / "a.toml").write_text("")

@@ -83,8 +83,8 @@ def test_study_files_and_every_setting_of_a_study_are_completed(tmp_path):
     assert study_files(f"{tmp_path}/none/") == []
     studies = [
         {},
-        {"rom": {"route": "paper", "vane_modes": 5}},
-        {"rom": {"vane_modes": 5, "casing_modes": 5}},
+        {"rom": {"route": "paper", "modes": 5}},
+        {"rom": {"modes": 5}},
     ]
     found = {setting.key for each in studies for setting in settings_of(Study.model_validate(each))}
     assert found <= set(setting_keys(""))

@@ -30,7 +30,7 @@ RUN = ("run", "a.toml", "--json", "--workers", "1")
 
 STUDY = f"""{SMALL}
 response = {{ frequencies = [252, 256], harmonics = 1 }}
-outputs = {{ shapes = false, loops = false, report = false }}
+outputs = {{ show = [] }}
 """
 GOES_ON = (
     "vanelock: stopped; finished work is kept in runs/a, and the same command goes on from there\n"

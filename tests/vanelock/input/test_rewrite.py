@@ -27,7 +27,7 @@ file = 'b.csv'
 
 def test_what_is_left_out_goes_and_the_rest_stays():
     swept = TEXT + "\n[sweep]\njoints.hook.mu = [0.1, 0.2]\n"
-    without = ["sweep", "rows", "excitation.engine_orders", "joints.interlock.interference"]
+    without = ["sweep", "rows", "joints.interlock.interference"]
     made = rewritten(swept, {"joints.hook.mu": 0.2}, without)
     assert made.rstrip() == "\n".join(
         line.replace("mu = 0.3", "mu = 0.2") for line in TEXT.splitlines() if "2 um" not in line

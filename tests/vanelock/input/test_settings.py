@@ -12,11 +12,11 @@ material.vane.rho = 8.2e-09 kg/m^3: density, 50 to 25000 kg/m^3; "8.2e-09 t/mm^3
 material.casing.E = 1.7e+08 Pa: Young's modulus, 1e+09 to 1.5e+12 Pa; "170000000 kPa"?
 joints.interlock.kn = 0.001 N/m: normal stiffness, 1 to 1e+13 N/m; "0.001 kN/um"?
 sweep."material.vane.rho"[1] = 8.2 kg/m^3: density, 50 to 25000 kg/m^3; "8.2 g/cm^3"?
-material.vane.E_at[0] = 200000 Pa: Young's modulus by temperature, 1e+09 to 1.5e+12 Pa; \
+material.vane.E[0] = 200000 Pa: Young's modulus, 1e+09 to 1.5e+12 Pa; \
 "200000 MPa"?
 """
 LISTS = {
-    "material.vane.E_at": "[[20, 2e5], [600, 170e9]]",
+    "material.vane.E": "[[20, 2e5], [600, 170e9]]",
     'sweep."material.vane.rho"': "[8.2e3, 8.2]",
 }
 

@@ -26,7 +26,7 @@ from vanelock.pipeline.progress import Failed, Finished, Notice, Tasks
 STUDY = """
 mesh.size = "coarse"
 response = { frequencies = [262, 266, 270], harmonics = 1 }
-outputs = { shapes = false, loops = false, animations = false, report = false }
+outputs = { show = [] }
 [sweep]
 "joints.interlock.mu" = [0.1, 0.15, 0.2, 0.3]
 """

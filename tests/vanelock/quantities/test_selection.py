@@ -76,9 +76,9 @@ def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
     ("wanted", "said"),
     [
         ("", ["loops and shapes"]),
-        ("loops = false", ["shapes"]),
-        ("shapes = false", ["loops"]),
-        ("shapes = false\nloops = false", []),
+        ("show = ['shapes', 'report']", ["shapes"]),
+        ("show = ['loops', 'report']", ["loops"]),
+        ("show = ['report']", []),
     ],
 )
 def test_pictures_of_a_few_are_announced_where_there_are_any(wanted, said):

@@ -23,7 +23,7 @@ def run_one(
     """The example's case of one value, of other points if they are given."""
     scene = load_scene(EXAMPLES / name / "scene.toml")
     assert value in scene.sweep[key]
-    outputs = scene.outputs.model_copy(update={"loops": False, "report": False})
+    outputs = scene.outputs.model_copy(update={"show": ()})
     response = scene.response.model_copy(update={"points": points} if points else {})
     changed = {"sweep": {key: (value,)}, "outputs": outputs, "response": response}
     one = scene.model_copy(update=changed)

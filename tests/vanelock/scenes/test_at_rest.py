@@ -39,7 +39,7 @@ def block(lattice: Callable[..., Part], tmp_path: Path, scene_file: Write):
             f"normal = [0, 0, -1]\nkn = 1e7\nkt = 1e7\nmu = {MU}\n"
             + load("block", top, str([*force]), size, "harmonic = 0\n")
             + load("block", node(0, 0, WIDTH), "[1, 0, 0]", 1e-3)
-            + "[outputs]\nloops = false\nreport = false\n"
+            + "[outputs]\nshow = []\n"
         )
 
     return write

@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     text = text.replace("left 23, y", f"left {node}, y").replace("points = 61", "points = 3")
     text = text.replace("harmonics = 3", "harmonics = 1")
     text = text.replace("127.6 N", f"{BOLTS / len(numbers(found / 'washers.csv')):.9g} N")
-    (found / "scene.toml").write_text(text.replace("[outputs]", "[outputs]\nreport = false"))
+    (found / "scene.toml").write_text(text.replace("[outputs]", "[outputs]\nshow = ['loops']"))
     return found
 
 

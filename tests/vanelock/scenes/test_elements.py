@@ -16,7 +16,7 @@ CHAIN = chain(1, 3, (3e5, 2e5, 1e5), ground=1.0)
 LOAD = '[[loads]]\ncomponent = "one"\nnodes = [2]\ndirection = [1, 0, 0]\namplitude = 1\n'
 RUN = (
     "[response]\nmode = 1\nharmonics = 3\npoints = 9\n[damping]\nratio = 0.01\n"
-    "[outputs]\nloops = false\n"
+    "[outputs]\nshow = ['report']\n"
 )
 CONTACT = (
     '[contacts.stop]\nbetween = ["one", "ground"]\npairs = [3]\nnormal = [1, 0, 0]\nkn = 4e4\n'

@@ -77,7 +77,7 @@ def test_modes_are_counted_from_the_first_that_vibrates(beam, scene_file: Write)
 def test_loads_at_rest_that_do_not_balance_are_reported(beam, tmp_path, scene_file, second):
     _, text = beam
     text += pushed(1, 1, "[0, 0, 1]") + pushed(2, 0, "[0, 0, 1]") + pushed(2, 0, second)
-    text += "[outputs]\nloops = false\nreport = false\n[response]\npoints = 3\n"
+    text += "[outputs]\nshow = []\n[response]\npoints = 3\n"
     (summary,) = run_scene(load_scene(scene_file(text)), tmp_path / "run")
     warned = [line for line in summary.warnings if "do not balance each other" in line]
     assert len(warned) == (second == "[0, 0, 1]")

@@ -179,7 +179,7 @@ def test_a_joined_ring_has_its_sectors_and_engine_order_where_speeds_are_given(
     joined(scene_file(text)).save(tmp_path / "ring.h5")
     (tmp_path / "rig.csv").write_text("speed (rpm), amplitude (um)\n3000, 1\n3600, 2\n")
     text = '[system]\nfile = "ring.h5"\n[response]\nharmonics = 1\npoints = 7\n'
-    text += '[measured]\nfile = "rig.csv"\n[outputs]\nloops = false\n'
+    text += '[measured]\nfile = "rig.csv"\n[outputs]\nshow = ["report"]\n'
     scene = load_scene(scene_file(text))
     (measured,) = load_measured(scene)
     assert measured.frequency.tolist() == [100.0, 120.0]
@@ -196,7 +196,7 @@ TOUCHES = (
     '[contacts.pad]\nbetween = ["one", "ground"]\npairs = [6]\nnormal = [1, 0, 0]\nkn = 1e4\n'
     'kt = 1e4\nmu = 0.3\ninterference = 1e-6\n[[loads]]\ncomponent = "one"\nnodes = [3]\n'
     "direction = [0, 0, 1]\namplitude = 1\n[response]\nmode = 1\n[outputs]\n"
-    "loops = false\nreport = false\n"
+    "show = []\n"
 )
 SUPER = 'kind = "superelement"\n'
 NEGATIVE = np.kron([[0.1, 0.2], [0.2, 0.1]], np.eye(3))
@@ -248,7 +248,7 @@ def test_what_is_no_mass_is_refused(tmp_path, scene_file, rows, block, keys, exp
 
 PAD = (
     '[contacts.pad]\nbetween = ["rod", "ground"]\npairs = [6]\nnormal = [1, 0, 0]\n'
-    "kn = 4e4\nkt = 2e5\nmu = 0.2\n[outputs]\nloops = false\nreport = false\n"
+    "kn = 4e4\nkt = 2e5\nmu = 0.2\n[outputs]\nshow = []\n"
     '[[loads]]\ncomponent = "rod"\nnodes = [6]\ndirection = [0, 1, 0]\namplitude = 1\n'
     "[response]\nharmonics = 1\nfrequencies = [3.0, {highest}]\n"
 )

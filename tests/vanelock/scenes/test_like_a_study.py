@@ -12,7 +12,7 @@ from vanelock import cases, load_scene, run_scene
 from vanelock.__main__ import main
 from vanelock.common.errors import InputError
 
-QUIET = "[outputs]\nloops = false\nreport = false\n"
+QUIET = "[outputs]\nshow = []\n"
 SMOOTH = PAD.replace("mu = 0.2", "mu = 0")
 """A pad that stays closed and has no friction: the response is linear in its load."""
 
@@ -23,8 +23,7 @@ def test_percentiles_of_a_linear_scene_are_those_of_its_load(tmp_path, scene_fil
     alone = run_scene(load_scene(scene_file(text)), tmp_path / "alone")[0].peak
     assert alone is not None
     scatter = (
-        '[scatter]\nsamples = 10\nseed = 4\n[scatter.keys."loads[0].amplitude"]\n'
-        'distribution = "uniform"\nlow = "0.5 N"\nhigh = 1.5\n'
+        '[scatter]\nsamples = 10\n[scatter.keys."loads[0].amplitude"]\nuniform = ["0.5 N", 1.5]\n'
     )
     scene = load_scene(scene_file(text + scatter))
     run_scene(scene, tmp_path / "run")

@@ -18,10 +18,7 @@ LAP = (
     "kt = 7e4\nmu = 0.2\n"
 )
 LOAD = load("one", 2, "[0, 1, 1]")
-QUIET = (
-    "[response]\nmode = 1\nharmonics = 1\nfrequencies = [40, 60]\n"
-    "[outputs]\nloops = false\nreport = false\n"
-)
+QUIET = "[response]\nmode = 1\nharmonics = 1\nfrequencies = [40, 60]\n[outputs]\nshow = []\n"
 
 
 def two(folder: Path, ground: float = 1.0) -> str:

@@ -25,7 +25,7 @@ LAP = (
 )
 SHAKEN = (
     '[[loads]]\ncomponent = "one"\nnodes = [30]\ndirection = [0, 1, 1]\namplitude = 3\n'
-    "[outputs]\nnodes = {one = [3, 30, 40], two = [103, 117]}\nloops = false\nreport = false\n"
+    "[outputs]\nnodes = {one = [3, 30, 40], two = [103, 117]}\nshow = []\n"
 )
 GAS = '[[loads]]\ncomponent = "one"\nfile = "gas.csv"\nharmonic = 0\nscale = -2.5\n'
 HEAT = '[[loads]]\ncomponent = "two"\nfile = "heat.csv"\nharmonic = 0\n'

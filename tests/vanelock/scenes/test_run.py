@@ -25,7 +25,7 @@ PAD = (
 
 Swept: TypeAlias = tuple[Path, dict[str, str]]
 FEW = "[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
-QUIET = f"[outputs]\nloops = false\nreport = false\n{FEW}"
+QUIET = f"[outputs]\nshow = []\n{FEW}"
 
 
 def arm(folder: Path) -> str:

@@ -69,7 +69,7 @@ def ring_text(ring_files) -> Callable[..., str]:
         for name, (path, called) in ring_files(cell_type, counts).items():
             lines.append(f'[{name}]\nmesh = "{path}"\nunit = "mm"\n[{name}.sets]\n')
             lines += [f"{wanted} = {given!r}\n" for wanted, given in called.items()]
-        return "".join([*lines, "[rom]\nvane_modes = 6\ncasing_modes = 6\n"])
+        return "".join([*lines, "[rom]\nmodes = 6\n"])
 
     return text
 

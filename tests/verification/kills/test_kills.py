@@ -31,9 +31,8 @@ response.harmonics = 1
 engine_orders = [1]
 [outputs]
 gauges = [{ aerofoil = 2, span = 0.1, chord = 0.5, side = "suction", direction = "span" }]
-animations = false
 """
-PLAIN = "shapes = false\nloops = false\nreport = false\n"
+PLAIN = "show = []\n"
 """What the sample leaves out: pictures of shapes take half a run's time."""
 
 STAGES = {

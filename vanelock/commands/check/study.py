@@ -112,12 +112,10 @@ def _outputs(study: Study) -> Iterator[str]:
     yield "figures"
     wanted = study.outputs
     chosen = {
-        "shapes": wanted.shapes,
-        "loops": wanted.loops,
-        "animations": wanted.animations,
+        **{name: name in wanted.show for name in ("shapes", "loops", "animations")},
         counted(len(wanted.gauges), "gauge"): bool(wanted.gauges),
         **{each.title: each.keys_of(study) is not None for each in ANALYSES},
         "Campbell diagram": study.campbell is not None,
-        "report.html": wanted.report,
+        "report.html": "report" in wanted.show,
     }
     yield from (name for name, there in chosen.items() if there)

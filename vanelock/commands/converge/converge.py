@@ -79,10 +79,9 @@ def converge_study(
     """
     path = Path(folder)
     began = time.perf_counter()
-    if study.sweep or study.excitation.engine_orders:
-        listener(Notice("what is swept has its unswept value, of several engine orders the first"))
-        orders = study.excitation.engine_orders
-        study = with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
+    if study.sweep:
+        listener(Notice("what is swept has its unswept value"))
+        study = with_values(study, {})
     (case,) = cases(study)
     chosen(case.study, tuple(only), dofs)  # refuses an unknown one before anything is computed
     with claimed(path):

@@ -17,7 +17,8 @@ from vanelock.common.checked import show
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Column, Table, counted, heads
 from vanelock.input.cases.values import value_at, with_values
-from vanelock.input.schema.structure.structure import ACCURACY, MODES
+from vanelock.input.schema.structure.structure import ACCURACY
+from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
@@ -93,15 +94,11 @@ def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
         yield _points(study)
     words = ("constant-load", "uncoupled", "coupled")
     yield _setting(study, "response.coupling", [(w, {"response.coupling": w}) for w in words])
-    both, patches = ("hook", "interlock"), []
-    given = any(getattr(study.joints, joint).patch for joint in both)
-    for word in _PATCHES:
-        is_own = not given and set(study.patches.values()) == {word}
-        patches.append((word, {} if is_own else {f"joints.{joint}.patch": word for joint in both}))
-    yield _setting(study, "joints.hook.patch", patches)
-
-
-_PATCHES = ("node", "area")
+    patches: list[tuple[str, dict[str, Any]]] = []
+    for word in ("node", "area"):
+        is_own = set(study.patches.values()) == {word}
+        patches.append((word, {} if is_own else {"joints.patch": word}))
+    yield _setting(study, "joints.patch", patches)
 
 
 def _sizes(study: Study, dofs: float) -> list[Any]:
@@ -133,8 +130,8 @@ def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
 
 def _reductions(study: Study) -> Iterator[NumericalSetting]:
     """Accuracy of the reduced parts, or their numbers of modes."""
-    own = study.rom
-    if own.route == "cyclic" and (own.vane_modes is None or own.casing_modes is None):
+    own, options = study.rom, [study.rom.of(part) for part in PARTS]
+    if "modes" not in options[0]:
         accuracy = ACCURACY if own.accuracy is None else own.accuracy
         values = sorted({1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, accuracy}, reverse=True)
         given = [
@@ -142,15 +139,13 @@ def _reductions(study: Study) -> Iterator[NumericalSetting]:
             for a in values
         ]
         yield _setting(study, "rom.accuracy", given)
-    names = [name for name in ("vane_modes", "casing_modes") if getattr(own, name) is not None]
-    if own.route != "cyclic":
-        names = ["vane_modes", "casing_modes"]
-    for name in names:
-        value = getattr(own, name) or MODES
-        counts = sorted({max(value // 2, 1), value, 2 * value, 4 * value})
-        unset = getattr(own, name) is None
-        given = [(str(n), {} if unset and n == MODES else {f"rom.{name}": n}) for n in counts]
-        yield _setting(study, f"rom.{name}", given)
+        return
+    levels: list[tuple[str, dict[str, Any]]] = []
+    for factor in (0.5, 1, 2, 4):
+        pair = tuple(max(int(factor * (each["modes"] or 1)), 1) for each in options)
+        shown = f"{pair[0]}" if pair[0] == pair[1] else f"{pair[0]} + {pair[1]}"
+        levels.append((shown, {} if factor == 1 else {"rom.modes": pair}))
+    yield _setting(study, "rom.modes", levels)
 
 
 def _samples(study: Study) -> NumericalSetting:
@@ -215,7 +210,7 @@ def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[Numerical
 
 
 NAME = "converge"
-WORDS = ("response.coupling", "joints.hook.patch")
+WORDS = ("response.coupling", "joints.patch")
 """Settings whose values are no sequence."""
 ALONE = ("adaptive", "located")
 """Values that are no members of their sequence."""

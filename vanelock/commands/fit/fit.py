@@ -97,13 +97,13 @@ def fit_study(
 
 def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> list[Measured]:
     """Curves of the study's own engine order."""
-    orders = study.excitation.engine_orders or (study.excitation.engine_order,)
-    own = [each for each in curves if each.engine_order == abs(orders[0])]
+    order = abs(study.excitation.engine_order)
+    own = [each for each in curves if each.engine_order == order]
     for each in curves:
         if each not in own:
             listener(Notice(f"{each.name}: engine order {each.engine_order} is not the study's"))
     if not own:
-        raise InputError(f"fit: no measured curve is of engine order {abs(orders[0])}")
+        raise InputError(f"fit: no measured curve is of engine order {order}")
     known = [each.sigma is not None for each in own]
     if any(known) and not all(known):
         name = own[known.index(False)].name
@@ -112,12 +112,11 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
 
 
 def unswept(study: Study, listener: Listener) -> Study:
-    """The study with its unswept values and one engine order, which is said."""
-    orders = study.excitation.engine_orders
-    if not (study.sweep or study.rows or study.scatter or orders):
+    """The study with its unswept values, which is said."""
+    if not (study.sweep or study.rows or study.scatter):
         return study
-    listener(Notice("keys that vary have their own value, of several engine orders the first"))
-    return with_values(study, {"excitation.engine_order": orders[0]} if orders else {})
+    listener(Notice("keys that vary have their own value"))
+    return with_values(study, {})
 
 
 def planned_alone(study: Study, stages: Stages, listener: Listener = silent) -> Planned:

@@ -61,7 +61,7 @@ def varied_parameters(study: Study, table: str) -> list[FitParameter]:
         start = study.excitation.force_per_node if start is None else float(start)
         given = varied.bounds.get(key)
         if given is None and start <= 0:
-            text = f'"{key}" starts at {start:g}: give its bounds in {table}.bounds'
+            text = f'"{key}" starts at {start:g}: give its bounds in {table}.parameters'
             raise InputError(f"{table}: {text}")
         low, high = given or _bounds(study, key, start)
         for bound in (low, high):
@@ -69,7 +69,7 @@ def varied_parameters(study: Study, table: str) -> list[FitParameter]:
                 with_values(study, {key: bound})
             except ValidationError as error:
                 why = explain(error, {}, Study)[0]
-                raise InputError(f'{table}.bounds."{key}": {why}') from None
+                raise InputError(f'{table}.parameters."{key}": {why}') from None
         if not low <= start <= high:
             raise InputError(
                 f'{table}: "{key}" starts at {start:g}, outside of its bounds {low:g} to {high:g}'

@@ -15,7 +15,7 @@ from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundsKeys
 from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
-from vanelock.input.cases.values import value_at, with_values
+from vanelock.input.cases.values import with_values
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.schema.study import Study
@@ -28,6 +28,7 @@ from vanelock.nonlinear.following.amplitude_gradient import (
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.pipeline.step import Step
 from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
+from vanelock.stages.parts.loads import modulus
 from vanelock.stages.parts.outputs import Gauges
 from vanelock.stages.parts.segment import segment_of
 from vanelock.stages.parts.study_structure import StudyStructure
@@ -87,8 +88,7 @@ class Rejoined:
 
     def _moduli_over(self, changed: Study) -> tuple[float, float]:
         """Moduli of vane and casing over the study's own."""
-        keys = (f"material.{name}.E" for name in ("vane", "casing"))
-        vane, casing = (value_at(changed, key) / value_at(self.study, key) for key in keys)
+        vane, casing = (modulus(changed, p) / modulus(self.study, p) for p in ("vane", "casing"))
         return vane, casing
 
     def solved(
@@ -140,10 +140,10 @@ class Rejoined:
             near,
             self._options("up"),
             (system.output_names[self.monitor.node], self.monitor.component),
-            keys.joints or "all",
+            "all",
             keys.share,
             keys.starts,
-            seed=keys.seed,
+            seed=self.study.seed,
             modes=self._stuck(system),
         )
 

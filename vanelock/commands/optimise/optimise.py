@@ -35,7 +35,9 @@ from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.response.limits import frequencies
 
-VARIED = ("sweep", "rows", "scatter", "excitation.engine_orders")
+FRONT_POINTS = 6
+"""Of the front of peak against wear: enough to show its bend, each some tens of trials."""
+VARIED = ("sweep", "rows", "scatter")
 """What makes several cases of a study, of which the optimised one is the best."""
 
 
@@ -125,9 +127,9 @@ def _case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Op
             peaks, found, lambda x: peaks.model.bounds(peaks.values(x), near, asked), listener
         )
     listener(optimum_table(found, name))
-    if keys.front:
-        listener(Begun(f"front of largest peak against wear, {counted(keys.front, 'point')}"))
-        known = study.wear_coefficients, keys.front, keys.starts
+    if keys.of == "peak and wear":
+        listener(Begun(f"front of largest peak against wear, {FRONT_POINTS} points"))
+        known = study.wear_coefficients, FRONT_POINTS, keys.starts
         found = replace(found, front=tuple(front(peaks, found, *known, listener)))
         listener(front_table(found, name))
     return found

@@ -99,8 +99,7 @@ def run_study(
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
             if needed.warning:
                 listener(Notice(needed.warning))
-        shapes = getattr(given.outputs, "shapes", False)
-        if shapes:
+        if "shapes" in given.outputs.show:
             render.trial()  # whether this machine draws is then known when the first is drawn
 
         with running.record.finished(running.unshown):
@@ -122,7 +121,7 @@ def run_study(
             str(file) for shown in running.run.pictures for file in (shown.path, *shown.data)
         ],
     }
-    page = str(path / REPORT) if given.outputs.report else ""
+    page = str(path / REPORT) if "report" in given.outputs.show else ""
     listener(Finished(str(path), time.perf_counter() - began, summary, page, largest()))
     return summaries
 

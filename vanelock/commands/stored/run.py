@@ -154,7 +154,7 @@ class Run:
         path = self.folder / REPORT
         if path.is_file():
             return path
-        reason = "the study has outputs.report = false" if self.complete else "not complete"
+        reason = "outputs.show has none" if self.complete else "not complete"
         raise InputError(f"{self.folder}: no {REPORT}: {reason}")
 
     @property
@@ -339,6 +339,6 @@ def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> R
         show(run)
     pictures = [str(file) for shown in run.pictures for file in (shown.path, *shown.data)]
     found = {"results": str(place / NAME), "pictures": pictures}
-    page = str(place / REPORT) if run.given.outputs.report else ""
+    page = str(place / REPORT) if "report" in run.given.outputs.show else ""
     listener(Finished(str(place), time.perf_counter() - began, found, page, largest()))
     return run

@@ -14,7 +14,7 @@ from pydantic.fields import FieldInfo
 
 from vanelock.common.checked import field_at, show, unknown
 from vanelock.common.errors import InputError, raised
-from vanelock.common.quantities import bounds, number
+from vanelock.common.quantities import number
 from vanelock.input.cases.values import Given, path_of
 from vanelock.input.schema.distributions import Distribution
 
@@ -33,7 +33,7 @@ def samples(given: Given) -> dict[str, list[float]]:
     assert scatter is not None
     if wrong := sample_mistakes(given):
         raise InputError("\n".join(wrong))
-    random = np.random.default_rng(scatter.seed)
+    random = np.random.default_rng(given.seed)
     cube = qmc.LatinHypercube(len(scatter.keys), rng=random).random(scatter.samples)
     return {
         key: [
@@ -49,10 +49,8 @@ def sample_mistakes(given: Given) -> list[str]:
     if given.scatter is None:
         return []
     found: list[str] = []
-    if given.sweep or given.rows or getattr(given.excitation, "engine_orders", None):
-        found.append(
-            "scatter: give either this, or sweep, rows and excitation.engine_orders, not both"
-        )
+    if given.sweep or given.rows:
+        found.append("scatter: give either this, or sweep and rows, not both")
     for key, each in given.scatter.keys.items():
         field = field_at(path_of(key), type(given))
         found += _mistakes(key, field, type(given)) or raised(
@@ -77,55 +75,47 @@ def _mapped(
     """Quantiles of a key's distribution, cut where it is cut."""
     from scipy import stats
 
-    where = f'scatter.keys."{key}"'
+    where, (name, pair) = f'scatter.keys."{key}"', given.law
     assert field is not None
-    low, high, mean, deviation = (
-        _number(f"{where}.{name}", getattr(given, name), field)
-        for name in ("low", "high", "mean", "deviation")
-    )
-    if low is not None and high is not None and low >= high:
-        raise InputError(f"{where}.high = {show(given.high)}: must be above low")
-    if given.distribution == "uniform":
-        assert low is not None
-        assert high is not None
-        found = stats.uniform(low, high - low)
+    one, other = _numbers(f"{where}.{name}", pair, field)
+    low, high = (-math.inf, math.inf)
+    if given.within is not None:
+        low, high = _numbers(f"{where}.within", given.within, field)
+    elif name == "uniform":
+        low, high = one, other
+    if low >= high:
+        cut = name if given.within is None else "within"
+        ends = show(getattr(given, cut))
+        raise InputError(f"{where}.{cut} = {ends}: must be [low, high] with low < high")
+    if name != "uniform" and other <= 0:
+        raise InputError(f"{where}.{name} = {show(pair)}: standard deviation must be > 0")
+    if name == "uniform":
+        law = stats.uniform(low, high - low)
+    elif name == "normal":
+        law = stats.norm(one, other)
     else:
-        assert mean is not None
-        assert deviation is not None
-        if deviation <= 0:
-            raise InputError(f"{where}.deviation = {show(given.deviation)}: must be > 0")
-        if given.distribution == "normal":
-            found = stats.norm(mean, deviation)
-        else:
-            if mean <= 0:
-                raise InputError(f"{where}.mean = {show(given.mean)}: must be > 0")
-            spread = np.sqrt(np.log1p(np.square(deviation / mean)))
-            found = stats.lognorm(spread, scale=mean * np.exp(-0.5 * spread**2))
-    ends = (-math.inf if low is None else low, math.inf if high is None else high)
-    if given.truncate:
-        schema = bounds(field)
-        ends = (max(ends[0], schema.low), min(ends[1], schema.high))
-    first, last = found.cdf(ends[0]), found.cdf(ends[1])
+        if one <= 0:
+            raise InputError(f"{where}.{name} = {show(pair)}: mean must be > 0")
+        spread = np.sqrt(np.log1p(np.square(other / one)))
+        law = stats.lognorm(spread, scale=one * np.exp(-0.5 * spread**2))
+    first, last = law.cdf(low), law.cdf(high)
     if last - first < LEAST:
-        raise InputError(f"{where}: leaves nothing between low and high")
-    values = np.clip(found.ppf(first + probability * (last - first)), ends[0], ends[1])
+        raise InputError(f"{where}.within = {show(given.within)}: leaves nothing of it")
+    values = np.clip(law.ppf(first + probability * (last - first)), low, high)
     if not np.isfinite(values).all():
-        shape = given.distribution
-        raise InputError(f"{where}: numbers too large or too small for a {shape} distribution")
+        raise InputError(f"{where}: numbers too large or too small for a {name} distribution")
     return values
 
 
-def _number(where: str, value: float | str | None, field: FieldInfo) -> float | None:
+def _numbers(where: str, pair: tuple[Any, Any], field: FieldInfo) -> tuple[float, float]:
     """In the key's unit."""
-    if value is None:
-        return None
     try:
-        found = number(value, field)
-        if not math.isfinite(found):
-            raise ValueError("expected a finite number")
+        one, other = (number(value, field) for value in pair)
+        if math.isnan(one) or math.isnan(other):
+            raise ValueError("expected numbers")
     except ValueError as error:
-        raise InputError(f"{where} = {show(value)}: {error}") from None
-    return found
+        raise InputError(f"{where} = {show(pair)}: {error}") from None
+    return one, other
 
 
 def _types(field: FieldInfo) -> list[Any]:

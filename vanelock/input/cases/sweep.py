@@ -1,7 +1,7 @@
 """Cases of a study or a scene: the product of the swept keys' values, each checked as its key is.
 
-Several engine orders are swept values of `excitation.engine_order`, the slowest of them. Rows of
-keys that vary together are slower still. Keys that scatter have their samples instead.
+The first key of the sweep runs slowest; rows of keys that vary together are slower still. Keys that
+scatter have their samples instead.
 """
 
 from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
@@ -39,10 +39,9 @@ from vanelock.mesh.checks import (
 LARGEST = 100_000
 """Most cases of one study."""
 
-ORDER = "excitation.engine_order"
 SAMPLE = "sample"
 """What the cases of keys that scatter are called, with their number."""
-NUMBERS = ("mesh.size", "temperature.vane", "temperature.casing")
+NUMBERS = ("mesh.size", "rom.modes", "temperature.vane", "temperature.casing")
 """Keys that hold a number, or something else that can be swept no more than a table."""
 
 
@@ -84,8 +83,6 @@ def cases(given: Given) -> tuple[Case, ...]:
     if wrong := _list_mistakes(given):
         raise InputError("\n".join(wrong))
     lists = dict(given.sweep)
-    if orders := _orders(given):
-        lists = {ORDER: orders, **lists}
     if not lists and not given.rows:
         if wrong := misfits(given):
             raise InputError("\n".join(wrong))
@@ -112,11 +109,6 @@ def cases(given: Given) -> tuple[Case, ...]:
     return tuple(found.values())
 
 
-def _orders(given: Given) -> tuple[int, ...]:
-    """Engine orders that each have cases of their own."""
-    return (given.excitation.engine_orders or ()) if isinstance(given, Study) else ()
-
-
 def _list_mistakes(given: Given) -> list[str]:
     """What is wrong with the lists of its sweep, rows and scatter."""
     from vanelock.input.cases.samples import sample_mistakes
@@ -141,7 +133,7 @@ def _samples(given: Given) -> tuple[Case, ...]:
         except InputError as error:
             reason = str(error).removeprefix("sweep: ")
             raise InputError(
-                f"scatter, sample {i + 1}: {reason}; low, high or truncate = true cut distributions"
+                f"scatter, sample {i + 1}: {reason}; within = [low, high] cuts a distribution"
             ) from None
         found.append(replace(case, name=f"{SAMPLE}={i + 1:0{len(str(count))}d}"))
     return tuple(found)
@@ -259,8 +251,6 @@ def _mistakes(given: Given, key: str, values: tuple[Any, ...]) -> list[str]:
         return [f"{where}: {unknown(path_of(key), schema)}"]
     if key.startswith(("outputs.", "scatter.")) or not _can_vary(key, schema):
         return [f"{where}: only keys that hold a number or a choice of words can be swept"]
-    if key == ORDER and _orders(given):
-        return [f"{where}: give either this or excitation.engine_orders, not both"]
 
     def held(value: Any) -> Any:
         try:
@@ -301,7 +291,8 @@ def _can_vary(key: str, schema: type[Given]) -> bool:
     options = [field.annotation, *get_args(field.annotation)]
     options += [inner for option in options for inner in get_args(option)[:1]]
     numbers = key in NUMBERS or any(option in (int, float) for option in options)
-    return numbers or any(get_origin(option) is Literal for option in options)
+    words = (get_args(option) for option in options if get_origin(option) is Literal)
+    return numbers or any(isinstance(word, str) for choice in words for word in choice)
 
 
 def _short_names(keys: list[str]) -> dict[str, str]:

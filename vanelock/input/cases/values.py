@@ -65,7 +65,7 @@ def with_values(given: G, changes: dict[str, Any], known: dict[Hashable, Any] | 
     Tables without a change are those of the given one itself, which are not checked again, nor are
     tables `known` from the same changes of the same study; new ones are added to these.
     """
-    changed: dict[str, Any] = {"excitation": ("excitation",)}  # what it is known by
+    changed: dict[str, Any] = {}  # what it is known by
     for key, value in changes.items():
         table = str(path_of(key)[0])
         changed[table] = (*changed.get(table, (table,)), key, repr(value))
@@ -74,8 +74,6 @@ def with_values(given: G, changes: dict[str, Any], known: dict[Hashable, Any] | 
         same |= {name: known[by] for name, by in changed.items() if by in known}
     tables = {name: value for name, value in same.items() if isinstance(value, KeyTable)}
     data = tables | given.model_dump(exclude_unset=True, exclude={*VARIED, *tables})
-    if "excitation" not in tables:
-        data.get("excitation", {}).pop("engine_orders", None)
     for key, value in changes.items():
         path = path_of(key)
         if len(path) == 1 or path[0] not in tables:

@@ -92,7 +92,7 @@ def curve_mistakes(given: Given) -> list[str]:
 def _read(given: Given, i: int) -> Measured:
     order, gauges = ring_of(given)[1], 0
     if isinstance(given, Study):
-        order, gauges = (given.excitation.engine_orders or (order,))[0], len(given.outputs.gauges)
+        gauges = len(given.outputs.gauges)
     return read_measured(given.measured[i], abs(order) or 1, gauges, f"measured[{i}]")
 
 

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, field_validator
 
-from vanelock.common.checked import Check
+from vanelock.common.checked import OTHER, PLAIN, Check
 from vanelock.common.quantities import Force, Frequency, Revolutions, si
 from vanelock.input.schema.structure.structure import KeyTable, leaves, sequence
 
@@ -112,27 +112,34 @@ def curves(value: object) -> object:
 Bounds = Annotated[tuple[Any, ...], BeforeValidator(sequence), Field(min_length=2, max_length=2)]
 
 
+def _named(value: object) -> object:
+    """A list of keys; or keys and their bounds, without quotes too, which TOML nests."""
+    return dict(leaves(value)) if isinstance(value, dict) else sequence(value)
+
+
 class Varied(KeyTable):
     """Keys that are varied, between which bounds, and from how many starts."""
 
-    parameters: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
-        default=("joints.interlock.mu",),
-        min_length=1,
-        max_length=len(FITTED),
-        description="varied keys",
-    )
-    bounds: dict[str, Bounds] = Field(
-        default_factory=dict, description="[low, high] of each varied key"
-    )
+    parameters: Annotated[
+        Annotated[tuple[str, ...], Field(min_length=1), Tag(PLAIN)]
+        | Annotated[dict[str, Bounds], Field(min_length=1), Tag(OTHER)],
+        Discriminator(lambda value: OTHER if isinstance(value, dict) else PLAIN),
+        BeforeValidator(_named),
+    ] = Field(default=("joints.interlock.mu",), description="varied keys")
     starts: int = Field(default=3, ge=1, le=100, description="number of starts")
 
     allowed: ClassVar[tuple[str, ...]] = ()
     table: ClassVar[str] = ""
     verb: ClassVar[str] = ""
 
+    @property
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """[low, high] of keys that have them."""
+        return self.parameters if isinstance(self.parameters, dict) else {}
+
     @field_validator("parameters")
     @classmethod
-    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+    def _known(cls, value: tuple[str, ...] | dict[str, Any]) -> Any:
         for key in value:
             if key not in cls.allowed:
                 raise ValueError(
@@ -140,32 +147,23 @@ class Varied(KeyTable):
                 )
         if len(set(value)) < len(value):
             raise ValueError(f"{cls.verb} keys must differ from each other")
-        return value
+        if isinstance(value, tuple):
+            return value
+        return {key: cls._low_high(key, pair) for key, pair in value.items()}
 
-    @field_validator("bounds", mode="before")
-    @classmethod
-    def _flattened(cls, value: Any) -> Any:
-        """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
-        return dict(leaves(value)) if isinstance(value, dict) else value
-
-    @field_validator("bounds")
-    @classmethod
-    def _low_high(cls, value: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        found = {}
-        for key, pair in value.items():
-            if key not in info.data.get("parameters", cls.allowed):
-                raise ValueError(f'"{key}" is not among {cls.table}.parameters')
-            try:
-                low, high = (si(each, UNITS.get(key.rpartition(".")[2], "")) for each in pair)
-            except ValueError as error:
-                raise ValueError(f'"{key}" = {list(pair)}: {error}') from None
-            numbers = all(
-                isinstance(each, int | float) and not isinstance(each, bool) for each in (low, high)
-            )
-            if not numbers or not low < high:  # type: ignore[operator]
-                raise ValueError(f'"{key}" = {list(pair)}: expected [low, high] with low < high')
-            found[key] = float(low), float(high)  # type: ignore[arg-type]
-        return found
+    @staticmethod
+    def _low_high(key: str, pair: tuple[Any, Any]) -> tuple[float, float]:
+        """Bounds in the key's unit."""
+        try:
+            low, high = (si(each, UNITS.get(key.rpartition(".")[2], "")) for each in pair)
+        except ValueError as error:
+            raise ValueError(f'"{key}" = {list(pair)}: {error}') from None
+        numbers = all(
+            isinstance(each, int | float) and not isinstance(each, bool) for each in (low, high)
+        )
+        if not numbers or not low < high:  # type: ignore[operator]
+            raise ValueError(f'"{key}" = {list(pair)}: expected [low, high] with low < high')
+        return float(low), float(high)  # type: ignore[arg-type]
 
 
 class Fit(Varied):
@@ -176,25 +174,17 @@ class Fit(Varied):
     verb: ClassVar[str] = "fitted"
 
 
-def _has_a_front_of_the_peak(table: Any) -> Iterator[str]:
-    """A front is of what the peak is and wears."""
-    if table.front and table.of != "peak":
-        yield f'front: given {table.front}: it is of the peak against wear: needs of = "peak"'
-
-
 class Optimise(Varied):
     """What `vanelock optimise` varies so that the largest peak is the smallest."""
 
-    of: Literal["peak", "upper bound"] = Field(default="peak", description="what is made smallest")
-    starts: int = Field(default=32, ge=0, le=1000, description="number of starts")
-    front: int = Field(
-        default=0, ge=0, le=50, description="number of points of the front of peak against wear"
+    of: Literal["peak", "upper bound", "peak and wear"] = Field(
+        default="peak", description="what is made smallest"
     )
+    starts: int = Field(default=32, ge=0, le=1000, description="number of starts")
 
     allowed: ClassVar[tuple[str, ...]] = tuple(key for key in FITTED if key.startswith("joints."))
     table: ClassVar[str] = "optimise"
     verb: ClassVar[str] = "optimised"
-    checks: ClassVar[tuple[Check, ...]] = (_has_a_front_of_the_peak,)
 
 
 def _has_the_gauges(study: Any) -> Iterator[str]:
@@ -216,14 +206,16 @@ def _can_be_fitted(study: Any) -> Iterator[str]:
     for table, key in ((each, key) for each in tables for key in each.parameters):
         where = f'{table.table}.parameters: "{key}"'
         joint, last = key.split(".")[1], key.rpartition(".")[2]
-        if joint == "interlock" and not study.joints.interlock.enabled:
-            yield f"{where}: joints.interlock.enabled = false"
+        if joint == "interlock" and not study.joints.interlock:
+            yield f"{where}: joints.interlock = false"
         elif key == "excitation.force" and study.excitation.unbalance is not None:
             yield f"{where}: excitation.unbalance is given"
         elif last == "E" and getattr(study.temperature, joint) is not None:
             yield f"{where}: temperature.{joint} is given"
-        elif last in ("kn", "kt") and getattr(getattr(study.joints, joint), f"{last}_area"):
-            yield f"{where}: {key}_area is given"
+        elif last == "E" and getattr(study.material, joint).moduli:
+            yield f"{where}: is given by temperature"
+        elif key.startswith("joints.") and last in getattr(study.joints, joint).per_area:
+            yield f"{where}: is a stiffness per area"
 
 
 def _has_the_temperatures(study: Any) -> Iterator[str]:
@@ -238,9 +230,10 @@ def _has_the_temperatures(study: Any) -> Iterator[str]:
 
 
 def _front_wears(study: "Study") -> Iterator[str]:
-    if study.optimise is not None and study.optimise.front and not study.wear_coefficients:
+    wears = study.optimise is not None and study.optimise.of == "peak and wear"
+    if wears and not study.wear_coefficients:
         keys = ", ".join(f"joints.{name}.wear_coefficient" for name in study.joint_names)
-        yield f"optimise.front: no joint wears: give one of {keys}"
+        yield f'optimise.of = "peak and wear": no joint wears: give one of {keys}'
 
 
 COMPARISON_CHECKS: tuple[Check, ...] = (

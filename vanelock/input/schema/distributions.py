@@ -1,12 +1,12 @@
 """Tables of the study file on scatter: keys that vary by chance, each by a distribution."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
-from vanelock.input.schema.structure.structure import KeyTable
+from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 
 def _quantity(value: object) -> object:
@@ -19,32 +19,34 @@ def _quantity(value: object) -> object:
 Quantity = Annotated[Any, BeforeValidator(_quantity)]
 
 
+Pair = Annotated[tuple[Quantity, Quantity], BeforeValidator(sequence)]
+LAWS = ("uniform", "normal", "lognormal")
+
+
 class Distribution(KeyTable):
-    """How a key scatters: evenly from low to high, or about a mean, cut at low and high if given.
+    """How a key scatters: evenly from low to high, or by mean and standard deviation.
 
     The mean and the deviation are those of the quantity itself, before it is cut.
     """
 
-    distribution: Literal["uniform", "normal", "lognormal"] = Field(
-        default="uniform", description="distribution"
-    )
-    low: Quantity | None = Field(default=None, description="smallest value")
-    high: Quantity | None = Field(default=None, description="largest value")
-    mean: Quantity | None = Field(default=None, description="mean")
-    deviation: Quantity | None = Field(default=None, description="standard deviation")
-    truncate: bool = Field(default=False, description="whether cut to what the key allows")
+    uniform: Pair | None = Field(default=None, description="[low, high]")
+    normal: Pair | None = Field(default=None, description="[mean, standard deviation]")
+    lognormal: Pair | None = Field(default=None, description="[mean, standard deviation]")
+    within: Pair | None = Field(default=None, description="[low, high] where it is cut")
 
-    def _is_whole(self) -> Iterator[str]:
-        """Each kind needs two numbers."""
-        uniform = self.distribution == "uniform"
-        needed = ("low", "high") if uniform else ("mean", "deviation")
-        for name in needed:
-            if getattr(self, name) is None:
-                yield f"a {self.distribution} distribution needs {' and '.join(needed)}"
-        if uniform and (self.mean is not None or self.deviation is not None):
-            yield "a uniform distribution takes low and high, no mean or deviation"
+    @property
+    def law(self) -> tuple[str, tuple[Any, Any]]:
+        """Which one, and its two numbers."""
+        return next((name, pair) for name in LAWS if (pair := getattr(self, name)) is not None)
 
-    checks: ClassVar[tuple[Check, ...]] = (_is_whole,)
+    def _is_one(self) -> Iterator[str]:
+        asked = [name for name in LAWS if getattr(self, name) is not None]
+        if len(asked) != 1:
+            yield f"needs one of {', '.join(LAWS)}, not {' and '.join(asked) or 'none'}"
+        elif self.uniform is not None and self.within is not None:
+            yield "within: uniform has its ends already"
+
+    checks: ClassVar[tuple[Check, ...]] = (_is_one,)
 
 
 def _flat(value: object) -> object:
@@ -72,7 +74,6 @@ class Scatter(KeyTable):
     """A Latin hypercube over keys that scatter, and percentiles of the peaks."""
 
     samples: int = Field(default=100, ge=2, le=100_000, description="number of samples")
-    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed")
     keys: Annotated[dict[str, Distribution], BeforeValidator(_flat)] = Field(
         min_length=1, max_length=50, description="scattering keys"
     )
@@ -93,15 +94,3 @@ def _deviation(value: object) -> object:
 
 
 Deviation = Annotated[Any, BeforeValidator(_deviation)]
-
-
-class JointDeviations(KeyTable):
-    """By how much the segments of a ring differ in a joint, relative to the joint's own values."""
-
-    interference: Deviation | None = Field(default=None, description="deviation of interference")
-    mu: Deviation | None = Field(default=None, description="deviation of the friction coefficient")
-    kn: Deviation | None = Field(default=None, description="deviation of the normal stiffness")
-    kt: Deviation | None = Field(default=None, description="deviation of the tangential stiffness")
-    slider: Annotated[float, Field(ge=0, le=1)] | None = Field(
-        default=None, description="deviation of static friction, of its limit"
-    )

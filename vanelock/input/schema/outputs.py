@@ -52,10 +52,9 @@ class Outputs(KeyTable):
     """What a run shows of its results."""
 
     monitor: str | None = Field(default=None, description="monitored displacement")
-    shapes: bool = Field(default=True, description="whether shapes are drawn")
-    loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
-    animations: bool = Field(default=False, description="whether shapes are animated")
-    report: bool = Field(default=True, description="whether the report is written")
+    show: Annotated[
+        tuple[Literal["shapes", "loops", "animations", "report"], ...], BeforeValidator(sequence)
+    ] = Field(default=("shapes", "loops", "report"), description="what is drawn and written")
     gauges: Annotated[tuple[GaugeKeys, ...], BeforeValidator(sequence)] = Field(
         default=(), max_length=100, description="strain gauges"
     )

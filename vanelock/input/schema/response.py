@@ -1,12 +1,10 @@
 """Tables of the study file on the forced response: excitation, damping, frequencies."""
 
-from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
 
-from vanelock.common.checked import Check
 from vanelock.common.quantities import Force, Frequency, Unbalance
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
@@ -34,22 +32,12 @@ class ExcitationKeys(KeyTable):
     """
 
     engine_order: Order = Field(default=1, description="engine order")
-    engine_orders: Annotated[tuple[Order, ...], BeforeValidator(sequence)] | None = Field(
-        default=None, min_length=1, description="engine orders"
-    )
     force: Force | None = Field(
         default=None, ge=1e-6, le=1e6, description="radial force per node [N]"
     )
     unbalance: Unbalance | None = Field(
         default=None, ge=1e-9, le=100, description="unbalance [kg m]"
     )
-
-    @field_validator("engine_orders")
-    @classmethod
-    def _distinct(cls, value: tuple[int, ...] | None) -> tuple[int, ...] | None:
-        if value is not None and len(set(value)) < len(value):
-            raise ValueError("engine orders must differ from each other")
-        return value
 
     @field_validator("unbalance")
     @classmethod
@@ -58,17 +46,9 @@ class ExcitationKeys(KeyTable):
             return value
         if info.data.get("force") is not None:
             raise ValueError("give either unbalance or excitation.force, not both")
-        orders = info.data.get("engine_orders") or [info.data.get("engine_order", 1)]
-        if any(abs(order) != 1 for order in orders):
+        if abs(info.data.get("engine_order", 1)) != 1:
             raise ValueError("an unbalance excites excitation.engine_order 1 or -1 only")
         return value
-
-    def _one_list(self) -> Iterator[str]:
-        if self.engine_orders is not None and "engine_order" in self.model_fields_set:
-            given = list(self.engine_orders)
-            yield f"engine_orders = {given}: give either this or excitation.engine_order, not both"
-
-    checks: ClassVar[tuple[Check, ...]] = (_one_list,)
 
     @property
     def force_per_node(self) -> float:

@@ -263,14 +263,16 @@ class _SceneOutputs(KeyTable):
 
     nodes: dict[str, Nodes] = Field(default_factory=dict, description="output nodes")
     monitor: str | None = Field(default=None, description="monitored displacement")
-    loops: bool = Field(default=True, description="whether a hysteresis loop is drawn")
-    report: bool = Field(default=True, description="whether the report is written")
+    show: Annotated[tuple[Literal["loops", "report"], ...], BeforeValidator(sequence)] = Field(
+        default=("loops", "report"), description="what is drawn and written"
+    )
 
 
 class Scene(KeyTable):
     """A scene: components, what joins them, and the keys that are swept."""
 
     name: str = Field(default="scene", min_length=1, max_length=200, description="name")
+    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed of random numbers")
     ring: SceneRingKeys = SceneRingKeys()
     components: dict[Name, ComponentKeys] = Field(default_factory=dict, description="components")
     system: _SystemKeys | None = Field(default=None, description="joined system")

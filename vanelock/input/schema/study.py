@@ -66,6 +66,7 @@ class Study(KeyTable):
     accuracy: float | None = Field(
         default=None, ge=1e-4, lt=0.3, description="relative error of the largest response"
     )
+    seed: int = Field(default=1, ge=0, le=2**31 - 1, description="seed of random numbers")
     ring: RingKeys = RingKeys()
     vane: Vane = VaneDimensions()
     casing: Casing = CasingDimensions()
@@ -92,7 +93,7 @@ class Study(KeyTable):
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Joints with contacts."""
-        return ("hook", "interlock")[: 1 + self.joints.interlock.enabled]
+        return ("hook", "interlock")[: 2 if self.joints.interlock else 1]
 
     @property
     def wear_coefficients(self) -> dict[str, float]:
@@ -111,10 +112,9 @@ class Study(KeyTable):
     def patches(self) -> dict[str, str]:
         """What the contacts of each joint act on; by default areas, and nodes of own meshes."""
         vane, casing = isinstance(self.vane, OwnVane), isinstance(self.casing, OwnCasing)
-        hook, interlock = self.joints.hook.patch, self.joints.interlock.patch
         return {
-            "hook": hook or ("node" if vane or casing else "area"),
-            "interlock": interlock or ("node" if vane else "area"),
+            "hook": self.joints.patch or ("node" if vane or casing else "area"),
+            "interlock": self.joints.patch or ("node" if vane else "area"),
         }
 
     def _is_sampled_enough(self) -> Iterator[str]:

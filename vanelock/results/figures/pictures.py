@@ -96,7 +96,7 @@ def all_modes(run: RunResult) -> list[Picture]:
         run.output_files.listener(Notice(text))
     found: list[Picture] = []
     for each, name in few(distinct):
-        found += _modes(run, each, name, run.study.outputs.animations and not found)
+        found += _modes(run, each, name, "animations" in run.given.outputs.show and not found)
     return found
 
 
@@ -292,7 +292,7 @@ FEW = 60
 def look_into(run: RunResult) -> None:
     """Have all that pictures and page show made, be they drawn anew or not."""
     shapes = run.shapes
-    if run.given.outputs.report:
+    if "report" in run.given.outputs.show:
         chosen = looked_into_names(run)
         for name, case in run.cases.items():
             if name in chosen:
@@ -313,16 +313,16 @@ def look_into(run: RunResult) -> None:
 def draw(run: RunResult) -> None:
     """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
     run.pictures = [*_drawn(run), *_of_analyses(run)]
-    run.output_files.tidy(keep=[REPORT] if run.given.outputs.report else [])
+    run.output_files.tidy(keep=[REPORT] if "report" in run.given.outputs.show else [])
 
 
 def _drawn(run: RunResult) -> list[Picture]:
     """All but those of analyses."""
-    outputs = run.given.outputs
+    shown = run.given.outputs.show
     made = [curves(run), *preloads(run)]
     chosen = detailed(run)
-    moving = chosen[:1] + chosen[-1:] if getattr(outputs, "animations", False) else []
-    if outputs.loops:
+    moving = chosen[:1] + chosen[-1:] if "animations" in shown else []
+    if "loops" in shown:
         for each in chosen:
             made += _own(each, loops(run, each))
     if run.shapes:
@@ -352,7 +352,7 @@ def _of_analyses(run: RunResult) -> Iterator[Picture]:
 def detailed(run: RunResult) -> list[CaseResult]:
     """Cases with pictures of their own; says which, if any are drawn."""
     cases, count = named(run), len(run.peaks)
-    drawn = [name for name in ("loops", "shapes") if getattr(run.given.outputs, name, False)]
+    drawn = [name for name in ("loops", "shapes") if name in run.given.outputs.show]
     if drawn and len(cases) < count:
         text = f"pictures of {' and '.join(drawn)} for {in_words(run)} of {count}"
         run.output_files.listener(Notice(text))

@@ -38,13 +38,12 @@ MAIN = (
     "joints.hook.kt",
     "joints.hook.mu",
     "joints.hook.interference",
-    "joints.interlock.enabled",
+    "joints.interlock",
     "joints.interlock.kn",
     "joints.interlock.kt",
     "joints.interlock.mu",
     "joints.interlock.interference",
     "excitation.engine_order",
-    "excitation.engine_orders",
     "excitation.force",
     "excitation.unbalance",
     "damping.ratio",
@@ -94,8 +93,6 @@ def _of_study(study: Study, cases: Sequence[Study]) -> Section:
         main = [force if e.key == force.key else e for e in main]
         if force.key not in (e.key for e in main) and force.key not in varied:
             main.append(force)
-    if study.excitation.engine_orders is not None:
-        main = [e for e in main if e.key != "excitation.engine_order"]
     note = (
         "Strengths at their defaults are assumptions, not data of a material. All settings stand "
         "at the end of the page."
@@ -138,13 +135,16 @@ def _varied(given: Given) -> Iterator[Table]:
 
 def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
     """How a key scatters, in words."""
-    words = [
+    law, pair = given.law
+    names = ("low", "high") if law == "uniform" else ("mean", "deviation")
+    numbers = [*zip(names, pair, strict=True)]
+    if given.within is not None:
+        numbers += zip(("cut below", "cut above"), given.within, strict=True)
+    words = (
         f"{name} {value if isinstance(value, str) else as_text(key, value, schema)}"
-        for name in ("mean", "deviation", "low", "high")
-        if (value := getattr(given, name)) is not None
-    ]
-    cut = ["cut to what the key allows"] if given.truncate else []
-    return ", ".join([given.distribution, *words, *cut])
+        for name, value in numbers
+    )
+    return ", ".join([law, *words])
 
 
 def all_inputs(given: Given) -> Section:

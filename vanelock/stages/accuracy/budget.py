@@ -122,7 +122,7 @@ def pins(study: Study) -> dict[str, str]:
     for name, own in (("vane", VaneDimensions), ("casing", CasingDimensions)):
         if not isinstance(getattr(study, name), own):
             found.setdefault("mesh", f"{name}.mesh")
-    given("modes", "rom", "accuracy", "vane_modes", "casing_modes")
+    given("modes", "rom", "accuracy", "modes")
     given("harmonics", "response", "harmonics")
     given("frequencies", "response", "points", "frequencies")
     given("samples", "response", "samples")

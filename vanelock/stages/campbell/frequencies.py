@@ -197,7 +197,7 @@ def bends(study: Study) -> list[float]:
             continue
         speeds, degrees = np.array(known).T
         found += speeds.tolist()
-        for hot, _ in getattr(study.material, part).E_at or ():
+        for hot, _ in getattr(study.material, part).moduli:
             for i in np.flatnonzero((degrees[:-1] < hot) != (degrees[1:] < hot)):
                 share = (hot - degrees[i]) / (degrees[i + 1] - degrees[i])
                 found.append(float(speeds[i] + share * (speeds[i + 1] - speeds[i])))

@@ -140,8 +140,7 @@ def lines_step(planned: Planned) -> Step[Lines]:
         **keys.model_dump(),
         "temperature": study.temperature.model_dump(),
         "moduli": {
-            p: getattr(study.material, p).model_dump(include={"E", "nu", "rho", "E_at"})
-            for p in PARTS
+            p: getattr(study.material, p).model_dump(include={"E", "nu", "rho"}) for p in PARTS
         },
         "joints": [asdict(joint) for joint in bare.joints],
         "engine_order": study.excitation.engine_order,

@@ -8,17 +8,18 @@ The steps to both parts' meshes: from dimensions, or read from files and then ma
 
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from vanelock import fem, mesh, rom
 from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.input.band import LEAST, asked_by, least_band, softest
-from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane, chosen_sets
+from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane
 from vanelock.input.schema.structure.structure import Rom
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part, VaneDimensions
 from vanelock.mesh.element_size import element_size
+from vanelock.mesh.matching.pairing import TOLERANCE
 from vanelock.mesh.matching.side import own_part
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import SHARED, Step, step
@@ -84,7 +85,7 @@ def _mates_step(study: Study) -> Step[Mates]:
         _read_step(study, name, own[name]) if name in own else _made_step(study, name)
         for name in ("vane", "casing")
     )
-    sectors, tolerance = study.ring.sectors, max(part.tolerance for part in own.values())
+    sectors, tolerance = study.ring.sectors, study.mesh.tolerance or TOLERANCE
 
     def compute(vane: Part | OwnPart, casing: Part | OwnPart) -> Mates:
         return mesh.pair(vane, casing, sectors, tolerance)
@@ -96,7 +97,7 @@ def _mates_step(study: Study) -> Step[Mates]:
 def _read_step(study: Study, part: str, own: OwnVane | OwnCasing) -> Step[OwnPart]:
     """A user's mesh with its sets; its key holds what the file contains, not where it is."""
     digest = content_digest(own.mesh)
-    interlock, sets = study.joints.interlock.enabled, chosen_sets(own)
+    interlock, sets = bool(study.joints.interlock), cast("dict[str, Any]", own.sets)
     loaded = tuple(study.loads.pressure) if study.loads is not None and part == "vane" else ()
 
     def compute() -> OwnPart:
@@ -325,7 +326,7 @@ def _recovered(part: str, needs: tuple[Step[Any], ...]) -> Step[rom.Recovery]:
 
 def masters(study: Study, part: str) -> tuple[str, ...]:
     """Node sets that the joints, loads and outputs of a study use."""
-    if study.joints.interlock.enabled:
+    if study.joints.interlock:
         return MASTERS[part]
     return tuple(name for name in MASTERS[part] if not name.startswith("interlock"))
 

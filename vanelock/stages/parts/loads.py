@@ -25,7 +25,6 @@ from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.fem.loads import centroid, faces_of
 from vanelock.input.schema.structure.loads import GAS, grows
-from vanelock.input.schema.structure.piecewise import at
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
@@ -166,14 +165,14 @@ def strained(loads: Iterable[RestLoad]) -> tuple[str, ...]:
 def modulus(study: Study, part: str, speed: float | None = None) -> float:
     """Young's modulus of a part, Pa: at a rotor speed, rpm, or that of the study's response."""
     heat, metal = study.temperature, getattr(study.material, part)
-    if getattr(heat, part) is None or metal.E_at is None:
-        return float(metal.E)
+    if getattr(heat, part) is None or not metal.moduli:
+        return float(metal.modulus(heat.reference))
     speed = heat.speed if speed is None else speed
     if speed is None and isinstance(getattr(heat, part), tuple):
         raise InputError("temperature.speed: must be given: the temperatures depend on the speed")
     temperature = heat.of(part, 0.0 if speed is None else speed)
     assert temperature is not None
-    return at(metal.E_at, temperature)
+    return float(metal.modulus(temperature))
 
 
 def reference(study: Study, part: str) -> float:
@@ -183,7 +182,7 @@ def reference(study: Study, part: str) -> float:
     """
     if study.accuracy is not None:
         return modulus(study, part)
-    return float(getattr(study.material, part).E)
+    return float(getattr(study.material, part).modulus(study.temperature.reference))
 
 
 def described(study: Study) -> str:

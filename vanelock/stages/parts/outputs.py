@@ -82,7 +82,7 @@ def places(given: Given, contacts: Contacts, vane: Part | None) -> Places:
 def places_on(study: Study, vane: Part) -> Places:
     """Contacts of a case on its vane."""
     areas = _areas(study, vane)
-    sets = [*HOOKS, *(["interlock_right"] if study.joints.interlock.enabled else [])]
+    sets = [*HOOKS, *(["interlock_right"] if study.joints.interlock else [])]
     names: list[str] = []
     joint: list[str] = []
     nodes, area, coefficient = [], [], []

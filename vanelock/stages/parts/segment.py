@@ -163,12 +163,7 @@ class Segment:
 
 def joints(study: Study) -> tuple[Joint, ...]:
     """The joints of a study with contact elements."""
-    hook, interlock = study.joints.hook, study.joints.interlock
-    found = [Joint("hook", **hook.model_dump(exclude={"patch", "wear_coefficient"}))]
-    if interlock.enabled:
-        properties = interlock.model_dump(exclude={"enabled", "patch", "wear_coefficient"})
-        found.append(Joint("interlock", **properties))
-    return tuple(found)
+    return tuple(Joint(name, **getattr(study.joints, name).contact) for name in study.joint_names)
 
 
 def segment_of(study: Study) -> Segment:

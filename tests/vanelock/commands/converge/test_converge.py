@@ -33,7 +33,7 @@ def values(text, key):
 def test_every_setting_has_the_studys_own_value_once():
     found = settings_of(parse_study(""))
     every = "mesh.size rom.accuracy response.harmonics response.samples response.points"
-    every += " response.coupling joints.hook.patch"
+    every += " response.coupling joints.patch"
     assert [setting.key for setting in found] == every.split()
     for setting in found:
         assert sum(level.own for level in setting.levels) == 1, setting.key
@@ -47,8 +47,9 @@ def test_every_setting_has_the_studys_own_value_once():
 
 def test_values_lie_around_what_the_study_has_and_meshes_grow_up_to_the_limit_alone():
     assert values("[rom]\naccuracy = 5e-4", "rom.accuracy")[1] == ["0.0005"]
-    assert values("[rom]\nvane_modes = 8", "rom.vane_modes") == (["4", "8", "16", "32"], ["8"])
-    assert values('[rom]\nroute = "paper"', "rom.casing_modes")[1] == ["10"]
+    assert values("[rom]\nmodes = 8", "rom.modes") == (["4", "8", "16", "32"], ["8"])
+    assert values("[rom]\nmodes = [8, 5]", "rom.modes")[0][:2] == ["4 + 2", "8 + 5"]
+    assert values('[rom]\nroute = "paper"', "rom.modes")[1] == ["10"]
     assert values("[response]\nharmonics = 12", "response.harmonics")[0][-1] == "23"
     assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
     isotropic = parse_study('[response]\nfriction = "isotropic"')

@@ -144,14 +144,14 @@ def test_bounds_and_starts():
     (found,) = varied_parameters(parse_study(text), "fit")
     assert (found.start, found.low, found.high) == pytest.approx((2e-6, 2e-7, 2e-5))
     assert found.logarithmic
-    given = f"{text}\nbounds = {{ {key} = ['-1 um', '5 um'] }}"
+    given = text.partition("[fit]")[0] + f"[fit]\nparameters.{key} = ['-1 um', '5 um']"
     (found,) = varied_parameters(parse_study(given), "fit")
     assert (found.low, found.high) == pytest.approx((-1e-6, 5e-6))
     assert not found.logarithmic
     for wrong, expected in (
         (given.replace("-1 um", "3 um"), "starts at 2e-06, outside of its bounds 3e-06 to 5e-06"),
         (given.replace("5 um", "5 mm").replace("-1", "1"), r"interference must be <= 0\.001"),
-        (f"{key} = 0\n{text}", "starts at 0: give its bounds in fit.bounds"),
+        (f"{key} = 0\n{text}", "starts at 0: give its bounds in fit.parameters"),
     ):
         with pytest.raises(InputError, match=expected):
             varied_parameters(parse_study(wrong), "fit")

@@ -34,9 +34,10 @@ starts = 2
 """
 
 
-def test_the_optimum_is_that_of_a_map(small_model, tmp_path):
+def test_the_optimum_is_that_of_a_map(small_model, tmp_path, monkeypatch):
     """A grid of friction, each its highest peak: none is lower, and the lowest is next to it."""
-    text = STUDY + "front = 3\n"
+    monkeypatch.setattr("vanelock.commands.optimise.optimise.FRONT_POINTS", 3)
+    text = STUDY + 'of = "peak and wear"\n'
     folder = tmp_path / "run"
     heard: list[Event] = []
     found = optimise_study(parse_study(text), folder, heard.append, text, tmp_path)
@@ -87,8 +88,7 @@ def test_the_optimum_is_that_of_a_map(small_model, tmp_path):
 def test_what_cannot_be_varied_is_one_line(tmp_path):
     for text, expected in (
         ('parameters = ["damping.ratio"]', '"damping.ratio" cannot be optimised; what can: joints'),
-        ("front = 3", "front: no joint wears: give one of joints.hook"),
-        ('bounds = { "joints.hook.mu" = [0.1, 0.2] }', "is not among optimise.parameters"),
+        ('of = "peak and wear"', 'peak and wear": no joint wears: give one of joints.hook'),
         ("[sweep]\njoints.interlock.mu = [0.1, 0.2]", "joints.interlock.mu is swept, too"),
     ):
         with pytest.raises(InputError, match=expected):

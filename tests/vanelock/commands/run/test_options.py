@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 HEAD = f"""{SMALL}
 joints.interlock.mu = 0.1
 mesh.correction = "none"
-outputs = {{ shapes = false, loops = false, report = false }}
+outputs = {{ show = [] }}
 [response]
 harmonics = 1
 """
@@ -38,7 +38,7 @@ def computed(heard):
 def test_engine_orders_are_responses_of_their_own(tmp_path):
     frequencies = "frequencies = [253, 256]\n"
     orders = (-2, 16)
-    found, heard = run(f"{frequencies}[excitation]\nengine_orders = {list(orders)}", tmp_path)
+    found, heard = run(f"{frequencies}[sweep]\nexcitation.engine_order = {list(orders)}", tmp_path)
     names = [f"engine_order={order}" for order in orders]
     assert [each.case for each in found] == names
     assert computed(heard).count("rom casing, ND 0") == 1

@@ -47,7 +47,7 @@ def again(golden, tmp_path_factory):
     text = golden("sweep").text.partition("[sweep]")[0]
     text = re.sub(r"frequencies = .*", "frequencies = [256]", text).replace('"both"', '"up"')
     text = text.replace("joints.interlock.kn", "joints.interlock.mu = 0.2\njoints.interlock.kn")
-    return folder, text + "[outputs]\nshapes = false\nreport = false\n"
+    return folder, text + "[outputs]\nshow = ['loops']\n"
 
 
 def test_every_stage_ran_once(first):

@@ -28,7 +28,7 @@ CASES = ("mu=0.05", "mu=0.2")
 def scene(folder: Path) -> Path:
     """An arm of four nodes on springs, its third node pressed on a pad, its last one shaken."""
     path = folder / "arm.toml"
-    sweep = f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nloops = false\n'
+    sweep = f'[sweep]\n"{MU}" = [0.05, 0.2]\n[outputs]\nshow = ["report"]\n'
     path.write_text(f"{arm(folder)}modes = 2\n{PAD}{sweep}[response]\npoints = 21\n")
     return path
 
@@ -162,7 +162,7 @@ def test_the_figure_has_the_curves_of_the_programs_own(ran: vanelock.Run) -> Non
 
 def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(tmp_path, capsys):
     path = scene(tmp_path)
-    path.write_text(path.read_text().replace("loops = false", "loops = false\nreport = false"))
+    path.write_text(path.read_text().replace('show = ["report"]', "show = []"))
     first = vanelock.run(path, tmp_path / "here")
     printed = capsys.readouterr()
     assert "Responses of arm 4, y" in printed.out
@@ -170,7 +170,7 @@ def test_a_run_goes_on_says_so_and_goes_where_it_is_sent(tmp_path, capsys):
     again = vanelock.run(str(path), str(tmp_path / "here"))
     assert "response mu=0.2: unchanged" in capsys.readouterr().err
     assert again.table.equals(first.table)
-    with pytest.raises(InputError, match=r"no report\.html: the study has outputs\.report = false"):
+    with pytest.raises(InputError, match=r"no report\.html: outputs\.show has none"):
         first.page  # noqa: B018
 
 

@@ -15,24 +15,24 @@ KT = '"joints.interlock.kt"'
 
 
 def study(text, count=64, seed=1):
-    return parse_study(f"[scatter]\nsamples = {count}\nseed = {seed}\n[scatter.keys]\n{text}")
+    return parse_study(f"seed = {seed}\n[scatter]\nsamples = {count}\n[scatter.keys]\n{text}")
 
 
 @pytest.mark.parametrize(
     ("text", "law"),
     [
-        ("{ low = 0.1, high = 0.5 }", stats.uniform(0.1, 0.4)),
-        ('{ distribution = "normal", mean = 0.3, deviation = 0.02 }', stats.norm(0.3, 0.02)),
+        ("{ uniform = [0.1, 0.5] }", stats.uniform(0.1, 0.4)),
+        ("{ normal = [0.3, 0.02] }", stats.norm(0.3, 0.02)),
         (
-            '{ distribution = "lognormal", mean = 0.3, deviation = 0.1 }',
+            "{ lognormal = [0.3, 0.1] }",
             stats.lognorm(np.sqrt(np.log(1 + 1 / 9)), scale=0.3 / np.sqrt(1 + 1 / 9)),
         ),
         (
-            '{ distribution = "normal", mean = 0.2, deviation = 0.2, low = 0.1, high = 0.3 }',
+            "{ normal = [0.2, 0.2], within = [0.1, 0.3] }",
             stats.truncnorm(-0.5, 0.5, 0.2, 0.2),
         ),
         (
-            '{ distribution = "normal", mean = 0.1, deviation = 0.2, truncate = true }',
+            "{ normal = [0.1, 0.2], within = [0, inf] }",
             stats.truncnorm(-0.5, np.inf, 0.1, 0.2),
         ),
     ],
@@ -44,7 +44,7 @@ def test_one_sample_lies_in_each_part_of_the_distribution(text, law):
 
 
 def test_keys_are_paired_at_random_and_the_seed_says_how():
-    text = f"{MU} = {{ low = 0.1, high = 0.5 }}\n{KT} = {{ low = 1e6, high = 2e6 }}\n"
+    text = f"{MU} = {{ uniform = [0.1, 0.5] }}\n{KT} = {{ uniform = [1e6, 2e6] }}\n"
     one, same, other = (samples(study(text, seed=seed)) for seed in (3, 3, 4))
     assert one == same != other
     assert abs(stats.spearmanr(*one.values()).statistic) < 0.4
@@ -56,33 +56,33 @@ def test_keys_are_paired_at_random_and_the_seed_says_how():
 
 
 def test_numbers_carry_units_and_are_allowed_by_their_keys():
-    text = 'joints.interlock.interference = { low = "1 um", high = 3e-6 }\n'
+    text = 'joints.interlock.interference = { uniform = ["1 um", 3e-6] }\n'
     (found,) = samples(study(text)).values()
     assert 1e-6 <= min(found) < 1.1e-6
     assert 2.9e-6 < max(found) <= 3e-6
-    text = f'{MU} = {{ distribution = "normal", mean = 0.1, deviation = 0.1 }}'
-    with pytest.raises(InputError, match=r"sample \d+: joints.interlock.mu = -.*truncate = true"):
+    text = f"{MU} = {{ normal = [0.1, 0.1] }}"
+    with pytest.raises(InputError, match=r"sample \d+: joints.interlock.mu = -.*within = "):
         cases(study(text))
 
 
 TABLE = """
-"joints.interlock.muu" = { low = 0, high = 1 } | "joints.interlock.muu": unknown key; nearest \
+"joints.interlock.muu" = { uniform = [0, 1] } | "joints.interlock.muu": unknown key; nearest \
 known key: joints.interlock.mu
-"response.harmonics" = { low = 1, high = 3 } | "response.harmonics": only keys that hold a number \
+"response.harmonics" = { uniform = [1, 3] } | "response.harmonics": only keys that hold a number \
 with a fraction can scatter
-MU = { low = 0.5, high = 0.1 } | MU.high = 0.1: must be above low
-MU = { distribution = "normal", mean = 0.3, deviation = 0 } | MU.deviation = 0: must be > 0
-MU = { distribution = "lognormal", mean = -1, deviation = 1 } | MU.mean = -1: must be > 0
-KT = { low = "1 N", high = 2e6 } | KT.low = "1 N": expected a number in N/m, or text with a unit \
-such as "1 N/m"
-MU = { distribution = "normal", mean = 1, deviation = 0.1, low = 9 } | MU: leaves nothing between \
-low and high
-MU = { low = 0.1, high = nan } | MU.high = nan: expected a finite
-MU = { distribution = "lognormal", mean = 0.3, deviation = 1e300 } | MU: numbers too large or too \
+MU = { uniform = [0.5, 0.1] } | MU.uniform = [0.5, 0.1]: must be [low, high] with low < high
+MU = { normal = [0.3, 0] } | MU.normal = [0.3, 0]: standard deviation must be > 0
+MU = { lognormal = [-1, 1] } | MU.lognormal = [-1, 1]: mean must be > 0
+KT = { uniform = ["1 N", 2e6] } | KT.uniform = ["1 N", 2000000.0]: expected a number in N/m, or \
+text with a unit such as "1 N/m"
+MU = { normal = [1, 0.1], within = [9, inf] } | MU.within = [9, inf]: leaves nothing of it
+MU = { uniform = [0.1, nan] } | MU.uniform = [0.1, nan]: expected numbers
+MU = { uniform = [0.1, inf] } | MU: numbers too large
+MU = { lognormal = [0.3, 1e300] } | MU: numbers too large or too \
 small for a lognormal distribution
-MU = { distribution = "lognormal", mean = 1e300, deviation = 1e-300 } | MU: numbers too large or \
+MU = { lognormal = [1e300, 1e-300] } | MU: numbers too large or \
 too small for a lognormal distribution
-MU = { distribution = "normal", mean = 1e308, deviation = 1e308 } | MU: numbers too large or too \
+MU = { normal = [1e308, 1e308] } | MU: numbers too large or too \
 small for a normal distribution
 """
 MISTAKES = TABLE.replace("MU", MU).replace("KT", KT).strip().splitlines()
@@ -92,7 +92,7 @@ MISTAKES = TABLE.replace("MU", MU).replace("KT", KT).strip().splitlines()
     ("text", "line"),
     [
         *((text, f"scatter.keys.{line}") for text, line in (x.split(" | ") for x in MISTAKES)),
-        (f"{MU} = {{ low = 0, high = 1 }}\n[sweep]\n{KT} = [1e6]", "scatter: give either this, or"),
+        (f"{MU} = {{ uniform = [0, 1] }}\n[sweep]\n{KT} = [1e6]", "scatter: give either this, or"),
     ],
 )
 def test_mistakes(text, line):
@@ -102,15 +102,18 @@ def test_mistakes(text, line):
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        ("{ low = 0.1 }", "a uniform distribution needs low and high"),
-        ('{ distribution = "normal", mean = 1 }', "needs mean and deviation"),
-        ("{ low = 0.1, high = 1, mean = 2 }", "takes low and high, no mean or deviation"),
+        ("{ within = [0, 1] }", "needs one of uniform, normal, lognormal, not none"),
+        ("{ normal = [1] }", "normal.*must be given"),
+        ("{ uniform = [0, 1], normal = [0, 1] }", "not uniform and normal"),
+        ("{ uniform = [0, 1], within = [0, 1] }", "within: uniform has its ends already"),
         *(
-            (f"{{ low = {wrong}, high = 1 }}", ".low.*: expected a number, or text with a unit")
+            (
+                f"{{ uniform = [{wrong}, 1] }}",
+                ".uniform.0..*: expected a number, or text with a unit",
+            )
             for wrong in ("true", "{}", "{ a = 1 }", "[1]")
         ),
-        ("{ distribution = {} }", '.distribution.*: distribution must be one of "uniform"'),
-        ("{ low = 0, high = 1, truncate = {} }", ".truncate.*: expected true or false"),
+        ("{ low = 0.1 }", "unknown key; known here: uniform, normal, lognormal, within"),
     ],
 )
 @pytest.mark.parametrize("key", [MU, MU.strip('"')])

@@ -38,17 +38,16 @@ def test_cases_have_values_and_names():
     assert [c.study.excitation.force_per_node for c in found] == [0, 0]
 
 
-def test_engine_orders_are_cases_the_slowest_of_all():
+def test_the_first_key_runs_slowest():
     study = parse_study(
-        '[excitation]\nengine_orders = [1, 2, -3]\n[sweep]\n"joints.interlock.mu" = [0.1, 0.3]'
+        '[sweep]\n"excitation.engine_order" = [1, 2, -3]\n"joints.interlock.mu" = [0.1, 0.3]'
     )
     found = cases(study)
     orders = [case.study.excitation.engine_order for case in found]
     assert orders == [1, 1, 2, 2, -3, -3]
     assert found[5].name == "engine_order=-3,mu=0.3"
     assert found[5].values == {"excitation.engine_order": -3, "joints.interlock.mu": 0.3}
-    assert all(case.study.excitation.engine_orders is None for case in found)
-    (only,) = cases(parse_study("[excitation]\nengine_orders = [16]"))
+    (only,) = cases(parse_study("[sweep]\nexcitation.engine_order = [16]"))
     assert (only.name, only.study.excitation.engine_order) == ("engine_order=16", 16)
 
 
@@ -56,8 +55,7 @@ MISTAKES = """
 "joints.interlock.muu": unknown key; nearest known key: joints.interlock.mu
 "joints.interlock": only keys that hold a number or a choice of words can be swept
 "name": only keys that hold a number or a choice of words can be swept
-"joints.interlock.enabled": only keys that hold a number or a choice of words can be swept
-"excitation.engine_order": give either this or excitation.engine_orders, not both
+"measured": only keys that hold a number or a choice of words can be swept
 "joints.interlock.mu"[1] = -0.1: friction coefficient must be >= 0
 "response.coupling"[1] = "loose": coupling of the static and the dynamic balance must be one of \
 "coupled", "uncoupled" or "constant-load"
@@ -76,7 +74,7 @@ def test_mistakes(tmp_path, line):
     ((key, entry, value),) = re.findall(r'^"(.*?)"(\[1\])?(?: = (.*?))?: ', line)
     values = f"[{RIGHT.get(key, '0.1')}, {value}]" if entry else value or "[0.1]"
     path = tmp_path / "vane.toml"
-    path.write_text(f'[sweep]\n"{key}" = {values}\n[excitation]\nengine_orders = [1]')
+    path.write_text(f'[sweep]\n"{key}" = {values}')
     assert complaint(path, load_study) == f"{path}: sweep.{line}"
 
 
@@ -121,13 +119,12 @@ def test_a_changed_study_is_the_one_that_its_file_would_give(changes):
         joints.hook.mu = 0.1
         material.vane.E = "180 GPa"
         outputs.gauges = [{ aerofoil = 1, span = 0.1, chord = 0.5 }]
-        excitation.engine_orders = [3, 4]
         sweep."joints.interlock.mu" = [0.2]
     """
     study = parse_study(text)
     found = with_values(study, changes)
     data = tomllib.loads(text)
-    del data["sweep"], data["excitation"]["engine_orders"]
+    del data["sweep"]
     for key, value in changes.items():
         table, *rest, last = key.split(".")
         inner = data.setdefault(table, {})

@@ -14,12 +14,16 @@ MU, RIG = "joints.interlock.mu", '[measured]\nfile = "a.csv"\n'
     [
         ('parameters = ["joints.mu"]', 'fit.parameters = \\["joints.mu"\\]: "joints.mu" cannot be'),
         (f'parameters = ["{MU}", "{MU}"]', "fitted keys must differ"),
-        (f'parameters = ["{MU}"]\nbounds = {{ "{MU}" = [1, 0] }}', "expected \\[low, high\\] with"),
-        (f'bounds = {{ "{MU}" = [0.1, "x"] }}', "expected a number"),
-        (f'bounds = {{ "{MU}" = [0.1] }}', "expected at least 2 of them"),
-        ('bounds = { "joints.hook.mu" = [0.1, 1] }', '"joints.hook.mu" is not among fit.parameter'),
+        (f'parameters = {{ "{MU}" = [1, 0] }}', "expected \\[low, high\\] with"),
+        (f'parameters = {{ "{MU}" = [0.1, "x"] }}', "expected a number"),
+        (f'parameters = {{ "{MU}" = [0.1] }}', "expected at least 2 of them"),
+        (f'bounds = {{ "{MU}" = [0.1, 1] }}', "fit.bounds: unknown key"),
         ("starts = 0", "fit.starts = 0: number of starts must be >= 1"),
-        ("[joints.interlock]\nenabled = false", "joints.interlock.enabled = false"),
+        ("[joints]\ninterlock = false", "joints.interlock = false"),
+        (
+            'parameters = ["material.vane.E"]\n[material.vane]\nE = [[20, 2e11], [600, 1e11]]',
+            '"material.vane.E": is given by temperature',
+        ),
         (f"{FORCED}[excitation]\nunbalance = 1e-3", "excitation.unbalance is given"),
     ],
 )
@@ -32,7 +36,7 @@ def test_what_cannot_be_fitted(text: str, expected: str) -> None:
 
 def test_a_diagram_ends_where_temperatures_do() -> None:
     text = (
-        '[material.vane]\nE_at = [[20, "200 GPa"], [620, "155 GPa"]]\n'
+        '[material.vane]\nE = [[20, "200 GPa"], [620, "155 GPa"]]\n'
         "[temperature]\nvane = [[1000, 20], [9000, 600]]\n"
         "[campbell]\nengine_orders = [1]\nspeeds = "
     )

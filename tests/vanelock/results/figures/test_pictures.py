@@ -135,7 +135,9 @@ def test_an_open_joint_has_no_preload_and_no_friction_no_share_of_it(ring):
 
 
 def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
-    text = '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\n[outputs]\nreport = false\n'
+    text = (
+        '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\n[outputs]\nshow = ["shapes", "loops"]\n'
+    )
     heard = []
 
     def noted(run_data, each, animated):
@@ -162,7 +164,7 @@ def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
         return dict(heard)
 
     assert not any(moving(text, every).values())
-    text += "animations = true\n"
+    text = text.replace('"loops"', '"loops", "animations"')
     assert moving(text, every) == {"mu=0.1": True, "mu=0.2": False, "mu=0.3": True}
     assert moving(text, every[:1]) == {"mu=0.1": True}
 

@@ -5,7 +5,7 @@ import pytest
 from vanelock import parse_study
 from vanelock.results.page_sections.inputs import inputs
 
-HOT = 'temperature.vane = 605\nmaterial.vane.E_at = [[20, "200 GPa"], [620, "155 GPa"]]\n'
+HOT = 'temperature.vane = 605\nmaterial.vane.E = [[20, "200 GPa"], [620, "155 GPa"]]\n'
 GROWN = (
     "temperature.casing = 600\nmaterial.casing.expansion = 1e-5\nmaterial.vane.expansion = 1.3e-5\n"
 )

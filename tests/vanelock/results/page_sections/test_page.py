@@ -126,13 +126,13 @@ def test_files_are_written_again_only_when_they_show_something_else(golden, tmp_
     heard = run(folder, known.text)
     assert not [e for e in heard if isinstance(e, Done) and not e.cached]
     assert {path: path.stat().st_mtime_ns for path in before} == before
-    few = "[material.vane]\nfatigue_limit = 300e6\n[outputs]\nshapes = false\nloops = false\n"
+    few = "[material.vane]\nfatigue_limit = 300e6\n[outputs]\nshow = ['report']\n"
     heard = run(folder, known.text + few)
     drawn_again = {e.stage for e in heard if isinstance(e, Done) and not e.cached}
     assert drawn_again == {"figures/haigh_nominal.png", "report.html"}
     nodes = (folder / "figures" / "fatigue_nominal.csv").read_text("utf-8")
     assert "fatigue limit 300 MPa, tensile strength 900 MPa" in nodes
-    run(folder, known.text + few + "report = false\n")
+    run(folder, known.text + few.replace("['report']", "[]"))
     assert not (folder / "report.html").exists()
     left = {path.name for path in (folder / "figures").iterdir()}
     assert left == {"response.png", "response.csv", "preload.png", "preload.csv"}
@@ -140,7 +140,7 @@ def test_files_are_written_again_only_when_they_show_something_else(golden, tmp_
 
 DOUBTFUL = f"""{SMALL}mesh.correction = "none"
 response = {{ frequencies = [266, 268], harmonics = 1 }}
-outputs = {{ shapes = false, loops = false }}
+outputs = {{ show = ["report"] }}
 sweep."joints.hook.mu" = [0.3, 0.4]
 """
 

@@ -41,11 +41,11 @@ def test_what_costs_most_gets_most():
 
 def test_what_the_study_sets_is_pinned():
     study = parse_study(
-        'accuracy = 0.01\n[mesh]\nsize = "coarse"\n[rom]\ncasing_modes = 8\n[response]\npoints = 30'
+        'accuracy = 0.01\n[mesh]\nsize = "coarse"\n[rom]\nmodes = 8\n[response]\npoints = 30'
     )
     assert pins(study) == {
         "mesh": "mesh.size",
-        "modes": "rom.casing_modes",
+        "modes": "rom.modes",
         "frequencies": "response.points",
     }
     assert set(budget(study).shares) == {"harmonics"}

@@ -20,7 +20,7 @@ from vanelock.stages.response.limits import Limits
 
 TEXT = """
 [material.vane]
-E_at = [[20, "200 GPa"], [620, "155 GPa"]]
+E = [[20, "200 GPa"], [620, "155 GPa"]]
 [temperature]
 vane = 420
 [response]

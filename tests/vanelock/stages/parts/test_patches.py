@@ -24,30 +24,29 @@ band_nodes = 5
 [mesh]
 size = "40 mm"
 correction = "none"
-[joints.interlock]
-enabled = false
+[joints]
+interlock = false
 [response]
 frequencies = [266]
 harmonics = 1
 [sweep]
-"joints.hook.patch" = ["node", "area"]
+"joints.patch" = ["node", "area"]
 """
 
 
-def test_each_joint_says_what_its_contacts_act_on():
+def test_a_study_says_what_its_contacts_act_on():
     hooks, interlock = ("hook_front", "hook_rear"), ("interlock_left", "interlock_right")
     for text, vane, casing in (
         ("", hooks + interlock, hooks),
-        ('[joints.hook]\npatch = "node"', interlock, ()),
-        ('[joints.interlock]\npatch = "node"', hooks, hooks),
-        ("[joints.interlock]\nenabled = false", hooks, hooks),
-        ('[joints.hook]\npatch = "node"\n[joints.interlock]\npatch = "node"', (), ()),
+        ("joints.interlock = false", hooks, hooks),
+        ("joints.interlock = true", hooks + interlock, hooks),
+        ('joints.patch = "node"', (), ()),
     ):
         study = parse_study(text)
         assert averaged(study, "vane") == vane
         assert averaged(study, "casing") == casing
-    with pytest.raises(InputError, match=r'joints.hook.patch = "face"'):
-        parse_study('[joints.hook]\npatch = "face"')
+    with pytest.raises(InputError, match=r'joints.patch = "face"'):
+        parse_study('joints.patch = "face"')
 
 
 def test_hooks_on_nodes_and_on_patches_side_by_side(stages):

@@ -8,7 +8,7 @@ from vanelock import parse_study
 from vanelock.commands.run.cases import OngoingRun
 from vanelock.commands.run.graph import CaseWork, bundle, jobs, steps_of
 from vanelock.input.cases.sweep import cases
-from vanelock.input.cases.values import with_values
+from vanelock.input.cases.values import value_at, with_values
 from vanelock.pipeline import step
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import silent
@@ -98,7 +98,7 @@ def test_a_response_is_known_by_what_it_depends_on_and_not_by_its_case():
     swept = cases(parse_study('[sweep]\n"joints.interlock.mu" = [0.3, 0.5]\n'))
     same, other = plan(swept, lambda *_: None)
     louder = plan(cases(parse_study("[excitation]\nforce = 10")), lambda *_: None)[0]
-    assert alone.case.study.joints.interlock.mu == 0.3
+    assert value_at(alone.case.study, "joints.interlock.mu") == 0.3
     assert {step.key for step in reachable(steps_of(same))} == {
         step.key for step in reachable(steps_of(alone))
     }

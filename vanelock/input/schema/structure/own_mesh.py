@@ -1,18 +1,16 @@
 """Tables of the study file for a part that is the user's own mesh instead of dimensions."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from vanelock.common.checked import DIMENSIONS, OWN, Check
 from vanelock.common.errors import InputError
-from vanelock.common.quantities import Length
-from vanelock.input.schema.structure.structure import KeyTable
+from vanelock.input.schema.structure.structure import PER_AREA, KeyTable
 from vanelock.mesh import Part
 from vanelock.mesh.files.read import metres
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
-from vanelock.mesh.matching.pairing import TOLERANCE
 from vanelock.mesh.matching.side import HOOKS, INTERLOCKS
 
 
@@ -38,37 +36,14 @@ def _unit(value: object) -> object:
     return value
 
 
-NodeSet = Annotated[Any, BeforeValidator(_set)]
 Unit = Annotated[str, BeforeValidator(_unit)]
 
 
-def _nodes(description: str) -> Any:
-    return Field(default=None, description=f"set of {description}")
-
-
-class VaneSets(KeyTable):
-    """What the file calls the vane's node sets, where that is not their name here."""
-
-    hook_front: NodeSet | None = _nodes("the front hook's contact nodes")
-    hook_rear: NodeSet | None = _nodes("the rear hook's contact nodes")
-    key: NodeSet | None = _nodes("hook nodes tied to the casing")
-    interlock_left: NodeSet | None = _nodes("contact nodes of the left interlock face")
-    interlock_right: NodeSet | None = _nodes("contact nodes of the right interlock face")
-    output: NodeSet | None = _nodes("output nodes")
-    fixed: NodeSet | None = _nodes("clamped nodes")
-
-
-class CasingSets(KeyTable):
-    """What the file calls the casing's node sets, where that is not their name here."""
-
-    hook_front: NodeSet | None = _nodes("the front groove's contact nodes")
-    hook_rear: NodeSet | None = _nodes("the rear groove's contact nodes")
-    key: NodeSet | None = _nodes("groove nodes tied to the vane")
-    left: NodeSet | None = _nodes("nodes of the left cyclic face")
-    right: NodeSet | None = _nodes("nodes of the right cyclic face")
-    force: NodeSet | None = _nodes("loaded nodes")
-    output: NodeSet | None = _nodes("output nodes")
-    fixed: NodeSet | None = _nodes("clamped nodes")
+VaneSet = Literal[
+    "hook_front", "hook_rear", "key", "interlock_left", "interlock_right", "output", "fixed"
+]
+CasingSet = Literal["hook_front", "hook_rear", "key", "left", "right", "force", "output", "fixed"]
+NodeSet = Annotated[Any, BeforeValidator(_set)]
 
 
 class _OwnMesh(KeyTable):
@@ -76,9 +51,6 @@ class _OwnMesh(KeyTable):
 
     mesh: str = Field(min_length=1, max_length=4096, description="mesh file")
     unit: Unit = Field(default="m", description="unit of the mesh's coordinates")
-    tolerance: Length = Field(
-        default=TOLERANCE, gt=0, le=1e-3, description="largest distance between mates [m]"
-    )
 
     @model_validator(mode="before")
     @classmethod
@@ -100,7 +72,7 @@ class _OwnMesh(KeyTable):
 class OwnVane(_OwnMesh):
     """A vane segment from a file; its hook is the groove of a casing that has dimensions."""
 
-    sets: VaneSets = VaneSets()
+    sets: dict[VaneSet, NodeSet] = Field(default={}, description="node set")
     hook: HookDimensions = HookDimensions()
 
     @classmethod
@@ -111,7 +83,7 @@ class OwnVane(_OwnMesh):
 class OwnCasing(_OwnMesh):
     """A casing sector from a file."""
 
-    sets: CasingSets = CasingSets()
+    sets: dict[CasingSet, NodeSet] = Field(default={}, description="node set")
 
     @classmethod
     def _dimensions(cls) -> tuple[str, ...]:
@@ -135,20 +107,13 @@ Casing = Annotated[
 ]
 
 
-def chosen_sets(own: OwnVane | OwnCasing) -> dict[str, str | tuple[int, ...]]:
-    """The sets that the study names."""
-    return {name: value for name, value in own.sets if value is not None}
-
-
 def _has_areas(study: Any) -> Iterator[str]:
-    for joint in ("hook", "interlock"):
-        for name in ("kn_area", "kt_area"):
-            value = getattr(getattr(study.joints, joint), name)
-            if value is not None and not isinstance(study.vane, OwnVane):
-                yield (
-                    f"joints.{joint}.{name} = {value:g}: needs vane.mesh, whose contact sets "
-                    "consist of whole faces"
-                )
+    for joint in () if isinstance(study.vane, OwnVane) else study.joint_names:
+        for name, value in getattr(study.joints, joint).per_area.items():
+            yield (
+                f"joints.{joint}.{name} = {value:g} {PER_AREA}: needs vane.mesh, whose contact "
+                "sets consist of whole faces"
+            )
 
 
 def _has_the_dimensions(study: Any) -> Iterator[str]:
@@ -157,10 +122,10 @@ def _has_the_dimensions(study: Any) -> Iterator[str]:
     why = f"needs dimensions, while {'vane.mesh' if vane else 'casing.mesh'} is given"
     if vane and study.outputs.gauges:
         yield f"outputs.gauges: a gauge's place {why}"
-    if (vane or casing) and study.patches["hook"] == "area":
-        yield f'joints.hook.patch = "area": {why}'
-    if vane and study.patches["interlock"] == "area":
-        yield f'joints.interlock.patch = "area": {why}'
+    if (vane or casing) and study.joints.patch == "area":
+        yield f'joints.patch = "area": {why}'
+    if not (vane or casing) and study.mesh.tolerance is not None:
+        yield f"mesh.tolerance = {study.mesh.tolerance:g}: needs vane.mesh or casing.mesh"
     if casing and study.mesh.face_nodes is not None:
         yield f"mesh.face_nodes = {study.mesh.face_nodes}: casing.mesh is given"
     if casing and study.stretch > 1:
@@ -175,13 +140,11 @@ OWN_MESH_CHECKS: tuple[Check, ...] = (_has_areas, _has_the_dimensions)
 
 def refuse_without_areas(study: Any, vane: Part) -> None:
     """Refuse a stiffness per area of a `Study` where the vane's contact nodes have no areas."""
-    contacts = {"hook": HOOKS, "interlock": INTERLOCKS if study.joints.interlock.enabled else ()}
-    for joint, sets in contacts.items():
-        for name in ("kn_area", "kt_area"):
-            value = getattr(getattr(study.joints, joint), name)
-            lacking = [each for each in sets if each not in vane.areas]
-            if value is not None and lacking:
-                raise InputError(
-                    f"joints.{joint}.{name} = {value:g}: the vane's set {lacking[0]} does not "
-                    "consist of whole faces: give stiffnesses per node pair"
-                )
+    for joint in study.joint_names:
+        sets = HOOKS if joint == "hook" else INTERLOCKS
+        lacking = [each for each in sets if each not in vane.areas]
+        for name, value in getattr(study.joints, joint).per_area.items() if lacking else ():
+            raise InputError(
+                f"joints.{joint}.{name} = {value:g} {PER_AREA}: the vane's set {lacking[0]} does "
+                "not consist of whole faces: give stiffnesses per node pair"
+            )

@@ -1,6 +1,6 @@
 """Values given at a few points and straight lines between them, as a study file lists them.
 
-E_at = [[20, "200 GPa"], [600, "165 GPa"]]
+E = [[20, "200 GPa"], [600, "165 GPa"]]
 """
 
 from collections.abc import Sequence
@@ -32,13 +32,16 @@ Degrees = Annotated[float, Field(ge=-273.15, le=5000, description="temperature [
 Modulus = Annotated[Pressure, Field(ge=1e3, le=1e15, description="Young's modulus [Pa]")]
 
 ByTemperature = Annotated[
-    tuple[tuple[Degrees, Modulus], ...], BeforeValidator(_tuples), AfterValidator(_ascending)
+    tuple[tuple[Degrees, Modulus], ...],
+    BeforeValidator(_tuples),
+    AfterValidator(_ascending),
+    Field(min_length=2, max_length=1000),
 ]
 """Young's modulus at temperatures, ((degC, Pa), ...)."""
 
 
 def at(pairs: Sequence[tuple[float, float]], place: float) -> float:
-    """Value on the line through the pairs; `place` lies within them."""
+    """Value on the line through the pairs; outside of them that of the nearest."""
     known = np.array(pairs)
     return float(np.interp(place, known[:, 0], known[:, 1]))
 

@@ -3,22 +3,28 @@
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    field_validator,
+)
 
-from vanelock.common.checked import Check, Checked
+from vanelock.common.checked import OTHER, PLAIN, Check, Checked
 from vanelock.common.quantities import (
-    Bedding,
     Density,
     Frequency,
     Length,
     Pressure,
-    Stiffness,
     Usual,
     Wear,
     quantity,
     si,
 )
-from vanelock.input.schema.structure.piecewise import ByTemperature
+from vanelock.input.schema.structure.piecewise import ByTemperature, Modulus, at
 from vanelock.mesh.checks import FEWEST, MOST
 from vanelock.mesh.element_size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.element_size import MOST_STRETCH as STRETCH
@@ -89,15 +95,11 @@ class RingKeys(KeyTable):
 class Elastic(KeyTable):
     """An isotropic material; its strength is for the report alone."""
 
-    E: Annotated[Pressure, STIFF] = Field(
-        default=170e9, ge=1e3, le=1e15, description="Young's modulus [Pa]"
-    )
-    E_at: Annotated[ByTemperature, STIFF] | None = Field(
-        default=None,
-        min_length=2,
-        max_length=1000,
-        description="Young's modulus by temperature [Pa]",
-    )
+    E: Annotated[
+        Annotated[Modulus, Tag(PLAIN)] | Annotated[ByTemperature, Tag(OTHER)],
+        Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else PLAIN),
+        STIFF,
+    ] = Field(default=170e9, description="Young's modulus [Pa]")
     expansion: Annotated[float, quantity("1/K"), Usual(1e-7, 5e-5)] | None = Field(
         default=None, gt=0, le=1e-3, description="thermal expansion [1/K]"
     )
@@ -111,6 +113,15 @@ class Elastic(KeyTable):
     tensile_strength: Annotated[Pressure, STRONG] = Field(
         default=900e6, ge=1e5, le=1e12, description="tensile strength [Pa]"
     )
+
+    @property
+    def moduli(self) -> tuple[tuple[float, float], ...]:
+        """Young's modulus by temperature, (degC, Pa), where it is given so."""
+        return self.E if isinstance(self.E, tuple) else ()
+
+    def modulus(self, temperature: float) -> float:
+        """Young's modulus, Pa, at a temperature, degC."""
+        return at(self.E, temperature) if isinstance(self.E, tuple) else self.E
 
     @field_validator("tensile_strength")
     @classmethod
@@ -146,82 +157,105 @@ class MeshKeys(KeyTable):
     correction: Literal["none", "modal"] = Field(
         default="modal", description="how mesh stiffening is corrected"
     )
+    tolerance: Length | None = Field(
+        default=None, gt=0, le=1e-3, description="largest distance between mates [m]"
+    )
 
 
-Patch = Literal["node", "area"]
-"""Whether a contact acts on its node or on the mean over its node's patch."""
+PER_AREA = "N/m^3"
+STIFFEST_AREA = 1e20
+"""Largest stiffness per area, N/m³."""
 
 
-def _one_of_each(joint: "_HookJoint | InterlockJoint") -> Iterator[str]:
-    """Refuse a stiffness per pair beside the same one per area."""
-    for name in ("kn", "kt"):
-        value = getattr(joint, f"{name}_area")
-        if value is not None and name in joint.model_fields_set:
-            yield f"{name}_area = {value:g}: give either this or {name}, not both"
+def _stiffness(value: object) -> object:
+    """A number in N/m, or text in N/m³, which a stiffness per area stays."""
+    try:
+        per_area = si(value, PER_AREA) if isinstance(value, str) else None
+    except ValueError:
+        per_area = None
+    if not isinstance(per_area, float):
+        return si(value, "N/m")
+    if not 0 < per_area <= STIFFEST_AREA:
+        raise ValueError(f"stiffness per area must be > 0 and <= {STIFFEST_AREA:g} {PER_AREA}")
+    return f"{per_area:.12g} {PER_AREA}"
+
+
+PairStiffness = Annotated[
+    Annotated[float, SPRING, Field(gt=0, le=1e15), Tag(PLAIN)] | Annotated[str, Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, str) else PLAIN),
+    BeforeValidator(_stiffness),
+]
+"""Stiffness of a node pair, N/m; or text, of the area of its node, N/m³."""
 
 
 class _HookJoint(KeyTable):
-    """Contacts between the vane's hooks and the casing's grooves, per node pair."""
+    """Contacts between the vane's hooks and the casing's grooves."""
 
-    kn: Annotated[Stiffness, SPRING] = Field(
-        default=1.67e7, gt=0, le=1e15, description="normal stiffness [N/m]"
-    )
-    kt: Annotated[Stiffness, SPRING] = Field(
-        default=1.67e7, gt=0, le=1e15, description="tangential stiffness [N/m]"
-    )
-    kn_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
-    )
-    kt_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
-    )
+    kn: PairStiffness = Field(default=1.67e7, description="normal stiffness [N/m]")
+    kt: PairStiffness = Field(default=1.67e7, description="tangential stiffness [N/m]")
     mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
     interference: Length = Field(default=20e-6, gt=0, le=1e-3, description="interference [m]")
     wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
         default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
     )
-    patch: Patch | None = Field(default=None, description="what a contact acts on")
 
-    checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
+    @property
+    def per_area(self) -> dict[str, float]:
+        """Stiffnesses that are of the area of a pair's node, N/m³."""
+        stiffness = {"kn": self.kn, "kt": self.kt}
+        return {
+            name: float(value.removesuffix(PER_AREA))
+            for name, value in stiffness.items()
+            if isinstance(value, str)
+        }
+
+    @property
+    def contact(self) -> dict[str, float]:
+        """Its numbers as `rom.contact_pairs` takes them."""
+        numbers = self.model_dump(exclude={"wear_coefficient"})
+        for name, value in self.per_area.items():
+            numbers |= {name: 0.0, f"{name}_area": value}
+        return numbers
 
 
-class InterlockJoint(KeyTable):
-    """Contacts between neighbouring segments' inner shrouds, per node pair."""
+class InterlockJoint(_HookJoint):
+    """Contacts between neighbouring segments' inner shrouds."""
 
-    enabled: bool = Field(default=True, description="whether the interlock has contacts")
-    kn: Annotated[Stiffness, SPRING] = Field(
-        default=1e6, gt=0, le=1e15, description="normal stiffness [N/m]"
-    )
-    kt: Annotated[Stiffness, SPRING] = Field(
-        default=1e6, gt=0, le=1e15, description="tangential stiffness [N/m]"
-    )
-    kn_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="normal stiffness per area [N/m^3]"
-    )
-    kt_area: Annotated[Bedding, Usual(1e4, 1e19)] | None = Field(
-        default=None, gt=0, le=1e20, description="tangential stiffness per area [N/m^3]"
-    )
-    mu: float = Field(default=0.3, ge=0, le=1000, description="friction coefficient")
+    kn: PairStiffness = Field(default=1e6, description="normal stiffness [N/m]")
+    kt: PairStiffness = Field(default=1e6, description="tangential stiffness [N/m]")
     interference: Length = Field(default=2e-6, ge=-1e-3, le=1e-3, description="interference [m]")
-    wear_coefficient: Annotated[Wear, Usual(1e-20, 1e-9)] | None = Field(
-        default=None, gt=0, le=1e-6, description="wear coefficient [m^2/N]"
-    )
-    patch: Patch | None = Field(default=None, description="what a contact acts on")
 
-    checks: ClassVar[tuple[Check, ...]] = (_one_of_each,)
+
+def _touching(value: object) -> object:
+    """The table of a joint; true is that of its defaults, false none."""
+    if not isinstance(value, bool | dict | InterlockJoint):
+        raise ValueError("expected a table, or false: the inner shrouds do not touch")
+    return {} if value is True else value
 
 
 class Joints(KeyTable):
     """The joints with friction contacts."""
 
+    patch: Literal["node", "area"] | None = Field(
+        default=None, description="what a contact acts on"
+    )
     hook: _HookJoint = _HookJoint()
-    interlock: InterlockJoint = InterlockJoint()
+    interlock: Annotated[
+        Annotated[InterlockJoint, Tag(OTHER)] | Annotated[Literal[False], Tag(PLAIN)],
+        Discriminator(lambda value: PLAIN if value is False else OTHER),
+        BeforeValidator(_touching),
+    ] = Field(default=InterlockJoint(), description="whether the inner shrouds touch")
 
 
 ACCURACY, MODES = 1e-4, 10
 """What the routes take unless the study says otherwise."""
 
-Modes = Annotated[int | None, Field(ge=1, le=1000)]
+Count = Annotated[int, Field(ge=1, le=1000, description="number of fixed-interface modes")]
+Modes = Annotated[
+    Annotated[Count, Tag(PLAIN)] | Annotated[tuple[Count, Count], Tag(OTHER)],
+    Discriminator(lambda value: OTHER if isinstance(value, tuple) else PLAIN),
+    BeforeValidator(sequence),
+]
 
 
 class Rom(KeyTable):
@@ -234,29 +268,21 @@ class Rom(KeyTable):
     band: Annotated[Frequency, Field(gt=0)] | None = Field(
         default=None, description="frequency up to which the accuracy holds [Hz]"
     )
-    vane_modes: Modes = Field(default=None, description="number of fixed-interface modes")
-    casing_modes: Modes = Field(default=None, description="number of fixed-interface modes")
+    modes: Modes | None = Field(default=None, description="number of fixed-interface modes")
 
     def _belongs_to_the_route(self) -> Iterator[str]:
         """What the route would not heed is refused."""
-        by_number = self.vane_modes is not None and self.casing_modes is not None
-        by_number = by_number or self.route != "cyclic"
+        by_number = self.modes is not None or self.route != "cyclic"
         for name in ("accuracy", "band"):
             if by_number and (value := getattr(self, name)) is not None:
-                why = (
-                    "vane_modes and casing_modes are given"
-                    if self.route == "cyclic"
-                    else f'rom.route = "{self.route}" takes numbers of modes'
-                )
-                yield f"{name} = {value:g}: {why}"
+                paper = f'rom.route = "{self.route}" takes numbers of modes'
+                yield f"{name} = {value:g}: {'modes is given' if self.modes else paper}"
 
     checks: ClassVar[tuple[Check, ...]] = (_belongs_to_the_route,)
 
     def of(self, part: str) -> dict[str, int | float | None]:
         """How many vectors `rom.reduce` is asked for."""
-        modes = {"vane": self.vane_modes, "casing": self.casing_modes}[part]
+        modes = MODES if self.modes is None and self.route != "cyclic" else self.modes
         if modes is not None:
-            return {"modes": modes}
-        if self.route != "cyclic":
-            return {"modes": MODES}
+            return {"modes": modes if isinstance(modes, int) else modes[part == "casing"]}
         return {"accuracy": ACCURACY if self.accuracy is None else self.accuracy, "band": self.band}

@@ -1,6 +1,6 @@
 """Temperature of each part, uniform in it, by rotor speed: Young's modulus and thermal growth.
 
-    K_part(n) = K_part · E(T_part(n)) / E
+    K_part(n) = K_part · E(T_part(n)) / E(T_ref)
 
 with Poisson's ratio, density and the contacts' stiffness as given; growth where the materials have
 an expansion, at the temperatures of the response. Temperatures that differ within the vane act on
@@ -106,20 +106,18 @@ def _is_used(study: Any) -> Iterator[str]:
 
 def _has_the_moduli(study: Any) -> Iterator[str]:
     for part in PARTS:
-        known = getattr(study.temperature, part)
-        if known is None:
+        heat, metal = study.temperature, getattr(study.material, part)
+        known = getattr(heat, part)
+        if not metal.moduli:
+            if known is not None and not metal.expansion:  # which acts at the modulus as given
+                yield f"temperature.{part}: needs pairs of degC and modulus in material.{part}.E"
             continue
-        moduli = getattr(study.material, part).E_at
-        if moduli is None and getattr(study.material, part).expansion:
-            continue  # it grows at the modulus as given
-        if moduli is None:
-            yield f"temperature.{part}: needs material.{part}.E_at, Young's modulus by temperature"
-            continue
-        low, high = ends(moduli)
+        low, high = ends(metal.moduli)
+        name, known = ("reference", heat.reference) if known is None else (part, known)
         for each in [pair[1] for pair in known] if isinstance(known, tuple) else [known]:
             if not low <= each <= high:
                 yield (
-                    f"temperature.{part}: {each:g} degC is outside material.{part}.E_at, "
+                    f"temperature.{name}: {each:g} degC is outside material.{part}.E, "
                     f"{low:g} to {high:g} degC"
                 )
 

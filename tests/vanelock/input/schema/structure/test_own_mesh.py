@@ -39,20 +39,24 @@ VANE | vane.chord = 0.05: a mesh is given, so dimensions cannot be
 CASING | casing.length = 1: a mesh is given, so dimensions cannot be
 vane.mesh = 3: expected text
 vane.mesh = "": mesh file must have at least 1 characters
-VANE | vane.tolerance = 0: largest distance between mates must be > 0 m
+VANE | mesh.tolerance = 0: largest distance between mates must be > 0 m
+mesh.tolerance = 2e-05: needs vane.mesh or casing.mesh
 vane.mesh = "a" | vane.unit = "kg": expected a unit of length, such as
 VANE | vane.units = 1: unknown key; nearest known key: vane.unit
-VANE | vane.sets.left = "A": unknown key
+VANE | vane.sets.left = "A": node set must be one of "hook_front", "hook_rear", "key", \
+"interlock_left", "interlock_right", "output" or "fixed"
 VANE | vane.sets.key = 5: expected the name of a set in the mesh
 VANE | vane.sets.key = []: expected the name of a set
 VANE | vane.sets.key = [1.5]: expected the name of a set
 vane = 3: expected a table
 vane.chrd = 3: unknown key; nearest known key: vane.chord
 vane.chord = 9: chord of an aerofoil must be <= 0.5 m
-VANE | joints.hook.patch = "area": needs dimensions, while vane.mesh is given
-CASING | joints.hook.patch = "area": needs dimensions, while casing.mesh is given
-VANE | joints.interlock.patch = "area": needs dimensions, while vane.mesh is given
-VANE; joints.hook.kn = 1e7 | joints.hook.kn_area = 1e+11: give either this or kn, not both
+VANE | joints.patch = "area": needs dimensions, while vane.mesh is given
+CASING | joints.patch = "area": needs dimensions, while casing.mesh is given
+VANE | joints.hook.kn = "0 N/m^3": stiffness per area must be > 0 and <= 1e+20 N/m^3
+VANE | joints.hook.kn_area = 10: unknown key; known here: kn, kt, mu, interference, wear_coefficient
+VANE | joints.hook.kn = "3 Pa": expected a number in N/m, or text with a unit such as "1 N/m"
+VANE | joints.interlock = 3: expected a table, or false: the inner shrouds do not touch
 CASING | mesh.face_nodes = 326: casing.mesh is given
 CASING | outputs.monitor = "vane output 4": expected an output node
 """
@@ -73,8 +77,8 @@ CASING | outputs.monitor = "vane output 4": expected an output node
             "outputs.gauges: a gauge's place needs dimensions, while vane.mesh is given",
         ),
         (
-            CASING + "[joints.interlock]\nkt_area = '1 N/mm^3'",
-            "joints.interlock.kt_area = 1e+09: needs vane.mesh, whose contact sets consist of",
+            CASING + "[joints.interlock]\nkt = '1 N/mm^3'",
+            "joints.interlock.kt = 1e+09 N/m^3: needs vane.mesh, whose contact sets consist of",
         ),
     ],
 )
@@ -88,9 +92,8 @@ def test_what_goes_with_a_mesh():
     study = parse_study(VANE + "[vane.sets]\nkey = [7, 5]\nhook_rear = 'B'\n" + CASING)
     assert isinstance(study.vane, OwnVane)
     assert isinstance(study.casing, OwnCasing)
-    assert (study.vane.sets.key, study.vane.sets.hook_rear) == ((7, 5), "B")
-    assert study.vane.tolerance == 1e-5
-    assert parse_study(CASING + '[joints.interlock]\npatch = "area"').casing == study.casing
+    assert study.vane.sets == {"key": (7, 5), "hook_rear": "B"}
+    assert parse_study("mesh.tolerance = '20 um'\n" + VANE).mesh.tolerance == 2e-5
     assert study.patches == {"hook": "node", "interlock": "node"}
     assert (study.stretch, parse_study(VANE).stretch) == (1, 3)
     assert parse_study(CASING).patches == {"hook": "node", "interlock": "area"}
@@ -170,16 +173,15 @@ def test_cache_follows_the_contents(folder):
 
 
 RESPONSE = """
-rom = { vane_modes = 6, casing_modes = 6 }
-joints.hook = { kn = 5e7, kt = 3e7, patch = "node" }
-joints.interlock = { mu = 0.1, kn = 1.67e6, kt = 1e6, patch = "node" }
+rom = { modes = 6 }
+joints.hook = { kn = 5e7, kt = 3e7 }
+joints.interlock = { mu = 0.1, kn = 1.67e6, kt = 1e6 }
+joints.patch = "node"
 excitation.force = 80
 response = { harmonics = 1, frequencies = [264, 268] }
 [outputs]
 monitor = "casing output 1, radial"
-shapes = false
-loops = false
-report = false
+show = []
 """
 
 
@@ -230,13 +232,13 @@ def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
 
 def test_areas_are_asked_for_before_the_reductions(folder):
     """Rows of nodes have no area: refused at once, with the key and the set."""
-    study = written(folder, SIZE + "joints.interlock = { kn_area = 1e11, kt_area = 1e11 }")
+    study = written(folder, SIZE + "joints.interlock = { kn = '1e11 N/m^3', kt = '1e11 N/m^3' }")
     stages: list[Event] = []
     for action in (run_study, mesh_study):
         with pytest.raises(InputError) as caught:
             action(study, folder / action.__name__, stages.append)
         assert str(caught.value) == (
-            "joints.interlock.kn_area = 1e+11: the vane's set interlock_left does not consist of "
+            "joints.interlock.kn = 1e+11 N/m^3: the vane's set interlock_left does not consist of "
             "whole faces: give stiffnesses per node pair"
         )
     assert not any("rom" in str(event) for event in stages)
