@@ -152,7 +152,7 @@ def warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str
     if band is not None and highest > band:
         beyond.append(f"lines above {band:.6g} Hz, here up to {highest:.6g} Hz, are too high")
     if beyond:
-        end = "the band of the reduced models: see rom.band"
+        end = "the band of the reduced models, which campbell.speeds widens"
         yield f"Campbell diagram: {' and '.join(beyond)}: {end}"
 
 

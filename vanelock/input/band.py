@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.rom.system.system import MARGIN, wider_band
@@ -66,14 +65,6 @@ def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iter
             )
 
 
-def _holds_what_is_asked_for(study: Any) -> Iterator[str]:
-    yield from too_narrow("rom.band", study.rom.band, asked_by(study))
-
-
-BAND_CHECKS: tuple[Check, ...] = (_holds_what_is_asked_for,)
-"""Of a `Study`."""
-
-
 def refuse_beyond(what: str, highest: float, band: float | None, advice: str) -> None:
     """Refuse a frequency, Hz, beyond what reduced models answer."""
     if band is not None and highest > band:
@@ -91,5 +82,6 @@ def advice(study: Any) -> str:
         )
     if study.rom.route != "cyclic":
         return 'give more rom.modes, or choose rom.route = "cyclic"'
-    instead = " instead of rom.modes" if study.rom.modes else ""
-    return f'write rom.band = "{{:g}} Hz"{instead}'
+    if study.rom.modes:
+        return "leave out rom.modes, and they answer as far as is asked for"
+    return "write response.range: they answer as far as it reaches"

@@ -74,28 +74,10 @@ def test_what_a_study_asks_for_and_a_little_wider_range_needs_no_new_models():
 @pytest.mark.parametrize(
     ("text", "line"),
     [
-        (
-            '[rom]\nband = "500 Hz"\n[response]\nrange = [9000, 9100]',
-            r"rom\.band = 500: response\.range reaches 9100 Hz.*write \"9600 Hz\"",
-        ),
-        (
-            '[rom]\nband = "500 Hz"\n[campbell]\nspeeds = [0, 10000]\nengine_orders = [4]',
-            r"rom\.band = 500: campbell\.speeds reaches 666\.667 Hz.*write \"700 Hz\"",
-        ),
-    ],
-)
-def test_a_band_that_does_not_hold_the_range_is_refused(text: str, line: str) -> None:
-    with pytest.raises(InputError, match=line):
-        parse_study(text)
-
-
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("response.range = [200, 900]", r'response\.range reaches 900 Hz.*rom\.band = "950 Hz"$'),
+        ("response.range = [200, 900]", r"response\.range reaches 900 Hz.*write response\.range"),
         (
             "response.range = [200, 900]\nrom.modes = 2",
-            r'rom\.band = "950 Hz" instead of rom\.modes',
+            r"leave out rom\.modes",
         ),
         (
             'response.frequencies = [900]\nrom.route = "paper"',

@@ -44,14 +44,14 @@ def test_values_that_are_no_list_are_lines_of_their_table(tmp_path, table):
 def test_wrong_values_and_contradictions_of_tables_that_are_right_come_together(tmp_path):
     text = (
         "damping.ratio = 2\nvane = { leg_front = 0.09, thickness = 0.001 }\n"
-        'casing.length = "4 km"\nrom = { route = "paper", band = 100 }\n'
+        'casing.length = "4 km"\nrom = { route = "paper", accuracy = 0.1 }\n'
     )
     heads = [line.partition(": ")[0] for line in mistakes(tmp_path, text)]
     assert heads == [
         "vane.leg_rear = 0.0885 m",
         "vane.edge_thickness = 0.0022",
         'casing.length = "4 km"',
-        "rom.band = 100",
+        "rom.accuracy = 0.1",
         "damping.ratio = 2",
     ]
 

@@ -18,7 +18,7 @@ from vanelock.input.measured.universal import ENDINGS, read_universal
 from vanelock.input.schema.comparison import MeasuredCurve
 from vanelock.input.schema.study import Study
 
-UNIVERSAL_KEYS = ("record", "unit", "force")
+UNIVERSAL_KEYS = ("unit", "force")
 """Keys that only a Universal File has use for."""
 
 
@@ -98,8 +98,8 @@ def _read(given: Given, i: int) -> Measured:
 
 def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:
     """A measured curve."""
-    path, own = Path(keys.file), keys.engine_order or order
-    points = _points(keys, path, own, where)
+    (path, record), own = _place(keys.file), keys.engine_order or order
+    points = _points(keys, path, record, own, where)
     sigma = points.sigma
     if sigma is None and keys.sigma is not None:
         sigma = keys.sigma * points.factor
@@ -127,10 +127,20 @@ def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> M
     )
 
 
-def _points(keys: MeasuredCurve, path: Path, engine_order: int, where: str) -> Points:
+def _place(file: str) -> tuple[Path, int | None]:
+    """The file, and the number of a record of a Universal File behind a colon."""
+    name, _, record = file.rpartition(":")
+    if record.isdecimal() and name.lower().endswith(ENDINGS):
+        return Path(name), int(record)
+    return Path(file), None
+
+
+def _points(
+    keys: MeasuredCurve, path: Path, record: int | None, engine_order: int, where: str
+) -> Points:
     """What the file says, by the reader of its format."""
     if path.suffix.lower() in ENDINGS:
-        return read_universal(path, engine_order, keys.record, keys.unit, keys.force)
+        return read_universal(path, engine_order, record, keys.unit, keys.force)
     for name in UNIVERSAL_KEYS:
         if (given := getattr(keys, name)) is not None:
             allowed = ", ".join(ENDINGS)

@@ -208,12 +208,12 @@ def _chosen(
     """The record that is wanted, and its number."""
     if record is None and len(records) == 1:
         record = 1
-    if record is not None and record <= len(records):
+    if record is not None and 1 <= record <= len(records):
         return record, records[record - 1]
     some = [f"{i} ({_described(each)})" for i, each in enumerate(records[:MOST], 1)]
     if len(records) > MOST:
         some.append(f"... {len(records)}")
-    wrong = "several records: give record" if record is None else f"no record {record}"
+    wrong = f"several records: give {path.name}:1" if record is None else f"no record {record}"
     raise InputError(f"{path}: {wrong}: {', '.join(some)}")
 
 

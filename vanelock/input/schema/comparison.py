@@ -86,9 +86,6 @@ class MeasuredCurve(KeyTable):
     range: Annotated[tuple[Hertz, ...], BeforeValidator(sequence)] | None = Field(
         default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
     )
-    record: int | None = Field(
-        default=None, ge=1, le=1_000_000, description="number of the record of a Universal File"
-    )
     unit: str | None = Field(
         default=None, min_length=1, max_length=40, description="unit of a Universal File's record"
     )

@@ -11,7 +11,6 @@ from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
 from vanelock.common.tables import counted
-from vanelock.input.band import BAND_CHECKS
 from vanelock.input.schema.comparison import (
     COMPARISON_CHECKS,
     CampbellKeys,
@@ -184,7 +183,6 @@ class Study(KeyTable):
         *TEMPERATURE_CHECKS,
         *LOAD_CHECKS,
         *COMPARISON_CHECKS,
-        *BAND_CHECKS,
         _can_be_meshed,
         *OWN_MESH_CHECKS,
     )

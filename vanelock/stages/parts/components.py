@@ -217,12 +217,11 @@ def _prepared(
 def _least(study: Study, part: str) -> tuple[bool, float | None]:
     """Whether a part's band follows from the study, and what it reaches at least, Hz.
 
-    Where an accuracy is asked for and no band, the vane's tenth elastic mode ends it for both, or
+    Where an accuracy is asked for, the vane's tenth elastic mode ends it for both, or
     the highest frequency that the study asks for (`vanelock.input.band`) where that is higher; a
     vane that is reduced to a number of modes gives no band, and the casing then takes its own.
     """
-    options = study.rom
-    follows = options.of(part).get("accuracy") is not None and options.band is None
+    follows = "accuracy" in study.rom.of(part)
     return follows, least_band(asked_by(study), softest(study), LEAST) if follows else None
 
 

@@ -1,5 +1,6 @@
 """Measured curves from Universal Files, written by pyuff and by the format's description."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -52,17 +53,18 @@ def write(path: Path, *sets: dict[str, Any]) -> Path:
     return path
 
 
-def read(path: Path, **keys: Any) -> Measured:
+def read(path: Path | str, **keys: Any) -> Measured:
     return read_measured(MeasuredCurve(file=str(path), **keys), 2, 1, "measured[0]")
 
 
-def complaint(path: Path, **keys: Any) -> str:
+def complaint(path: Path | str, **keys: Any) -> str:
     with pytest.raises(InputError) as caught:
         read(path, **keys)
     text = str(caught.value)
     assert "\n" not in text
-    assert str(path) in text or "measured[0]" in text
-    return text.replace(str(path), path.name)
+    folder, name = os.path.split(str(path).partition(":")[0])
+    assert os.path.join(folder, name) in text or "measured[0]" in text
+    return text.replace(f"{folder}/", "")
 
 
 PER_FORCE = {"orddenom_spec_data_type": FORCE, "orddenom_axis_units_lab": "N"}
@@ -135,14 +137,15 @@ def test_one_of_several_records_is_chosen_or_all_are_listed(tmp_path: Path) -> N
         record(2 * RECEPTANCE, rsp_node=13, rsp_dir=-2, ref_dir=0),
         record(np.ones(401), func_type=6, ordinate_spec_data_type=0, ordinate_axis_units_lab=""),
     )
-    np.testing.assert_allclose(read(path, record=2).amplitude, 2 * np.abs(RECEPTANCE[1:]))
+    np.testing.assert_allclose(read(f"{path}:2").amplitude, 2 * np.abs(RECEPTANCE[1:]))
     listed = (
         "1 (frequency response 12+z/7-x in m, 401 points), "
         "2 (frequency response 13-y in m, 401 points), 3 (coherence 12+z/7-x, 401 points)"
     )
-    assert complaint(path) == f"rig.uff: several records: give record: {listed}"
-    assert complaint(path, record=4) == f"rig.uff: no record 4: {listed}"
-    assert complaint(path, record=3) == "rig.uff: record 3: a coherence, which has no amplitudes"
+    assert complaint(path) == f"rig.uff: several records: give rig.uff:1: {listed}"
+    for number in (0, 4):
+        assert complaint(f"{path}:{number}") == f"rig.uff: no record {number}: {listed}"
+    assert complaint(f"{path}:3") == "rig.uff: record 3: a coherence, which has no amplitudes"
 
 
 def test_by_the_formats_description(tmp_path: Path) -> None:
@@ -214,7 +217,7 @@ def test_other_files_are_refused(tmp_path: Path) -> None:
     assert "short.uff: " in complaint(short)
     csv = tmp_path / "rig.csv"
     csv.write_text("f (Hz),a (um)\n1,2\n3,4")
-    for key, value in (("record", 1), ("unit", "m"), ("force", 1.0)):
+    for key, value in (("unit", "m"), ("force", 1.0)):
         message = complaint(csv, **{key: value})
         assert message.startswith(f"measured[0].{key} = ")
         assert message.endswith("is for Universal Files (.uff, .unv, .uf)")

@@ -16,7 +16,6 @@ from pydantic import (
 from vanelock.common.checked import OTHER, PLAIN, Check, Checked
 from vanelock.common.quantities import (
     Density,
-    Frequency,
     Length,
     Pressure,
     Usual,
@@ -265,24 +264,19 @@ class Rom(KeyTable):
     accuracy: float | None = Field(
         default=None, ge=1e-9, lt=1, description="relative error of natural frequencies"
     )
-    band: Annotated[Frequency, Field(gt=0)] | None = Field(
-        default=None, description="frequency up to which the accuracy holds [Hz]"
-    )
     modes: Modes | None = Field(default=None, description="number of fixed-interface modes")
 
     def _belongs_to_the_route(self) -> Iterator[str]:
         """What the route would not heed is refused."""
-        by_number = self.modes is not None or self.route != "cyclic"
-        for name in ("accuracy", "band"):
-            if by_number and (value := getattr(self, name)) is not None:
-                paper = f'rom.route = "{self.route}" takes numbers of modes'
-                yield f"{name} = {value:g}: {'modes is given' if self.modes else paper}"
+        if self.accuracy is not None and (self.modes is not None or self.route != "cyclic"):
+            paper = f'rom.route = "{self.route}" takes numbers of modes'
+            yield f"accuracy = {self.accuracy:g}: {'modes is given' if self.modes else paper}"
 
     checks: ClassVar[tuple[Check, ...]] = (_belongs_to_the_route,)
 
-    def of(self, part: str) -> dict[str, int | float | None]:
+    def of(self, part: str) -> dict[str, int | float]:
         """How many vectors `rom.reduce` is asked for."""
         modes = MODES if self.modes is None and self.route != "cyclic" else self.modes
         if modes is not None:
             return {"modes": modes if isinstance(modes, int) else modes[part == "casing"]}
-        return {"accuracy": ACCURACY if self.accuracy is None else self.accuracy, "band": self.band}
+        return {"accuracy": ACCURACY if self.accuracy is None else self.accuracy}
