@@ -160,7 +160,7 @@ def compare(
         typer.Option(
             "--output",
             "-o",
-            help="Folder for compare.html and compare.csv; default compare_<A>_<B>.",
+            help="Folder for compare.html; default compare_<A>_<B>.",
             parser=given_path,
             metavar="PATH",
         ),
