@@ -79,7 +79,7 @@ def fit_study(
         raise InputError("fit: the study has no [fit] table, which names what to fit")
     path, began, starts = Path(folder), time.perf_counter(), study.fit.starts
     curves = _usable(study, load_measured(study), listener)
-    study = unswept(study, listener)
+    study = _unswept(study, listener)
     parameters = varied_parameters(study, "fit")
     enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
@@ -111,7 +111,7 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
     return own
 
 
-def unswept(study: Study, listener: Listener) -> Study:
+def _unswept(study: Study, listener: Listener) -> Study:
     """The study with its unswept values, which is said."""
     if not (study.sweep or study.rows or study.scatter):
         return study
