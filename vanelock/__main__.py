@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from typer._completion_classes import completion_init
@@ -38,6 +38,10 @@ from vanelock.common import process
 from vanelock.common.errors import InputError, cut_short, first_mistakes, printable
 from vanelock.common.files.files import default_folder
 from vanelock.common.process import is_shortage, keep_freed, refusal, require_least
+
+if TYPE_CHECKING:
+    from vanelock.files import Study
+    from vanelock.pipeline.progress import Listener
 
 app = typer.Typer(
     name="vanelock",
@@ -109,13 +113,9 @@ def mesh(
 ) -> None:
     """Mesh both parts of a study: files for ParaView and Gmsh, figures, counts, a picture."""
     from vanelock.commands.mesh import mesh_study
-    from vanelock.files import load_study
-    from vanelock.pipeline.progress import choose_listener
 
-    loaded = load_study(study, allow_outside)
-    folder = output or default_folder(study)
-    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-        mesh_study(loaded, folder, listener)
+    with _begun(study, output, allow_outside, quiet, as_json) as begun:
+        mesh_study(*begun)
 
 
 @app.command()
@@ -138,15 +138,10 @@ def converge(
 ) -> None:
     """Measure error against cost: run a study again with each of its settings raised alone."""
     from vanelock.commands.converge.converge import converge_study
-    from vanelock.files import load_study
-    from vanelock.pipeline.progress import choose_listener
 
-    loaded = load_study(study, allow_outside)
-    folder = output or default_folder(study)
-    with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-        converge_study(
-            loaded, folder, listener, setting or (), **({} if dofs is None else {"dofs": dofs})
-        )
+    limits = {} if dofs is None else {"dofs": dofs}
+    with _begun(study, output, allow_outside, quiet, as_json) as (loaded, folder, listener):
+        converge_study(loaded, folder, listener, setting or (), **limits)
 
 
 @app.command()
@@ -160,7 +155,7 @@ def compare(
         typer.Option(
             "--output",
             "-o",
-            help="Folder for compare.html and compare.csv; default compare_<A>_<B>.",
+            help="Folder for compare.html; default compare_<A>_<B>.",
             parser=given_path,
             metavar="PATH",
         ),
@@ -200,13 +195,10 @@ def fit(
 ) -> None:
     """Fit friction, stiffness, interference, load or damping to measured curves."""
     from vanelock.commands.fit.fit import fit_study
-    from vanelock.files import load_study, read_text
-    from vanelock.pipeline.progress import choose_listener
+    from vanelock.files import read_text
 
-    loaded = load_study(study, allow_outside)
-    folder = output or default_folder(study)
-    with _going_on_later(folder, study), choose_listener(quiet, as_json) as listener:
-        fit_study(loaded, folder, listener, read_text(study), study.parent)
+    with _begun(study, output, allow_outside, quiet, as_json, searches=True) as begun:
+        fit_study(*begun, read_text(study), study.parent)
 
 
 @app.command()
@@ -219,13 +211,10 @@ def optimise(
 ) -> None:
     """Find the friction, interference or stiffness with which the largest peak is smallest."""
     from vanelock.commands.optimise.optimise import optimise_study
-    from vanelock.files import load_study, read_text
-    from vanelock.pipeline.progress import choose_listener
+    from vanelock.files import read_text
 
-    loaded = load_study(study, allow_outside)
-    folder = output or default_folder(study)
-    with _going_on_later(folder, study), choose_listener(quiet, as_json) as listener:
-        optimise_study(loaded, folder, listener, read_text(study), study.parent)
+    with _begun(study, output, allow_outside, quiet, as_json, searches=True) as begun:
+        optimise_study(*begun, read_text(study), study.parent)
 
 
 @app.command()
@@ -246,6 +235,25 @@ def check(
 
     with choose_listener(quiet, as_json) as listener:
         listener(check_file(file, allow_outside))
+
+
+@contextmanager
+def _begun(
+    study: Path,
+    output: Path | None,
+    outside: bool,
+    quiet: bool,
+    as_json: bool,
+    searches: bool = False,
+) -> "Iterator[tuple[Study, Path, Listener]]":
+    """A study, the folder of its run and a listener, for a command that works with them."""
+    from vanelock.files import load_study
+    from vanelock.pipeline.progress import choose_listener
+
+    loaded, folder = load_study(study, outside), output or default_folder(study)
+    searched = study if searches else None
+    with _going_on_later(folder, searched), choose_listener(quiet, as_json) as listener:
+        yield loaded, folder, listener
 
 
 @contextmanager

@@ -120,7 +120,7 @@ def load_study(
             f"{where}: a scene of matrices, which run, check and compare take; this needs a study, "
             "whose parts have meshes"
         )
-    data, refused = _beside(data, place.parent, outside)
+    data, refused = _beside(data, place.parent, outside, _files_of_study)
     return checked(
         Study, data, where, refused, lambda study: [*_case_mistakes(study), *also(study)]
     )
@@ -155,7 +155,7 @@ def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
     """
     where = str(path)
     data = toml_tables(read_text(Path(path)), where)
-    data, refused = _scene_beside(data, Path(path).parent, outside)
+    data, refused = _beside(data, Path(path).parent, outside, _files_of_scene)
     return checked(Scene, data, where, refused, _case_mistakes)
 
 
@@ -174,12 +174,7 @@ def read_text(path: Path) -> str:
 
 def parse_study(text: str, where: str = "study") -> Study:
     """Check the text of a study file, sweep values apart; `where` is what errors call it."""
-    return _check_study(toml_tables(text, where), where)
-
-
-def _check_study(data: dict[str, Any], where: str = "study") -> Study:
-    """Check the nested tables of a study."""
-    return checked(Study, data, where)
+    return checked(Study, toml_tables(text, where), where)
 
 
 def check_scene(data: dict[str, Any], where: str = "scene") -> Scene:
@@ -212,60 +207,56 @@ def _case_mistakes(given: Given) -> list[str]:
     return raised(lambda: cases(given))
 
 
-def _beside(data: dict[str, Any], folder: Path, outside: bool) -> tuple[dict[str, Any], list[str]]:
-    """The tables with files where they are: their paths start at the study file's folder.
+NamedFile = tuple[dict[Any, Any], Any, str]
+"""The table of a key that names a file, the key, and what errors call it."""
 
-    And a line for each path that leaves it.
+
+def _beside(
+    data: dict[str, Any],
+    folder: Path,
+    outside: bool,
+    named: Callable[[dict[str, Any]], Iterable[NamedFile]],
+) -> tuple[dict[str, Any], list[str]]:
+    """The tables with files where they are, and a line for each that may not be read.
+
+    Their paths start at the folder of the study or scene.
     """
     found, refused = deepcopy(data), []
-    for (*path, key), file in files_named(data):
-        table: Any = found
-        for name in path:
-            table = table[name]
+    for table, key, where in named(found):
         try:
-            table[key] = str(beside(folder, file, dotted((*path, key)), outside))
+            table[key] = _place(folder, table[key], where, outside)
         except InputError as error:
             refused.append(str(error))
     return found, refused
 
 
-def _scene_beside(
-    data: dict[str, Any], folder: Path, outside: bool
-) -> tuple[dict[str, Any], list[str]]:
-    """The tables of a scene with files where they are, and a line for each that may not be read."""
-    refused: list[str] = []
+def _files_of_study(data: dict[str, Any]) -> Iterator[NamedFile]:
+    """Files that a study's tables name."""
+    for (*path, key), _ in files_named(data):
+        table: Any = data
+        for name in path:
+            table = table[name]
+        yield table, key, dotted((*path, key))
 
-    def placed(table: Any, keys: tuple[str, ...], where: str) -> Any:
-        if not isinstance(table, dict):
-            return table
-        files = {}
-        for k in (k for k in keys if _is_name(table.get(k))):
-            try:
-                files[k] = _place(folder, table[k], f"{where}.{k}", outside)
-            except InputError as error:
-                refused.append(str(error))
-        return {**table, **files}
 
-    found = dict(data)
-    for name, keys in FILES.items():
-        if isinstance(data.get(name), dict):
-            found[name] = {k: placed(table, keys, f"{name}.{k}") for k, table in data[name].items()}
-    if isinstance(data.get("loads"), list):
-        found["loads"] = [
-            placed(load, ("nodes", "file"), f"loads[{i}]") for i, load in enumerate(data["loads"])
-        ]
-    measured = data.get("measured")
-    if isinstance(measured, dict | list):
-        listed = measured if isinstance(measured, list) else [measured]
-        found["measured"] = [
-            placed(each, ("file",), f"measured[{i}]") for i, each in enumerate(listed)
-        ]
-    if isinstance(outputs := data.get("outputs"), dict) and isinstance(outputs.get("nodes"), dict):
-        nodes = outputs["nodes"]
-        found["outputs"] = {**outputs, "nodes": placed(nodes, tuple(nodes), "outputs.nodes")}
-    if isinstance(data.get("system"), dict):
-        found["system"] = placed(data["system"], ("file",), "system")
-    return found, refused
+def _files_of_scene(data: dict[str, Any]) -> Iterator[NamedFile]:
+    """Files that a scene's tables name."""
+    tables: list[tuple[Any, Iterable[str], str]] = []
+    for kind, of_kind in FILES.items():
+        if isinstance(named := data.get(kind), dict):
+            tables += [(table, of_kind, f"{kind}.{name}") for name, table in named.items()]
+    loads, measured, outputs = (data.get(kind) for kind in ("loads", "measured", "outputs"))
+    for i, load in enumerate(loads if isinstance(loads, list) else ()):
+        tables.append((load, ("nodes", "file"), f"loads[{i}]"))
+    for i, curve in enumerate(measured if isinstance(measured, list) else [measured]):
+        tables.append((curve, ("file",), f"measured[{i}]"))
+    if isinstance(outputs, dict) and isinstance(nodes := outputs.get("nodes"), dict):
+        tables.append((nodes, nodes, "outputs.nodes"))
+    tables.append((data.get("system"), ("file",), "system"))
+    for table, keys, where in tables:
+        for key in keys if isinstance(table, dict) else ():
+            if isinstance(table.get(key), str) and table[key]:
+                yield table, key, f"{where}.{key}"
 
 
 def _place(folder: Path, given: str, where: str, outside: bool) -> str:
@@ -280,7 +271,3 @@ def _place(folder: Path, given: str, where: str, outside: bool) -> str:
                 beside(folder, f"{before}{each}{after.replace(ND, str(each))}", where, outside)
     place = beside(folder, given, where, outside)
     return str(place) if inside is None else f"{place}:{inside}"
-
-
-def _is_name(value: Any) -> bool:
-    return isinstance(value, str) and bool(value)

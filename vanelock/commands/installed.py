@@ -136,7 +136,8 @@ def write_example(name: str, path: Path | None = None) -> Path:
     source = examples()[name]
     target = Path(source.name) if path is None else path
     if os.path.lexists(target):
-        raise InputError(f"{target}: exists already; name another {_kind(source)}")
+        kind = "folder" if source.is_dir() else "file"
+        raise InputError(f"{target}: exists already; name another {kind}")
     if not target.parent.is_dir():
         raise InputError(f"{target}: cannot be written: {target.parent} is not a folder")
     with (
@@ -158,7 +159,3 @@ def how_to_use(path: Path) -> str:
         if file.is_file():
             return f"run it with: vanelock run {file}"
     return "open its notebooks with Jupyter"
-
-
-def _kind(source: Path) -> str:
-    return "folder" if source.is_dir() else "file"

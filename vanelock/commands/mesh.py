@@ -8,7 +8,6 @@ from vanelock import mesh, render
 from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.structure.own_mesh import refuse_without_areas
 from vanelock.input.schema.study import Study
-from vanelock.mesh import Part
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
@@ -67,7 +66,10 @@ def mesh_study(
             ),
             meshes.sets_table(parts, study.mesh.face_nodes),
         )
-        files = _meshes(path / FOLDER, parts)
+        files = []
+        for name, part in parts.items():
+            files.append(render.write_vtu(path / FOLDER / f"{name}.vtu", part))
+            files.append(mesh.write_msh(path / FOLDER / f"{name}.msh", part))
         for table in tables:
             files.append(path / FOLDER / f"{table.key}.csv")
             record(files[-1], meshes.csv_text(table))
@@ -77,11 +79,3 @@ def mesh_study(
     summary = {"files": [str(file) for file in files]}
     listener(Finished(str(path / FOLDER), time.perf_counter() - began, summary))
     return found
-
-
-def _meshes(folder: Path, parts: dict[str, Part]) -> list[Path]:
-    made = []
-    for name, part in parts.items():
-        made.append(render.write_vtu(folder / f"{name}.vtu", part))
-        made.append(mesh.write_msh(folder / f"{name}.msh", part))
-    return made

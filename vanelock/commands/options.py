@@ -5,7 +5,7 @@ What `--help` says below the options of each command: examples, exit statuses, w
 A line with a backspace alone keeps the lines of the paragraph below it as they are.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -19,8 +19,6 @@ from vanelock.common.files.files import possible
 STATUSES = """Exit status: 0 done; {failed}2 input that cannot be used, one line for each
 mistake; 130 stopped by Ctrl-C, 143 by SIGTERM, 129 by SIGHUP; 141 nobody reads the output."""
 FAILED = "1 done, but some cases of a sweep failed, and they are listed; "
-SWEEPS = ("run",)
-"""Commands of which some cases may fail."""
 
 FIRST_STUDY = """\b
 A first study:
@@ -142,17 +140,10 @@ def add_guidance(commands: Iterable[CommandInfo]) -> None:
         name = command.name or getattr(command.callback, "__name__", "")
         if name in _MORE:
             command.short_help, about, examples, pages = _MORE[name]
-            statuses = STATUSES.format(failed=FAILED if name in SWEEPS else "")
-            command.epilog = _text(about, examples, statuses, pages)
-
-
-def _text(about: str, examples: Sequence[str], statuses: str, pages: str) -> str:
-    lines = "\n".join(f"  {each}" for each in examples)
-    return f"{about}\n\n\b\nExamples:\n{lines}\n\n{statuses}\n\nMore: {_pages(pages)}"
-
-
-def _pages(names: str) -> str:
-    return ", ".join(f"`vanelock manual {name}`" for name in names.split(", "))
+            lines = "\n".join(f"  {each}" for each in examples)
+            statuses = STATUSES.format(failed=FAILED if name == "run" else "")
+            more = ", ".join(f"`vanelock manual {page}`" for page in pages.split(", "))
+            command.epilog = f"{about}\n\n\b\nExamples:\n{lines}\n\n{statuses}\n\nMore: {more}"
 
 
 def study_files(incomplete: str) -> list[str]:

@@ -107,8 +107,6 @@ class Trace:
         "#rrggbb"; by default the next of the house's series.
     hover : str
         More to be shown under the pointer, the same for all points.
-    size : float or (n,) float, optional
-        Of the markers, pixels.
     fill : float
         Opacity, 0 to 1, of what the line goes round, which then is shaded and not outlined.
     """
@@ -122,7 +120,6 @@ class Trace:
     mode: Mode = "lines"
     colour: str = ""
     hover: str = ""
-    size: float | Floats | None = None
     fill: float = 0.0
 
 

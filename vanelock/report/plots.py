@@ -4,7 +4,6 @@ Arrays travel as base64 of 32-bit floats, which plotly.js reads as they are.
 """
 
 from base64 import b64encode
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -19,19 +18,6 @@ FONT: Final = "system-ui, -apple-system, 'Segoe UI', Roboto, 'DejaVu Sans', sans
 _MARKER: Final = 7.0  # pixels
 
 
-@dataclass(frozen=True)
-class _LegendEntry:
-    """An entry of a plot's legend: a name, how it is drawn, and the traces that it toggles."""
-
-    name: str
-    colour: str
-    dash: str
-    lines: bool
-    markers: bool
-    fill: float
-    traces: tuple[int, ...]
-
-
 def figure(plot: Plot) -> dict[str, Any]:
     """`data` and `layout` for plotly.js."""
     colours = _colours(plot)
@@ -42,7 +28,7 @@ def figure(plot: Plot) -> dict[str, Any]:
     }
 
 
-def legend(plot: Plot) -> list[_LegendEntry]:
+def legend(plot: Plot) -> list[dict[str, Any]]:
     """Entries in the order of the traces, one for each group and each trace without a group."""
     members: dict[str, list[int]] = {}
     for i, trace in enumerate(plot.traces):
@@ -52,15 +38,15 @@ def legend(plot: Plot) -> list[_LegendEntry]:
     for traces in members.values():
         first = plot.traces[traces[0]]
         entries.append(
-            _LegendEntry(
-                name=first.name,
-                colour=colours[traces[0]],
-                dash=first.dash,
-                lines="lines" in first.mode,
-                markers="markers" in first.mode,
-                fill=first.fill,
-                traces=tuple(traces),
-            )
+            {
+                "name": first.name,
+                "colour": colours[traces[0]],
+                "dash": first.dash,
+                "lines": "lines" in first.mode,
+                "markers": "markers" in first.mode,
+                "fill": first.fill,
+                "traces": traces,
+            }
         )
     return entries
 
@@ -95,13 +81,7 @@ def _trace(plot: Plot, trace: Trace, colour: str) -> dict[str, Any]:
         drawn |= {"fill": "toself", "fillcolor": _sheer(colour, trace.fill), "hoverinfo": "skip"}
         del drawn["hovertemplate"]
     if "markers" in trace.mode:
-        size: Any = _MARKER if trace.size is None else trace.size
-        if not np.isscalar(size):
-            size = np.asarray(size, float)
-            if size.shape != x.shape:
-                raise InputError(f"{plot.title}: {trace.name}: {size.shape} sizes for {x.shape}")
-            size = _packed(np.nan_to_num(size))
-        drawn["marker"] = {"color": colour, "size": size}
+        drawn["marker"] = {"color": colour, "size": _MARKER}
     return drawn
 
 

@@ -31,6 +31,8 @@ from vanelock.render.scenes.scene import Camera
 from vanelock.render.scenes.surface import surface
 from vanelock.report.blocks import Body, Motion, View
 
+_BEND: Final = np.radians(35.0)
+
 
 def thinned(
     points: Floats, triangles: Integers, outline: Integers, most: int
@@ -79,7 +81,7 @@ def _distinct(faces: Integers) -> Integers:
     return np.asarray(faces[whole][first])
 
 
-def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[Body, Integers]:
+def body_of(part: Part, most: int = 60_000) -> tuple[Body, Integers]:
     """Skin of a part as a body, and the part's nodes (m,) that it took.
 
     A shape of the part (n, 3) becomes the body's by `shape[nodes]`.
@@ -88,8 +90,6 @@ def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[
     ----------
     part : Part
         The part.
-    corners_only : bool
-        Draw through the elements' corners alone: a quarter of the triangles.
     most : int
         A skin of more triangles is thinned: N times as many have to turn smoothly.
 
@@ -98,7 +98,7 @@ def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[
     InputError
         If pictures do not know the part's elements.
     """
-    skin = surface(part, corners_only=corners_only)
+    skin = surface(part, corners_only=True)  # a quarter of the triangles
     points, triangles, outline = part.points[skin.nodes], skin.triangles, skin.outline
     nodes = skin.nodes
     if len(triangles) > most:
@@ -107,10 +107,8 @@ def body_of(part: Part, corners_only: bool = True, most: int = 60_000) -> tuple[
     return Body(points, triangles, part.sectors, outline, part.name), nodes
 
 
-def shaded(
-    points: Floats, triangles: NDArray[np.integer], bend: float = 35.0
-) -> tuple[Integers, Integers, Floats]:
-    """Points doubled along edges that bend by more than `bend` degrees, and their normals.
+def shaded(points: Floats, triangles: NDArray[np.integer]) -> tuple[Integers, Integers, Floats]:
+    """Points doubled along edges that bend by more than `_BEND`, and their normals.
 
     The corners of triangles that meet in a point are one point where a chain of blunt edges joins
     them: shading is smooth there and crisp across sharp edges.
@@ -129,7 +127,7 @@ def shaded(
     ends, first, second = ends[order], first[order], second[order]
     pair = np.flatnonzero(np.all(np.sort(ends[1:], axis=1) == np.sort(ends[:-1], axis=1), axis=1))
     cosine = np.sum(normal[first[pair] // 3] * normal[first[pair + 1] // 3], axis=1)
-    pair = pair[cosine > np.cos(np.radians(bend))]
+    pair = pair[cosine > np.cos(_BEND)]
     same = ends[pair, 0] == ends[pair + 1, 0]  # two triangles seen alike run it against each other
     mates = np.where(same, first[pair + 1], second[pair + 1])
     others = np.where(same, second[pair + 1], first[pair + 1])

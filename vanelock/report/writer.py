@@ -15,7 +15,7 @@ import json
 import os
 import re
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields
 from functools import cache
@@ -109,13 +109,8 @@ def _html(page: Page, folder: Path) -> str:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_HERE), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    filters: dict[str, Callable[..., Any]] = {
-        "cell": wording.cell,
-        "marked": wording.marked,
-        "paragraphs": wording.paragraphs,
-        "sentence": wording.sentence,
-    }
-    environment.filters.update(filters)
+    for shows in (wording.cell, wording.marked, wording.paragraphs, wording.sentence):
+        environment.filters[shows.__name__] = shows
     blocks = [block for section in page.sections for block in section.blocks]
     inner = [each for block in blocks if isinstance(block, OfCase) for each in block.blocks]
     kinds = {type(block).__name__ for block in (*blocks, *inner)}
@@ -132,7 +127,7 @@ def _html(page: Page, folder: Path) -> str:
         cases=cases if len(cases) > 1 else [],
         plotly=plotly.result() if plotly else "",
         style=Markup(_own("page.css").replace("TITLE", _quoted(f"{page.title} · {page.subtitle}"))),
-        scripts=[_script(text) for text in _scripts(kinds)],
+        scripts=[_script("page.js"), *([_script("view3d.js")] if "View" in kinds else [])],
         marks=_MARKS,
         words=_WORDS,
         dashes=_DASHES,
@@ -148,13 +143,6 @@ def _quoted(text: str) -> str:
     return re.sub(r'["\\<\n\r]', lambda found: f"\\{ord(found[0]):x} ", text)
 
 
-def _scripts(kinds: set[str]) -> Iterator[str]:
-    """Only what the page needs; its own script also prepares tables for printing."""
-    yield _own("page.js")
-    if "View" in kinds:
-        yield _own("view3d.js")
-
-
 @cache
 def _plotly() -> str:
     """plotly.js, packed to a third; the page's script unpacks it."""
@@ -163,8 +151,8 @@ def _plotly() -> str:
     return b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii")
 
 
-def _script(text: str) -> Markup:
-    return Markup(text.replace("</script", r"<\/script").replace("<!--", r"<\!--"))
+def _script(name: str) -> Markup:
+    return Markup(_own(name).replace("</script", r"<\/script").replace("<!--", r"<\!--"))
 
 
 def _sections(

@@ -52,7 +52,6 @@ def test_example_of_the_documentation_writes_its_page(tmp_path, monkeypatch):
 
 X = np.arange(3.0)
 UNEQUAL = report.Trace(X, np.arange(4.0), "μ = 0.3")
-SIZED = report.Trace(X, X, "m", mode="markers", size=np.ones(2))
 FLAGGED = Table("Contacts", heads("a"), [[1]], flags=["good", "bad"])
 
 
@@ -60,7 +59,6 @@ FLAGGED = Table("Contacts", heads("a"), [[1]], flags=["good", "bad"])
     ("block", "match"),
     [
         (report.Plot((UNEQUAL,), "x", "y", "Response"), r"Response: μ = 0\.3: x \(3,\)"),
-        (report.Plot((SIZED,), "x", "y", "Response"), r"Response: m: \(2,\) sizes"),
         (Table("Contacts", heads("a", "b"), [[1]]), "Contacts: a row of 1 cells: 2"),
         (FLAGGED, "Contacts: 2 flags: 1"),
         (report.Picture(Path(__file__), "S", ""), "test_writer.py: is neither a PNG nor a GIF"),

@@ -64,10 +64,9 @@ def _system(system: System) -> Iterator[Row]:
 def _products(file: h5py.File) -> Iterator[str]:
     """Names of the products that could be read."""
     places = ["system"]
-    for group, depth in (("mesh", 1), ("rom", 1), ("response", 1)):
-        below = file.get(group)
-        if isinstance(below, h5py.Group):
-            places += [f"{group}/{name}" for name in below][: 100 * depth]
+    for group in ("mesh", "rom", "response"):
+        if isinstance(below := file.get(group), h5py.Group):
+            places += [f"{group}/{name}" for name in below][:100]
     for place in places:
         item = file.get(place)
         if not isinstance(item, h5py.Group):

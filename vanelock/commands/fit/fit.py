@@ -13,10 +13,10 @@ import numpy as np
 from vanelock import render
 from vanelock.commands.converge.converge import pinned
 from vanelock.commands.fit.least_squares import enough, fit
-from vanelock.commands.fit.parameters import FitParameter, varied_parameters
+from vanelock.commands.fit.parameters import FitParameter, by_key, in_words, varied_parameters
 from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.commands.fit.solution import FitSolution, Start
-from vanelock.commands.fit.tables import fit_table, json_of, shown
+from vanelock.commands.fit.tables import fit_table, json_of
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
@@ -79,7 +79,7 @@ def fit_study(
         raise InputError("fit: the study has no [fit] table, which names what to fit")
     path, began, starts = Path(folder), time.perf_counter(), study.fit.starts
     curves = _usable(study, load_measured(study), listener)
-    study = unswept(study, listener)
+    study = _unswept(study, listener)
     parameters = varied_parameters(study, "fit")
     enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
@@ -111,7 +111,7 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
     return own
 
 
-def unswept(study: Study, listener: Listener) -> Study:
+def _unswept(study: Study, listener: Listener) -> Study:
     """The study with its unswept values, which is said."""
     if not (study.sweep or study.rows or study.scatter):
         return study
@@ -157,17 +157,15 @@ def _fitted(
     listener(Begun(f"fit of {counted(len(keys), 'parameter')} to {counted(len(curves), 'curve')}"))
 
     def predict(values: Floats) -> Floats:
-        chosen = dict(zip(keys, values.tolist(), strict=True))
+        chosen = by_key(parameters, values)
         return np.concatenate([model.amplitudes(chosen, curve) for curve in curves])
 
     def slopes(values: Floats) -> Floats:
-        chosen = dict(zip(keys, values.tolist(), strict=True))
+        chosen = by_key(parameters, values)
         return np.concatenate([model.slopes(chosen, keys, curve) for curve in curves])
 
     def progress(number: int, start: Start) -> None:
-        where = ", ".join(
-            f"{shown(key)} {value:.4g}" for key, value in zip(keys, start.value, strict=True)
-        )
+        where = in_words(parameters, start.value)
         listener(
             Notice(
                 f"start {number} of {starts} ({where}): misfit {start.before:.3g} to "
@@ -207,8 +205,7 @@ def _fitted(
 
 def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> Iterator[str]:
     """Jumps among the points, and harmonics that are missed by more than the points scatter."""
-    keys = [each.key for each in found.parameters]
-    after = dict(zip(keys, found.value.tolist(), strict=True))
+    after = by_key(found.parameters, found.value)
     for curve in curves:
         for low, high in map(sorted, model.jumps(after, curve)):
             yield (
@@ -236,7 +233,7 @@ def _other_correction(
     model: Rejoined, curves: Sequence[Measured], found: FitSolution, stages: Stages
 ) -> Iterator[str]:
     """Whether the mesh correction of the fitted joints changes points by more than they scatter."""
-    after = dict(zip((each.key for each in found.parameters), found.value.tolist(), strict=True))
+    after = by_key(found.parameters, found.value)
     joints = {key: value for key, value in after.items() if key.startswith("joints.")}
     there = rejoined(with_values(model.study, joints), stages)
     if there.reduced == model.reduced:
@@ -264,13 +261,10 @@ def _files(
     listener: Listener,
 ) -> list[Path]:
     """Everything that a fit leaves behind."""
-    keys = [each.key for each in found.parameters]
-    after = dict(zip(keys, found.value.tolist(), strict=True))
+    after = by_key(found.parameters, found.value)
     panels = [_panel(model, curve, after) for curve in curves]
     title = f"{model.study.name}: fit to measured curves"
-    values = ", ".join(
-        f"{shown(key)} = {value:.4g}" for key, value in zip(keys, found.value, strict=True)
-    )
+    values = in_words(found.parameters, found.value, " = ")
     picture = render.fit_picture(path / "figures" / f"{NAME}.png", panels, title, values)
     columns: dict[str, Any] = {}
     for curve, panel in zip(curves, panels, strict=True):

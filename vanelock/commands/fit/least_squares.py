@@ -16,12 +16,20 @@ each singular vector, which is evaluated.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.fit.parameters import (
+    FitParameter,
+    bounds_of,
+    on_bounds,
+    starts_of,
+    values_of,
+)
 from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitSolution, Start, noise_tests
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
@@ -108,32 +116,30 @@ def enough(points: int, parameters: int) -> None:
         )
 
 
+@dataclass
 class _Problem:
     """Weighted residuals and their derivatives by x."""
 
-    def __init__(
-        self,
-        predict: Predict,
-        slopes: Slopes | None,
-        data: Floats,
-        sigma: Floats,
-        parameters: tuple[FitParameter, ...],
-        tried: Tried,
-    ) -> None:
-        self.predict, self.data, self.sigma, self.parameters = predict, data, sigma, parameters
-        self.slopes = slopes
-        self.tried, self.evaluations, self._least = tried, 0, float("inf")
-        self.total = 0
-        self._known: dict[bytes, Floats] = {}
-        self._sloped: dict[bytes, Floats] = {}
-        low = [each.inner(each.low) for each in parameters]
-        high = [each.inner(each.high) for each in parameters]
-        self.bounds = np.array(low), np.array(high)
+    predict: Predict
+    slopes: Slopes | None
+    data: Floats
+    sigma: Floats
+    parameters: tuple[FitParameter, ...]
+    tried: Tried
+    evaluations: int = 0
+    total: int = 0
+    _least: float = float("inf")
+    _known: dict[bytes, Floats] = field(default_factory=dict)
+    _sloped: dict[bytes, Floats] = field(default_factory=dict)
+
+    @cached_property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """(p,) lowest and highest x."""
+        return bounds_of(self.parameters)
 
     def outer(self, x: Floats) -> Floats:
         """θ of x."""
-        pairs = zip(self.parameters, x, strict=True)
-        return np.array([parameter.outer(float(each)) for parameter, each in pairs])
+        return values_of(self.parameters, x)
 
     def model(self, x: Floats) -> Floats:
         """Model values, NaN where there are none."""
@@ -205,7 +211,7 @@ class _Problem:
     def begins(self, count: int) -> list[Floats]:
         """The parameters' own starts, and the best of points spread over the bounds."""
         low, high = self.bounds
-        own = np.array([each.inner(each.start) for each in self.parameters]).clip(low, high)
+        own = starts_of(self.parameters).clip(low, high)
         if count < 2:
             return [own]
         exponent = int(np.ceil(np.log2(2 * count + 2 * len(own))))
@@ -234,12 +240,8 @@ def _assessed(
     spread = np.minimum(scale / np.maximum(singular, np.finfo(float).tiny), UNKNOWN)
     covariance = (Vh.T * spread**2) @ Vh
     deviation = np.sqrt(np.diag(covariance))
-    low, high = problem.bounds
-    margin = BOUND * (high - low)
-    held = tuple((x < low + margin) | (x > high - margin))
     with np.errstate(invalid="ignore", divide="ignore"):
         correlation = covariance / np.outer(deviation, deviation)
-    own = np.array([each.start for each in problem.parameters])
     ends = np.cumsum([len(names) for names in curves])
     lengths = [int(np.sum(~each)) for each in np.split(lost, ends[:-1])]
     named = [name for curve in curves for name in curve]
@@ -252,13 +254,11 @@ def _assessed(
         directions=tuple(
             Direction(_pointed(v), float(each)) for v, each in zip(Vh, spread, strict=True)
         ),
-        before=problem.misfit(
-            np.array([q.inner(v) for q, v in zip(problem.parameters, own, strict=True)])
-        ),
+        before=problem.misfit(starts_of(problem.parameters)),
         after=problem.misfit(x),
         given=known,
         scale=float(scale),
-        held=tuple(bool(each) for each in held),
+        held=on_bounds(problem.parameters, x, BOUND),
         points=n,
         lost=int(lost.sum()),
         tests=noise_tests(left, J[~lost], lengths, known, names),

@@ -3,11 +3,14 @@
 Apart from the fit itself, so that checking a study need not load it.
 """
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import explain
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import value_at, with_values
@@ -16,6 +19,7 @@ from vanelock.input.schema.study import Study
 
 DECADE = 10.0
 """Bounds unless the study gives any: the study's value over and times this."""
+UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,26 @@ class FitParameter:
     start: float
     low: float
     high: float
+
+    @property
+    def name(self) -> str:
+        """Its key as tables show it."""
+        return self.key.removeprefix("joints.").removeprefix("excitation.")
+
+    @property
+    def unit(self) -> str:
+        """That of its values."""
+        return UNITS.get(self.key.rpartition(".")[2], "-")
+
+    @property
+    def span(self) -> str:
+        """Its bounds in words."""
+        return f"{self.low:.3g} to {self.high:.3g}"
+
+    def record(self, value: float) -> dict[str, Any]:
+        """A value for machines, and what it is of."""
+        bounds = [self.low, self.high]
+        return {"key": self.key, "start": self.start, "bounds": bounds, "value": float(value)}
 
     @property
     def logarithmic(self) -> bool:
@@ -49,6 +73,45 @@ class FitParameter:
     @property
     def _unit(self) -> float:
         return max(abs(self.low), abs(self.high))
+
+
+def x_of(parameters: Sequence[FitParameter], values: Iterable[float]) -> Floats:
+    """(p,) x of values."""
+    return np.array([each.inner(float(v)) for each, v in zip(parameters, values, strict=True)])
+
+
+def values_of(parameters: Sequence[FitParameter], x: Iterable[float]) -> Floats:
+    """(p,) values of x."""
+    return np.array([each.outer(float(v)) for each, v in zip(parameters, x, strict=True)])
+
+
+def starts_of(parameters: Sequence[FitParameter]) -> Floats:
+    """(p,) x where they begin."""
+    return x_of(parameters, (each.start for each in parameters))
+
+
+def bounds_of(parameters: Sequence[FitParameter]) -> tuple[Floats, Floats]:
+    """(p,) lowest and highest x."""
+    low, high = (each.low for each in parameters), (each.high for each in parameters)
+    return x_of(parameters, low), x_of(parameters, high)
+
+
+def on_bounds(parameters: Sequence[FitParameter], x: Floats, share: float) -> tuple[bool, ...]:
+    """Whether each value is closer to a bound than a share of the range."""
+    low, high = bounds_of(parameters)
+    margin = share * (high - low)
+    return tuple(((x < low + margin) | (x > high - margin)).tolist())
+
+
+def by_key(parameters: Sequence[FitParameter], values: Floats) -> dict[str, float]:
+    """Values as those of a study's keys."""
+    return dict(zip((each.key for each in parameters), values.tolist(), strict=True))
+
+
+def in_words(parameters: Sequence[FitParameter], values: Floats, sign: str = " ") -> str:
+    """All values in a line."""
+    pairs = zip(parameters, values, strict=True)
+    return ", ".join(f"{each.name}{sign}{value:.4g}" for each, value in pairs)
 
 
 def varied_parameters(study: Study, table: str) -> list[FitParameter]:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom, chi2, t
 
-from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.fit.parameters import FitParameter, x_of
 from vanelock.common.arrays import Floats
 from vanelock.common.tables import counted
 
@@ -244,18 +244,14 @@ class FitSolution:
 
     def as_good(self) -> tuple[Start, ...]:
         """Attempts that ended elsewhere and meet the data as well, within two standard errors."""
-        best = self._inner(self.value)
+        best = x_of(self.parameters, self.value)
         found = []
         for start in self.starts:
             worse = self.points * (start.after**2 - self.after**2)
-            elsewhere = np.abs(self._inner(start.found) - best).max() > APART
+            elsewhere = np.abs(x_of(self.parameters, start.found) - best).max() > APART
             if elsewhere and worse <= 4 * self.scale**2:
                 found.append(start)
         return tuple(found)
-
-    def _inner(self, values: Floats) -> Floats:
-        pairs = zip(self.parameters, values, strict=True)
-        return np.array([parameter.inner(float(value)) for parameter, value in pairs])
 
     @property
     def undetermined(self) -> tuple[Direction, ...]:

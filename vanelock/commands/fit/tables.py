@@ -4,17 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from vanelock.commands.fit.parameters import in_words
 from vanelock.commands.fit.solution import RISE, UNDETERMINED, Direction, FitSolution
 from vanelock.common.tables import Cell, Column, Table
 
-UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
 SMALL = 0.1
 """Of a direction's largest component, below which others are not named."""
-
-
-def shown(key: str) -> str:
-    """A key as tables show it."""
-    return key.removeprefix("joints.").removeprefix("excitation.")
 
 
 def fit_table(found: FitSolution, name: str) -> Table:
@@ -35,15 +30,14 @@ def fit_table(found: FitSolution, name: str) -> Table:
         if not parameter.logarithmic:
             error *= max(abs(parameter.low), abs(parameter.high)) / max(abs(value), 1e-300)
         errors = (error, *found.interval(i)) if found.carried else (None, None, None)
-        unit = UNITS.get(parameter.key.rpartition(".")[2], "-")
-        bounds = f"{parameter.low:.3g} to {parameter.high:.3g}"
-        rows.append((shown(parameter.key), parameter.start, value, unit, *errors, bounds))
+        begun = parameter.name, parameter.start, value, parameter.unit
+        rows.append((*begun, *errors, parameter.span))
     return Table(f"Fit: {name}", columns, rows, notes(found), "fit")
 
 
 def notes(found: FitSolution) -> list[str]:
     """Misfit and correlations, and whatever should keep one from believing the values."""
-    keys = [shown(each.key) for each in found.parameters]
+    keys = [each.name for each in found.parameters]
     unit = "standard deviations" if found.given else "of the largest measured amplitude"
     before, after = (
         f"{each:.3g}" if found.given else f"{100 * each:.3g} %"
@@ -65,7 +59,7 @@ def notes(found: FitSolution) -> list[str]:
 
 def doubts(found: FitSolution) -> list[str]:
     """What the data do not say, or the model does not."""
-    keys = [shown(each.key) for each in found.parameters]
+    keys = [each.name for each in found.parameters]
     said = [f"NOT DETERMINED: {_moved(keys, each)}" for each in found.undetermined]
     for i, key in enumerate(keys):
         if found.held[i]:
@@ -82,7 +76,10 @@ def doubts(found: FitSolution) -> list[str]:
         )
     if found.lost:
         said.append(f"{found.lost} measured points have no converged response and were left out")
-    said += _as_good(found, keys)
+    for start in found.as_good():
+        values = in_words(found.parameters, start.found)
+        text = f"ANOTHER FIT IS AS GOOD: {values} (misfit {start.after:.3g})"
+        said += [text] * (text not in said)
     return [*said, *found.remarks]
 
 
@@ -122,24 +119,12 @@ def _moved(keys: list[str], direction: Direction) -> str:
     )
 
 
-def _as_good(found: FitSolution, keys: list[str]) -> list[str]:
-    """Other fits that are as good."""
-    said = []
-    for start in found.as_good():
-        values = ", ".join(f"{k} {v:.4g}" for k, v in zip(keys, start.found, strict=True))
-        said.append(f"ANOTHER FIT IS AS GOOD: {values} (misfit {start.after:.3g})")
-    return list(dict.fromkeys(said))
-
-
 def json_of(found: FitSolution) -> dict[str, Any]:
     """A fit for machines."""
     return {
         "parameters": [
             {
-                "key": each.key,
-                "start": each.start,
-                "bounds": [each.low, each.high],
-                "value": float(found.value[i]),
+                **each.record(found.value[i]),
                 "relative_error" if each.logarithmic else "error_of_largest_bound": float(
                     found.deviation[i]
                 )

@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from vanelock.analyses.bounds import HIGH
-from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.fit.parameters import on_bounds, starts_of, values_of, x_of
 from vanelock.commands.optimise.peaks import Functions, Peaks
-from vanelock.commands.optimise.search import TRIALS, Optimum, Progress, on_bounds, searched
+from vanelock.commands.optimise.search import ON_BOUND, TRIALS, Optimum, Progress, searched
 from vanelock.common.arrays import Floats
 from vanelock.nonlinear import PeakBounds
 from vanelock.pipeline.progress import Listener, silent
@@ -25,33 +25,6 @@ AGREE = 1e-2
 ADDED = 8
 """Places of sliders, at most."""
 BOUND = "upper bound"
-
-
-class _WorstPeaks:
-    """The peaks of several places of sliders at once.
-
-    Attributes
-    ----------
-    every : list of Peaks
-        Of each place of sliders.
-    """
-
-    def __init__(self, every: list[Peaks]) -> None:
-        """Begin with some."""
-        self.every = every
-
-    @property
-    def parameters(self) -> Sequence[FitParameter]:
-        """What varies."""
-        return self.every[0].parameters
-
-    def __call__(self, x: Floats) -> Functions | None:
-        """All that are followed to x."""
-        return _together([each(x) for each in self.every])
-
-    def afresh(self, x: Floats) -> Functions | None:
-        """All that the whole range has."""
-        return _together([each.afresh(x) for each in self.every])
 
 
 def _together(found: Sequence[Functions | None]) -> Functions | None:
@@ -72,11 +45,10 @@ def least_bound(
     listener: Listener = silent,
 ) -> Optimum:
     """Where the upper bound of the peak is smallest."""
-    x = np.array([p.inner(v) for p, v in zip(peaks.parameters, begun.value, strict=True)])
-    own = np.array([each.inner(each.start) for each in peaks.parameters])
-    first = bounds(own)
+    x = x_of(peaks.parameters, begun.value)
+    first = bounds(starts_of(peaks.parameters))
     before, solved = float(first.amplitude[HIGH]), first.solved
-    worst, largest = _WorstPeaks([peaks]), begun.after
+    places, largest = [peaks], begun.after
     progress = Progress(listener, TRIALS, BOUND)
     best, settled = None, False
     for _ in range(ADDED):
@@ -87,8 +59,14 @@ def least_bound(
         if there.amplitude[HIGH] < (1 + AGREE) * largest:
             settled = True
             break
-        worst.every.append(peaks.assembled_at(there.slider[HIGH]))
-        found = searched(worst, x, progress)
+        places.append(peaks.assembled_at(there.slider[HIGH]))
+        found = searched(
+            lambda x: _together([each(x) for each in places]),
+            lambda x: _together([each.afresh(x) for each in places]),
+            peaks.parameters,
+            x,
+            progress,
+        )
         if found is None:
             break
         x, largest = found.x, found.functions.largest
@@ -96,14 +74,14 @@ def least_bound(
     x, there = best
     return replace(
         begun,
-        value=np.array(list(peaks.values(x).values())),
+        value=values_of(peaks.parameters, x),
         before=before,
         after=float(there.amplitude[HIGH]),
         frequencies=there.frequency[HIGH:],
         amplitudes=there.amplitude[HIGH:],
         trials=begun.trials + progress.trials,
-        solved=solved + sum(each.solved for each in worst.every),
+        solved=solved + sum(each.solved for each in places),
         settled=settled,
-        held=tuple(on_bounds(peaks.parameters, x)),
+        held=on_bounds(peaks.parameters, x, ON_BOUND),
         of=BOUND,
     )

@@ -19,16 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.fit.tables import UNITS, shown
+from vanelock.commands.fit.parameters import bounds_of, on_bounds, values_of, x_of
 from vanelock.commands.optimise.peaks import Functions, Peaks
 from vanelock.commands.optimise.search import (
+    ON_BOUND,
     TRIALS,
     FrontPoint,
     Optimum,
     Progress,
-    bounds_of,
-    on_bounds,
     searched,
     spread,
 )
@@ -69,11 +67,6 @@ class _PeaksAndWear:
     peak: float
     wear: float
     ratio: float
-
-    @property
-    def parameters(self) -> Sequence[FitParameter]:
-        """What varies."""
-        return self.peaks.parameters
 
     def __call__(self, x: Floats) -> Functions | None:
         """Peaks that are followed to x, and wear, with their gradients."""
@@ -135,10 +128,9 @@ def front(
     def point(x: Floats, settled: bool) -> FrontPoint:
         largest = max(each.amplitude for each in peaks.known)
         wear = float(worn(peaks, x, peaks.known, coefficient).max())
-        value = np.array(list(peaks.values(x).values()))
-        return FrontPoint(value, largest, wear, settled)
+        return FrontPoint(values_of(peaks.parameters, x), largest, wear, settled)
 
-    x = np.array([p.inner(v) for p, v in zip(peaks.parameters, begun.value, strict=True)])
+    x = x_of(peaks.parameters, begun.value)
     found = [point(x, begun.settled)]
     first = found[0]
     if not first.wear > 0:
@@ -159,7 +151,7 @@ def front(
                 peaks.known, peaks.place = last, x
             else:
                 x = other
-        place = searched(both, x, progress)
+        place = searched(both, both.afresh, peaks.parameters, x, progress)
         if place is None:
             break
         x = place.x
@@ -204,9 +196,8 @@ def optimum_table(found: Optimum, name: str) -> Table:
     )
     rows: list[tuple[Cell, ...]] = []
     for parameter, value in zip(found.parameters, found.value, strict=True):
-        unit = UNITS.get(parameter.key.rpartition(".")[2], "-")
-        bounds = f"{parameter.low:.3g} to {parameter.high:.3g}"
-        rows.append((shown(parameter.key), parameter.start, float(value), unit, bounds))
+        values = parameter.start, float(value)
+        rows.append((parameter.name, *values, parameter.unit, parameter.span))
     return Table(f"Smallest {found.of}: {name}", columns, rows, notes(found), NAME)
 
 
@@ -226,9 +217,8 @@ def notes(found: Optimum) -> list[str]:
     )
     if len(found.frequencies) > 1:
         said.append("several peaks are equally high there: to lower one raises another")
-    for parameter, on in zip(found.parameters, found.held, strict=True):
-        if on:
-            said.append(f"{shown(parameter.key)} LIES ON A BOUND: beyond it the peak may be lower")
+    for name in _held(found, found.held):
+        said.append(f"{name} LIES ON A BOUND: beyond it the peak may be lower")
     if not found.settled:
         said.append("NOT SETTLED: the search ended before steps promised nothing more")
     return said
@@ -246,8 +236,7 @@ def cases_table(found: Sequence[tuple[Case, Optimum]], name: str) -> Table:
     rows = [(case.name, *each.value.tolist(), each.before, each.after) for case, each in found]
     said = []
     for case, each in found:
-        held = zip(each.parameters, each.held, strict=True)
-        if names := [shown(parameter.key) for parameter, on in held if on]:
+        if names := _held(each, each.held):
             said.append(f"{case.name}: {' and '.join(names)} ON A BOUND")
         if not each.settled:
             said.append(f"{case.name}: NOT SETTLED")
@@ -256,10 +245,12 @@ def cases_table(found: Sequence[tuple[Case, Optimum]], name: str) -> Table:
 
 def _values(found: Optimum) -> tuple[Column, ...]:
     """A column for each parameter."""
-    return tuple(
-        Column(shown(each.key), UNITS.get(each.key.rpartition(".")[2], "-"), ".4g")
-        for each in found.parameters
-    )
+    return tuple(Column(each.name, each.unit, ".4g") for each in found.parameters)
+
+
+def _held(found: Optimum, held: Sequence[bool]) -> list[str]:
+    """Names of the parameters that lie on a bound."""
+    return [each.name for each, on in zip(found.parameters, held, strict=True) if on]
 
 
 def front_table(found: Optimum, name: str) -> Table:
@@ -279,10 +270,8 @@ def _front_notes(found: Optimum) -> list[str]:
         "worn volume: while the vane vibrates at the peak; no values were found with less of both"
     ]
     for i, point in enumerate(found.front):
-        x = np.array([each.inner(v) for each, v in zip(found.parameters, point.value, strict=True)])
-        held = zip(found.parameters, on_bounds(found.parameters, x), strict=True)
-        names = [shown(each.key) for each, on in held if on]
-        if names:
+        x = x_of(found.parameters, point.value)
+        if names := _held(found, on_bounds(found.parameters, x, ON_BOUND)):
             said.append(f"line {i + 1}: {' and '.join(names)} ON A BOUND")
         if not point.settled:
             said.append(f"line {i + 1}: NOT SETTLED")
@@ -295,13 +284,7 @@ def json_of(found: Optimum) -> dict[str, Any]:
     """An optimum for machines."""
     return {
         "parameters": [
-            {
-                "key": each.key,
-                "start": each.start,
-                "bounds": [each.low, each.high],
-                "value": float(value),
-                "on_bound": on,
-            }
+            {**each.record(value), "on_bound": on}
             for each, value, on in zip(found.parameters, found.value, found.held, strict=True)
         ],
         "of": found.of,

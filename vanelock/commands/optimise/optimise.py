@@ -11,7 +11,7 @@ import numpy as np
 
 from vanelock.analyses.bounds import BOUNDS, BoundsKeys
 from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone
-from vanelock.commands.fit.parameters import varied_parameters
+from vanelock.commands.fit.parameters import by_key, varied_parameters
 from vanelock.commands.optimise.bound import BOUND, least_bound
 from vanelock.commands.optimise.front import (
     NAME,
@@ -145,8 +145,7 @@ def corrected(
     search goes on with that, until it leads no further.
     """
     for _ in range(ROUNDS):
-        keys = [each.key for each in found.parameters]
-        values = dict(zip(keys, found.value.tolist(), strict=True))
+        values = by_key(found.parameters, found.value)
         model = model_of(planned_alone(with_values(study, values), stages), stages)
         if model.reduced == peaks.model.reduced:
             return peaks, found
@@ -191,8 +190,7 @@ def _files(
         content = {"case": case.name, **content, "cases": every}
     record(path / f"{NAME}.json", json.dumps(content, indent=1))
     files = [path / f"{NAME}.json"]
-    keys = [each.key for each in best.parameters]
-    values = {**case.values, **dict(zip(keys, best.value.tolist(), strict=True))}
+    values = {**case.values, **by_key(best.parameters, best.value)}
     try:
         record(path / "optimised.toml", fitted_text(text, values, beside, path, VARIED))
     except InputError as error:

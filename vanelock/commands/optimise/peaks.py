@@ -18,7 +18,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import minimize, nnls
 
-from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.fit.parameters import FitParameter, by_key, values_of
 from vanelock.commands.fit.refit_model import Rejoined
 from vanelock.common.arrays import Floats
 from vanelock.nonlinear import amplitude_gradient
@@ -58,21 +58,6 @@ class Functions:
 
 
 @dataclass(frozen=True)
-class _TriedPlace:
-    """A place that was tried.
-
-    Attributes
-    ----------
-    x : (p,) float
-    largest : float
-        Infinite where there is no value.
-    """
-
-    x: Floats
-    largest: float
-
-
-@dataclass(frozen=True)
 class Minimax:
     """Where the largest of the functions is smallest.
 
@@ -81,15 +66,12 @@ class Minimax:
     x : (p,) float
     functions : Functions
         There.
-    trials : tuple of TriedPlace
-        All places, in their order.
     settled : bool
         Whether no step promised more than the tolerance.
     """
 
     x: Floats
     functions: Functions
-    trials: tuple[_TriedPlace, ...]
     settled: bool
 
 
@@ -103,18 +85,16 @@ def minimax(
     """Find it from a start; None where there is no value at the start."""
     low, high = bounds
     x, here = np.asarray(start, float), evaluate(np.asarray(start, float))
-    trials = [_TriedPlace(x, np.inf if here is None else here.largest)]
     if here is None:
         return None
     B, reach = here.largest * np.eye(len(x)), FIRST
     settled = False
-    while len(trials) < most:
+    for _ in range(most - 1):
         d, fall = _step(here, B, np.maximum(low - x, -reach), np.minimum(high - x, reach))
         if fall < tolerance * here.largest:
             settled = True
             break
         there = evaluate(x + d)
-        trials.append(_TriedPlace(x + d, np.inf if there is None else there.largest))
         gained = -np.inf if there is None else here.largest - there.largest
         length = float(np.abs(d).max())
         if there is not None:
@@ -129,7 +109,7 @@ def minimax(
         if reach < LEAST:
             settled = True
             break
-    return Minimax(x, here, tuple(trials), settled)
+    return Minimax(x, here, settled)
 
 
 def _step(here: Functions, B: Floats, low: Floats, high: Floats) -> tuple[Floats, float]:
@@ -246,8 +226,7 @@ class Peaks:
 
     def values(self, x: Floats) -> dict[str, float]:
         """Values by key."""
-        pairs = zip(self.parameters, x.tolist(), strict=True)
-        return {parameter.key: parameter.outer(each) for parameter, each in pairs}
+        return by_key(self.parameters, values_of(self.parameters, x))
 
     def with_one_harmonic(self) -> "Peaks":
         """The same study with one harmonic."""

@@ -7,14 +7,19 @@ the search follows the peaks of the lowest of these.
 
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from scipy.stats import qmc
 
-from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.fit.parameters import (
+    FitParameter,
+    bounds_of,
+    on_bounds,
+    starts_of,
+    values_of,
+)
 from vanelock.commands.optimise.peaks import Functions, Minimax, Peaks, minimax
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
@@ -28,10 +33,12 @@ ROUNDS = 4
 """Searches, each after a peak that none had followed was met."""
 HIGHER = 1e-3
 """How much higher, relatively, a peak must be to be another one."""
-BOUND = 1e-3
+ON_BOUND = 1e-3
 """Of the range: closer to a bound a value lies on it."""
 EQUAL = 1e-3
 """Relative difference of two peaks that are equally high."""
+Follow = Callable[[Floats], Functions | None]
+"""Functions of x, of peaks; None where there is none."""
 TRIALS = 10
 """Of a search, before any is known."""
 
@@ -102,20 +109,6 @@ class Optimum:
     front: tuple[FrontPoint, ...] = ()
 
 
-class Followed(Protocol):
-    """Functions of x, of peaks that are followed to x or, afresh, of those of the whole range."""
-
-    @property
-    def parameters(self) -> Sequence[FitParameter]:
-        """What varies."""
-
-    def __call__(self, x: Floats) -> Functions | None:
-        """Where it goes on from the place before; None where no peak is found."""
-
-    def afresh(self, x: Floats) -> Functions | None:
-        """By a sweep."""
-
-
 @dataclass
 class Progress:
     """Counts the places that are tried and reports them to a listener.
@@ -145,7 +138,7 @@ class Progress:
         """Begin to measure time."""
         self._began = time.perf_counter()
 
-    def __call__(self, peaks: Followed, x: Floats) -> Functions | None:
+    def __call__(self, peaks: Follow, x: Floats) -> Functions | None:
         """Try a place."""
         found = peaks(x)
         size = np.inf if found is None else found.largest
@@ -161,7 +154,7 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     """The smallest largest peak: from the parameters' own values, or the lowest of other starts."""
     parameters = peaks.parameters
     low, high = bounds_of(parameters)
-    own = np.array([each.inner(each.start) for each in parameters])
+    own = starts_of(parameters)
     single, progress = peaks.with_one_harmonic(), Progress(listener, starts)
     places = spread(low, high, starts) if starts else np.zeros((0, len(own)))
     begins = [(_swept(progress, single, x), x, single.known) for x in places]
@@ -173,7 +166,7 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
         tried.append((np.inf if found is None else found.largest, x, peaks.known))
     _, begin, peaks.known = min(tried, key=lambda each: each[0])
     peaks.place = begin
-    chosen = searched(peaks, begin, progress)
+    chosen = searched(peaks, peaks.afresh, parameters, begin, progress)
     if chosen is None:
         raise InputError("optimise: no peak lies in the range of frequencies at any start")
     if not chosen.settled:
@@ -184,7 +177,7 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     ends = [each.low for each in parameters], [each.high for each in parameters]
     return Optimum(
         parameters=tuple(parameters),
-        value=np.clip(list(peaks.values(chosen.x).values()), *ends),
+        value=np.clip(values_of(parameters, chosen.x), *ends),
         before=tried[0][0],
         after=top,
         frequencies=np.array([each.solution.omega for each in order]) / (2 * np.pi),
@@ -193,28 +186,36 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
         solved=peaks.solved,
         screened=single.solved,
         settled=chosen.settled,
-        held=tuple(on_bounds(parameters, chosen.x)),
+        held=on_bounds(parameters, chosen.x, ON_BOUND),
     )
 
 
-def searched(peaks: Followed, begin: Floats, progress: Progress) -> Minimax | None:
-    """The search from a place, whose peaks are known; None where it has none."""
-    low, high = bounds_of(peaks.parameters)
-    x = begin
+def searched(
+    followed: Follow,
+    afresh: Follow,
+    parameters: Sequence[FitParameter],
+    begin: Floats,
+    progress: Progress,
+) -> Minimax | None:
+    """The search from a place, whose peaks are known; None where it has none.
+
+    Peaks are followed from the place before, and afresh those of the whole range.
+    """
+    x, bounds = begin, bounds_of(parameters)
     for _ in range(ROUNDS):
-        found = minimax(lambda place: progress(peaks, place), x, (low, high), TOLERANCE)
+        found = minimax(lambda place: progress(followed, place), x, bounds, TOLERANCE)
         if found is None:
             return None
-        afresh = peaks.afresh(found.x)
-        if afresh is None or afresh.largest < (1 + HIGHER) * found.functions.largest:
+        swept = afresh(found.x)
+        if swept is None or swept.largest < (1 + HIGHER) * found.functions.largest:
             return found
         x = found.x
     # A higher peak was met each time: of the start and the last place, the lower one.
-    ends = [(place, there) for place in (begin, x) if (there := peaks.afresh(place)) is not None]
+    ends = [(place, there) for place in (begin, x) if (there := afresh(place)) is not None]
     if not ends:
         return None
     place, there = min(ends, key=lambda each: each[1].largest)
-    return Minimax(place, there, (), False)
+    return Minimax(place, there, False)
 
 
 def _swept(progress: Progress, peaks: Peaks, x: Floats) -> float:
@@ -222,21 +223,6 @@ def _swept(progress: Progress, peaks: Peaks, x: Floats) -> float:
     peaks.known = []
     found = progress(peaks, x)
     return np.inf if found is None else found.largest
-
-
-def on_bounds(parameters: Sequence[FitParameter], x: Floats) -> list[bool]:
-    """Whether each value lies on a bound."""
-    low, high = bounds_of(parameters)
-    margin = BOUND * (high - low)
-    return [bool(each) for each in (x < low + margin) | (x > high - margin)]
-
-
-def bounds_of(parameters: Sequence[FitParameter]) -> tuple[Floats, Floats]:
-    """(p,) lowest and highest x."""
-    low, high = (
-        np.array([each.inner(getattr(each, end)) for each in parameters]) for end in ("low", "high")
-    )
-    return low, high
 
 
 def spread(low: Floats, high: Floats, count: int) -> Floats:

@@ -155,7 +155,7 @@ def test_a_search_that_keeps_meeting_higher_peaks_is_not_settled():
 
     parameters = (FitParameter("mu", 1.0, 0.1, 10.0),)
     endless = Endless(model(), parameters, (0.0, 100.0))
-    found = searched(endless, at(0.0), Progress(lambda event: None, 1))
+    found = searched(endless, endless.afresh, parameters, at(0.0), Progress(lambda event: None, 1))
     assert found is not None
     assert not found.settled
     nothing = hills(hills=())

@@ -1,6 +1,5 @@
 """Pages of golden runs, their answers, and two runs compared."""
 
-import csv
 import json
 import re
 import shutil
@@ -12,6 +11,8 @@ import pytest
 from tests.small_study import SMALL
 from tests.vanelock.results.one_file import in_one_file
 from vanelock import compare_runs, nonlinear, parse_study, run_study
+from vanelock.commands.compare import compared
+from vanelock.commands.stored.contents import load_run
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
@@ -31,12 +32,6 @@ def run(folder, text):
 @pytest.fixture(scope="module")
 def folder(golden):
     return golden("default").folder
-
-
-def table(path):
-    """Columns of a CSV file, its notes left out."""
-    lines = [line for line in path.read_text("utf-8").splitlines() if not line.startswith("#")]
-    return list(csv.DictReader(lines))
 
 
 def test_answers_are_what_an_independent_check_of_the_peak_finds(folder):
@@ -177,18 +172,15 @@ def test_two_runs_are_compared(folder, tmp_path, monkeypatch):
         file.attrs["complete"] = False
     monkeypatch.chdir(tmp_path)
     heard: list[Event] = []
-    found = compare_runs(folder, other, listener=heard.append)
-    assert found.inputs == [("joints.interlock.mu", "0.3", "0.4")]
-    peak = found.results[0]
-    assert peak.column.head == "peak"
-    assert peak.change == pytest.approx(0.5)
+    inputs, results = compare_runs(folder, other, listener=heard.append)
+    assert inputs.rows == [("joints.interlock.mu", "0.3", "0.4")]
+    peak = next(row for row in results.rows if row[1] == "peak")
+    assert peak[-1] == "+50 %"
     assert any(isinstance(e, Notice) and "not complete" in e.text for e in heard)
+    runs = load_run(folder, "a"), load_run(other, "b")
+    one, two = compared(*runs)[-1].traces
+    assert two.y / one.y == pytest.approx(1.5)
     where = tmp_path / f"compare_{folder.name}_other"
-    rows = table(where / "compare.csv")
-    peak_row = next(row for row in rows if row["what"] == "peak")
-    assert float(peak_row["relative difference"]) == pytest.approx(0.5)
-    curve = found.pairs[0][1].line[1] / found.pairs[0][0].line[1]
-    assert curve == pytest.approx(1.5)
     assert "joints.interlock.mu" in (where / "compare.html").read_text("utf-8")
 
 
