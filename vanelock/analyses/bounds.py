@@ -91,19 +91,19 @@ class BoundedPeak(Product):
         return Peak(place, *at, at_edge=False)
 
 
-def check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
+def _check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
     """What keeps a peak from having bounds."""
     frequencies = given.response.frequencies
     if frequencies is not None and len(frequencies) < 2:
         yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
 
 
-def cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
+def _cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
     """Seconds."""
     return CURVES * curve
 
 
-def parts(given: "Given", keys: BoundsKeys) -> Sequence[AnalysisPart]:
+def _parts(given: "Given", keys: BoundsKeys) -> Sequence[AnalysisPart]:
     """One, which takes the study's seed."""
     return (AnalysisPart(inputs={"seed": given.seed}),)
 
@@ -153,7 +153,7 @@ def _lines(products: Sequence[BoundedPeak]) -> CurveExtras:
     return CurveExtras(ends=(bounds.low, bounds.high))
 
 
-def states(case: "CaseResult") -> "Iterator[State]":
+def _states(case: "CaseResult") -> "Iterator[State]":
     """The case with the sliders of its largest peak."""
     from vanelock.quantities.case_result import State
 
@@ -163,7 +163,7 @@ def states(case: "CaseResult") -> "Iterator[State]":
         yield State(response, replace(high, point=0), case.curve(bounds.high))
 
 
-def warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[str]:
+def _warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[str]:
     """What keeps bounds from being taken as they are."""
     (bounds,), peak = products, case.peak
     if peak is None:
@@ -187,7 +187,7 @@ def warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[st
         )
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Of each case the least peak, that as assembled and the largest, with loads by joint."""
     every, count = products_of(cases, "bounds")
     known = {name: (each, each.found) for name, (each,) in every.items() if each.found is not None}
@@ -248,17 +248,17 @@ BOUNDS = Analysis(
     scene_keys=BoundsKeys,
     product=lambda: BoundedPeak,
     compute=_compute,
-    parts=parts,
-    check=check,
-    cost=cost,
+    parts=_parts,
+    check=_check,
+    cost=_cost,
     places=lambda product: "bounds",
     summarise=_summarise,
     lines=_lines,
-    states=states,
+    states=_states,
     state="upper bound of the peak over static friction",
     reserve="goodman_reserve_at_largest_peak",
-    warnings=warnings,
-    tables=tables,
+    warnings=_warnings,
+    tables=_tables,
     text=TEXT,
     template=TEMPLATE,
     absent=lambda case: ABSENT,

@@ -140,7 +140,7 @@ def _loading(study: "Study") -> str:
     return f"{excitation.force_per_node:.4g} N at each force node"
 
 
-def warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str]:
+def _warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str]:
     """Whether the diagram shows what the reduced models do not answer."""
     (diagram,), band = products, case.limits.band
     lines = diagram.lines
@@ -166,13 +166,13 @@ def _distinct(cases: "Mapping[str, CaseResult]") -> "dict[str, CaseResult]":
     return {case.name: case for case in first.values()}
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Where engine orders meet modes."""
     for name, case in _distinct(cases).items():
         yield _crossings("" if len(cases) == 1 else name, case.found("campbell")[0])
 
 
-def run_pictures(run: "RunResult") -> "Iterator[Picture]":
+def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
     """One for each distinct set of lines, of many the first and the last."""
     from vanelock.quantities.run_result import DETAILED
 
@@ -357,8 +357,8 @@ CAMPBELL = Analysis(
     compute=_compute,
     any_law=True,
     places=lambda product: "campbell",
-    warnings=warnings,
-    tables=tables,
-    run_pictures=run_pictures,
+    warnings=_warnings,
+    tables=_tables,
+    run_pictures=_run_pictures,
     text=TEXT,
 )

@@ -137,7 +137,7 @@ class FollowedMode(Product):
         return np.asarray(self.driven.output[:, self.node, self.component])
 
 
-def check(given: "Given", keys: ModeKeys) -> Iterator[str]:
+def _check(given: "Given", keys: ModeKeys) -> Iterator[str]:
     """What keeps modes from being of the ring."""
     if getattr(given, "system", None) is not None:  # whose file says how many segments
         return
@@ -151,7 +151,7 @@ def check(given: "Given", keys: ModeKeys) -> Iterator[str]:
         yield f"damped_modes.influence: of {N} segments one is given twice"
 
 
-def cost(study: "Study", keys: ModeKeys, curve: float) -> float:
+def _cost(study: "Study", keys: ModeKeys, curve: float) -> float:
     """Seconds: each mode takes about as long as a curve."""
     return len(keys.modes or (0,)) * len(keys.nodal_diameters or (0,)) * curve
 
@@ -169,7 +169,7 @@ def parts(given: "Given", keys: ModeKeys) -> Sequence[AnalysisPart]:
     ]
 
 
-def compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedMode:
+def _compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedMode:
     """One mode of one nodal diameter, with the harmonics of the peak."""
     number, k = part.inputs["mode"], part.inputs["nodal_diameter"]
     options, N = replace(case.options, direction=None), case.system.sectors
@@ -196,7 +196,7 @@ def compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedM
     return FollowedMode(*at, driven=driven)
 
 
-def warnings(case: "CaseResult", products: Sequence[FollowedMode]) -> Iterator[str]:
+def _warnings(case: "CaseResult", products: Sequence[FollowedMode]) -> Iterator[str]:
     """Which modes were not followed to gross slip, and which waves grow from rest."""
     for each in products:
         called = f"mode {each.number} of nodal diameter {each.nodal_diameter}"
@@ -209,7 +209,7 @@ def warnings(case: "CaseResult", products: Sequence[FollowedMode]) -> Iterator[s
             yield f"{called} FLUTTERS: with the air its damping ratio is {ratio:.2g} %"
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Frequency and damping against amplitude; and, where air is given, flutter."""
     known, count = products_of(cases, "damped_modes")
     modes = [(name, each) for name, found in known.items() for each in found]
@@ -305,7 +305,7 @@ def _grows_beyond(mode: FollowedMode) -> float | None:
     return float(mode.cycles[-1]) if len(mode.driven.amplitude) else 0.0
 
 
-def answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[Answer]":
     """Whether the air makes a wave grow from rest."""
     from vanelock.report import Answer
 
@@ -325,7 +325,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
     yield Answer("Flutter", value, f"{note}; {ends}", "bad" if cycle is None else "warn")
 
 
-def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Frequency and damping ratio of the modes against amplitude, and what the air adds."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
@@ -424,16 +424,16 @@ DAMPED_MODES = Analysis(
     keys=ModeKeys,
     scene_keys=ModeKeys,
     product=lambda: FollowedMode,
-    compute=compute,
+    compute=_compute,
     parts=parts,
     whole_ring=lambda given, keys: keys.nodal_diameters is not None,
-    check=check,
-    cost=cost,
+    check=_check,
+    cost=_cost,
     places=lambda product: f"damped_modes/mode_{product.number}_nd_{product.nodal_diameter}",
-    warnings=warnings,
-    tables=tables,
-    pictures=pictures,
-    answers=answers,
+    warnings=_warnings,
+    tables=_tables,
+    pictures=_pictures,
+    answers=_answers,
     text=TEXT,
     template=TEMPLATE,
 )

@@ -46,7 +46,7 @@ WORN = ("worn volume", "worn depth")
 PLACE = (Column("x", "mm"), Column("y", "mm"), Column("z", "mm"))
 
 
-def contact_table(places: "Places", wear: "Wear") -> Table:
+def _contact_table(places: "Places", wear: "Wear") -> Table:
     """A line for each contact: its place, its area and its indicators."""
     columns = (Column("contact"), *PLACE, Column("area", "mm²"), *INDICATORS)
     values = (*places.points.T, wear.area, *_indicators(wear))
@@ -54,7 +54,7 @@ def contact_table(places: "Places", wear: "Wear") -> Table:
     return Table("Contacts", columns, rows).without_empty(*WORN)
 
 
-def joint_table(title: str, cases: "Mapping[str, tuple[Places, Wear]]") -> Table:
+def _joint_table(title: str, cases: "Mapping[str, tuple[Places, Wear]]") -> Table:
     """A line for each joint of each case, by its name."""
     rows: list[tuple[Cell, ...]] = []
     for name, (places, wear) in cases.items():
@@ -85,7 +85,7 @@ def _indicators(wear: "Wear") -> tuple[Floats, ...]:
     )
 
 
-def page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[Block]":
     """Where the energy goes, the damping ratio it amounts to, and wear indicators."""
     return [*_damping(run), *_wear(run)]
 
@@ -154,7 +154,7 @@ def _wear(run: "RunResult") -> "list[Block]":
         for analysis in run.analyses:
             if states := found.states(analysis):
                 by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
-    blocks: list[Block] = [report.Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
+    blocks: list[Block] = [report.Text(_method()), _joint_table(title, by_case).without(*NOT_SHOWN)]
     cases = (each for each in run.looked_into.values() if each.wear.energy.any())
     blocks += run.of_cases({each.name: [_contacts(each)] for each in cases})
     return blocks
@@ -177,7 +177,7 @@ def _of_sector(run: "RunResult") -> str:
 
 
 def _contacts(found: "CaseResult") -> Table:
-    table = contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
+    table = _contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
     order = np.argsort(-found.wear.energy, kind="stable")
     chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
     work = f"Contacts with the most friction work{of_case(found.name)}"
@@ -185,9 +185,9 @@ def _contacts(found: "CaseResult") -> Table:
     return replace(table, title=title, rows=chosen)
 
 
-def files(run: "RunResult", found: "CaseResult") -> None:
+def _files(run: "RunResult", found: "CaseResult") -> None:
     """CSV of every contact's wear indicators, of which the page shows some."""
-    names, *numbers = contact_table(found.places, found.wear).by_head().items()
+    names, *numbers = _contact_table(found.places, found.wear).by_head().items()
     columns = dict([names, *((head, short(values)) for head, values in numbers)])
     notes = [
         f"Contacts at the peak, {found.at_peak.frequency:.4g} Hz{of_case(found.name)}",
@@ -202,7 +202,7 @@ def _file(found: "CaseResult") -> str:
     return f"figures/wear_{slug(found.name)}.csv"
 
 
-def answers(main: "CaseResult") -> "Iterator[Answer]":
+def _answers(main: "CaseResult") -> "Iterator[Answer]":
     """The damping ratio, and friction's share in it."""
     if not main.detailed:
         return
@@ -239,7 +239,7 @@ ENERGY: Analysis[Any, Any] = Analysis(
     title="energy, damping and wear indicators",
     looked_into=True,
     open=False,
-    page=page,
-    files=files,
-    answers=answers,
+    page=_page,
+    files=_files,
+    answers=_answers,
 )

@@ -49,7 +49,7 @@ COLUMNS = (
 )
 
 
-def page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[Block]":
     """Margins of the cases that are looked into."""
     if not run.first.has_meshes:
         return [report.Text(WITHOUT)]
@@ -215,7 +215,7 @@ def _row(found: "CaseResult", m: "Margin", part: str, place: str) -> tuple[str |
     )
 
 
-def pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     from vanelock import render
 
@@ -286,7 +286,7 @@ def _nodes(found: "CaseResult") -> dict[str, ArrayLike]:
     return columns
 
 
-def answers(main: "CaseResult") -> "Iterator[Answer]":
+def _answers(main: "CaseResult") -> "Iterator[Answer]":
     """The critical stress and its safety factor."""
     if not main.detailed or main.margins is None:
         return
@@ -337,7 +337,7 @@ FATIGUE: Analysis[Any, Any] = Analysis(
     title="fatigue",
     looked_into=True,
     open=False,
-    page=page,
-    pictures=pictures,
-    answers=answers,
+    page=_page,
+    pictures=_pictures,
+    answers=_answers,
 )

@@ -74,7 +74,7 @@ class LoadsByCause(Product):
     resultant: NDArray[np.float64]
 
 
-def by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
+def _by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
     """Loads at rest of a case by cause; None where nothing acts but interference."""
     from vanelock.stages.parts.study_structure import StudyStructure
 
@@ -156,7 +156,7 @@ def _reactions(
     return {"reaction": 0.0 - held.T, "resultant": moved @ system.force[0].vector.real}
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What presses the joints at rest, and what holds a segment, of each state at rest."""
     distinct = {key: case for case in cases.values() for key in case.key_of("preload_by_cause")}
     for case in islice(distinct.values(), MOST):
@@ -216,8 +216,8 @@ PRELOAD_BY_CAUSE: Analysis[Any, LoadsByCause] = Analysis(
     key="preload_by_cause",
     title="preload by cause",
     product=lambda: LoadsByCause,
-    step=by_cause_step,
+    step=_by_cause_step,
     places=lambda product: "preload_by_cause",
-    tables=tables,
+    tables=_tables,
     text=TEXT,
 )

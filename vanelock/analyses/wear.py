@@ -84,19 +84,19 @@ class WornCase(Product):
     reason: str = ""
 
 
-def check(given: "Given", keys: _WearKeys) -> Iterator[str]:
+def _check(given: "Given", keys: _WearKeys) -> Iterator[str]:
     """What keeps joints from wearing."""
     if not _coefficients(given):
         names = ", ".join(f"joints.{name}.wear_coefficient" for name in given.joint_names)
         yield f"wear: no joint wears: give one of {names}"
 
 
-def cost(study: "Study", keys: _WearKeys, curve: float) -> float:
+def _cost(study: "Study", keys: _WearKeys, curve: float) -> float:
     """Seconds: a sweep to begin with, and some peaks."""
     return len(keys.dwells) * curve
 
 
-def parts(given: "Given", keys: _WearKeys) -> Sequence[AnalysisPart]:
+def _parts(given: "Given", keys: _WearKeys) -> Sequence[AnalysisPart]:
     """One, which takes the wear coefficients."""
     return (AnalysisPart(inputs=_coefficients(given)),)
 
@@ -146,7 +146,7 @@ def _shown_states(history: "WearHistory") -> list[int]:
     return sorted(set(np.concatenate(every).tolist()))
 
 
-def states(case: "CaseResult") -> "Iterator[State]":
+def _states(case: "CaseResult") -> "Iterator[State]":
     """The case as worn at the states shown, with the vibration there as its only point."""
     from vanelock.quantities.case_result import State
     from vanelock.stages.response.summary import Peak
@@ -161,7 +161,7 @@ def states(case: "CaseResult") -> "Iterator[State]":
         yield State(history.response.at([at]), peak, curve)
 
 
-def warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
+def _warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
     """What keeps wear over cycles from being taken as it is."""
     from vanelock.nonlinear.following.wear.wear_history import DONE, PRELOAD
 
@@ -186,7 +186,7 @@ def warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
         )
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Each case's vibration and preload from new to the end of its dwells."""
     from vanelock.quantities.contacts import HOUR
 
@@ -250,7 +250,7 @@ def _reserves(case: "CaseResult") -> list[float]:
     return [each.stress.governing.reserve for each in states if each.margins]
 
 
-def answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[Answer]":
     """What becomes of the case while its joints wear."""
     from vanelock.nonlinear.following.wear.wear_history import DONE
     from vanelock.report import Answer
@@ -274,7 +274,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
         yield Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")
 
 
-def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Amplitude, preload and worn depth over the cycles of the dwells."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
@@ -355,17 +355,17 @@ WEAR = Analysis(
     keys=_WearKeys,
     product=lambda: WornCase,
     compute=_compute,
-    parts=parts,
-    check=check,
-    cost=cost,
+    parts=_parts,
+    check=_check,
+    cost=_cost,
     places=lambda product: "wear",
-    states=states,
+    states=_states,
     state="worn, after all cycles",
     reserve="goodman_reserve_worn",
-    warnings=warnings,
-    tables=tables,
-    pictures=pictures,
-    answers=answers,
+    warnings=_warnings,
+    tables=_tables,
+    pictures=_pictures,
+    answers=_answers,
     text=TEXT,
     template=TEMPLATE,
 )

@@ -105,7 +105,7 @@ def budget(study: Study, spent: float = 0.0) -> Budget:
     pinned = pins(study)
     open_to = [source for source in SOURCES if source not in pinned]
     left = max(study.accuracy - spent, LEAST * study.accuracy)
-    return Budget(study.accuracy, split(left, open_to), pinned)
+    return Budget(study.accuracy, _split(left, open_to), pinned)
 
 
 def pins(study: Study) -> dict[str, str]:
@@ -129,17 +129,17 @@ def pins(study: Study) -> dict[str, str]:
     return found
 
 
-def costs_of(sources: Collection[str]) -> dict[str, _Cost]:
+def _costs_of(sources: Collection[str]) -> dict[str, _Cost]:
     """What the errors of some sources cost where all of them are open."""
     return COSTS | ({"harmonics": ON_FINE_MESHES} if "mesh" in sources else {})
 
 
-def split(accuracy: float, sources: Collection[str]) -> dict[str, float]:
+def _split(accuracy: float, sources: Collection[str]) -> dict[str, float]:
     """Shares that sum up to the accuracy, at the least total cost."""
     if not sources:
         return {}
     floor = LOWEST * accuracy
-    costs = costs_of(sources)
+    costs = _costs_of(sources)
 
     def shares(logarithm: float) -> dict[str, float]:
         """Those at which the last bit of accuracy costs λ, none below the floor."""

@@ -260,7 +260,7 @@ def left_out(
 def _joints(response: Response, joints: Sequence[str]) -> list[LeftOut]:
     """Contacts that stick at all points: they bring no unknowns."""
     stuck = np.all(response.state[response.converged] == nonlinear.STUCK, axis=0)
-    used = utilisation(response)[response.converged].max(axis=0, initial=0.0)
+    used = _utilisation(response)[response.converged].max(axis=0, initial=0.0)
     found = []
     for joint in dict.fromkeys(joints):
         own = np.array([each == joint for each in joints])
@@ -280,7 +280,7 @@ def _joints(response: Response, joints: Sequence[str]) -> list[LeftOut]:
     return found
 
 
-def utilisation(response: Response, samples: int = 64) -> Floats:
+def _utilisation(response: Response, samples: int = 64) -> Floats:
     """(p, c) largest friction force over its bound in a period; 0 where there is no friction."""
     H = response.harmonics
     angle = 2 * np.pi * np.arange(samples) / samples

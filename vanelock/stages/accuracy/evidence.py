@@ -228,14 +228,14 @@ def _error_places_step(planned: Planned) -> Step[ErrorPlaces]:
             fem.excess_by_element(each.model, each.displacement(own[part], k))
             for part, each in zip(PARTS, whole, strict=True)
         ]
-        return error_places([each.model.part for each in whole], energies)
+        return _error_places([each.model.part for each in whole], energies)
 
     needs = (planned.linear.system, planned.linear.limits, *recovered)
     inputs: dict[str, Any] = {"count": COUNT, "around": AROUND}
     return step("mesh error by place", "fem", inputs, ErrorPlaces, needs, compute)
 
 
-def error_places(parts: list[Part], energies: list[Floats]) -> ErrorPlaces:
+def _error_places(parts: list[Part], energies: list[Floats]) -> ErrorPlaces:
     """The worst places of both parts, from what each of their elements adds, J."""
     boxes = [_volumes(part) for part in parts]
     mean = sum(e.sum() for e in energies) / sum(volume.sum() for volume, *_ in boxes)

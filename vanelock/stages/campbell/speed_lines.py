@@ -255,10 +255,10 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
     def compute(get: Callable[[Step[Any]], Any]) -> Along:
         pieces, lines = [], get(lines_of)
         nodes = len(get(structure.component("casing", 0)).masters.set("force"))
-        turning = of_order(bare, order, nodes, study.ring.sectors)
+        turning = _of_order(bare, order, nodes, study.ring.sectors)
         for low, high, centre, peaks in _segments(lines, order, closed == "stuck"):
             scale = factors(study, lambda part: modulus(study, part))(centre)
-            system = with_unbalance(structure.rejoined(get, used, turning, scale), bare)
+            system = _with_unbalance(structure.rejoined(get, used, turning, scale), bare)
             mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             hertz = hertz[hertz <= (system.band or np.inf)]
@@ -273,7 +273,7 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
     return step(name, "nonlinear", inputs, Along, needs, compute, pulls=True)
 
 
-def of_order(segment: Segment, order: int, nodes: int, sectors: int) -> Segment:
+def _of_order(segment: Segment, order: int, nodes: int, sectors: int) -> Segment:
     """A segment loaded by another engine order, as much at each of the force nodes of a sector.
 
     An unbalance becomes the force that it has at 1 rad/s, see `with_unbalance`.
@@ -283,7 +283,7 @@ def of_order(segment: Segment, order: int, nodes: int, sectors: int) -> Segment:
     return replace(segment, engine_order=turns, force=force, unbalance=0.0)
 
 
-def with_unbalance(system: System, segment: Segment) -> System:
+def _with_unbalance(system: System, segment: Segment) -> System:
     """The system with its force growing with the square of the speed where an unbalance acts."""
     if not segment.unbalance:
         return system

@@ -194,7 +194,7 @@ def prepared_step(study: Study, part: str) -> Step[Any]:
     inputs: dict[str, Any] = {"cyclic": cyclic}
     if cyclic and options.route == "paper":
         inputs |= {"route": options.route, **options.of(part)}
-    kept = masters(study, part), averaged(study, part)
+    kept = _masters(study, part), averaged(study, part)
     return _prepared(part, *kept, tuple(inputs.items()), model_step(study, part, True))
 
 
@@ -228,7 +228,7 @@ def _least(study: Study, part: str) -> tuple[bool, float | None]:
 
 def _vane_step(study: Study, loads: tuple[RestLoad, ...]) -> Step[Component]:
     return _reduced_vane(
-        masters(study, "vane"),
+        _masters(study, "vane"),
         averaged(study, "vane"),
         study.rom,
         _least(study, "vane")[1],
@@ -266,7 +266,7 @@ def _casing_step(study: Study, nodal_diameter: int, is_last: bool) -> Step[Compo
     if follows:
         needs.append(_vane_step(study, loads_of(study)))
     return _reduced_casing(
-        masters(study, "casing"),
+        _masters(study, "casing"),
         averaged(study, "casing"),
         study.rom,
         least,
@@ -324,7 +324,7 @@ def _recovered(part: str, needs: tuple[Step[Any], ...]) -> Step[rom.Recovery]:
     return step(f"recovery {part}", "rom", {}, rom.Recovery, needs, rom.recovery, False, True)
 
 
-def masters(study: Study, part: str) -> tuple[str, ...]:
+def _masters(study: Study, part: str) -> tuple[str, ...]:
     """Node sets that the joints, loads and outputs of a study use."""
     if study.joints.interlock:
         return MASTERS[part]
@@ -334,4 +334,4 @@ def masters(study: Study, part: str) -> tuple[str, ...]:
 def averaged(study: Study, part: str) -> tuple[str, ...]:
     """Those of a part's masters whose contacts act on patches."""
     on_patches = [joint for joint, patch in study.patches.items() if patch == "area"]
-    return tuple(name for name in masters(study, part) if name.partition("_")[0] in on_patches)
+    return tuple(name for name in _masters(study, part) if name.partition("_")[0] in on_patches)

@@ -221,7 +221,7 @@ def gauges_step(study: Study) -> Step[Gauges]:
             placed.append(found)
         rows = recovery.rows(sp.vstack([each.row for each in placed]), 0)
         return Gauges(
-            tuple(name(gauge) for gauge in wanted),
+            tuple(_name(gauge) for gauge in wanted),
             np.array([each.position for each in placed]),
             np.array([each.direction for each in placed]),
             np.ascontiguousarray(rows.real),
@@ -231,7 +231,7 @@ def gauges_step(study: Study) -> Step[Gauges]:
     return step("gauges", "rom", inputs, Gauges, needs, compute)
 
 
-def name(gauge: GaugeKeys) -> str:
+def _name(gauge: GaugeKeys) -> str:
     """What tables and files call a gauge."""
     along = gauge.direction if isinstance(gauge.direction, str) else f"{gauge.direction:g} deg"
     return (

@@ -161,7 +161,7 @@ class Segment:
         return dict(self.assembly(self.loaded(vane), casing).rest_loads())
 
 
-def joints(study: Study) -> tuple[Joint, ...]:
+def _joints(study: Study) -> tuple[Joint, ...]:
     """The joints of a study with contact elements."""
     return tuple(Joint(name, **getattr(study.joints, name).contact) for name in study.joint_names)
 
@@ -169,7 +169,7 @@ def joints(study: Study) -> tuple[Joint, ...]:
 def segment_of(study: Study) -> Segment:
     """Joints, load and damping of a study, without its loads at rest."""
     return Segment(
-        joints=joints(study),
+        joints=_joints(study),
         engine_order=study.excitation.engine_order,
         force=study.excitation.force_per_node,
         unbalance=study.excitation.unbalance or 0.0,

@@ -241,12 +241,12 @@ def sweep_of(response: Response, amplitude: NDArray[np.float64]) -> Sweep:
     return Sweep(response.direction or "up", peak_of(response, amplitude), jumps)
 
 
-def share(chosen: NDArray[np.bool_]) -> float:
+def _share(chosen: NDArray[np.bool_]) -> float:
     """Share of contacts that are chosen; NaN where there are no contacts."""
     return float(chosen.mean()) if len(chosen) else float("nan")
 
 
-def friction_share(dissipation: NDArray[np.float64], own: NDArray[np.bool_]) -> float:
+def _friction_share(dissipation: NDArray[np.float64], own: NDArray[np.bool_]) -> float:
     """The own contacts' share of the friction work; NaN where nothing slips."""
     total = float(dissipation.sum())
     return float(dissipation[own].sum()) / total if total > 0 else float("nan")
@@ -273,9 +273,9 @@ def summarise(
         state = response.state[peak.point]
         work = response.dissipation[peak.point]
         slips = work > LEAST_WORK * work.max(initial=np.finfo(float).tiny)
-        slipping, closed_slipping = share(slips[opens]), share(slips[~opens])
-        opening = share(np.isin(state[opens], OPENING))
-        friction = friction_share(work, opens)
+        slipping, closed_slipping = _share(slips[opens]), _share(slips[~opens])
+        opening = _share(np.isin(state[opens], OPENING))
+        friction = _friction_share(work, opens)
         each = {name: float(work[joints == name].sum()) for name in dict.fromkeys(contacts.joints)}
         ends = sorted((limits.free_frequency, limits.stuck_frequency))
         if ends[0] <= response.frequency.max() and ends[1] >= response.frequency.min():
