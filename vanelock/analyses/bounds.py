@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case, heads
@@ -78,7 +78,7 @@ class BoundedPeak(Product):
     found: "nonlinear.PeakBounds | None" = None
     low: "nonlinear.Response | None" = None
     high: "nonlinear.Response | None" = None
-    residual: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
+    residual: Floats = field(default_factory=lambda: np.full(3, np.nan))
     reason: str = ""
 
     def peak(self, place: int) -> "Peak | None":
@@ -226,7 +226,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     yield by_case(Table(title, columns, rows, notes, "bounds"), count)
 
 
-def _load(loads: NDArray[np.float64] | None, place: int) -> float | None:
+def _load(loads: Floats | None, place: int) -> float | None:
     """One of a joint's loads, N; what is round-off of the largest is zero."""
     if loads is None:
         return None

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from warnings import catch_warnings
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -124,13 +125,13 @@ class FollowedMode(Product):
         return f"mode {self.number}, ND {self.nodal_diameter}"
 
     @property
-    def amplitude(self) -> NDArray[np.float64]:
+    def amplitude(self) -> Floats:
         """(p,) the monitored displacement of a mode that was followed, m."""
         assert self.mode is not None
         return np.asarray(self.mode.response.amplitude[:, self.node, self.component])
 
     @property
-    def cycles(self) -> NDArray[np.float64]:
+    def cycles(self) -> Floats:
         """(k,) the monitored displacement at which the air's work is taken in all, m."""
         if self.driven is None:
             return np.empty(0)
@@ -377,7 +378,7 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-def _air(case: "CaseResult", mode: FollowedMode) -> NDArray[np.float64]:
+def _air(case: "CaseResult", mode: FollowedMode) -> Floats:
     """(p,) damping ratio of the air, negative where it drives; zero where none is given."""
     assert mode.mode is not None
     keys = DAMPED_MODES.keys_of(case.given)

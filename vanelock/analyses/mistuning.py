@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.comparison import FrequencyRange
@@ -87,7 +87,7 @@ class MistunedRing(Product):
 
     frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
-    converged: NDArray[np.bool_]
+    converged: Booleans
     tuned: float = field(metadata={"unit": "m"})
 
     @property
@@ -119,9 +119,9 @@ class MistunedRings(Product):
     amplitude: Floats = field(metadata={"unit": "m"})
     frequency: Floats = field(metadata={"unit": "Hz"})
     tuned: Floats = field(metadata={"unit": "m"})
-    points: NDArray[np.int64]
-    lost: NDArray[np.int64]
-    at_edge: NDArray[np.bool_]
+    points: Integers
+    lost: Integers
+    at_edge: Booleans
     worst: MistunedRing
 
     @property

@@ -11,11 +11,10 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table
 from vanelock.input.cases.names import words
@@ -66,12 +65,12 @@ class LoadsByCause(Product):
 
     joints: tuple[str, ...]
     causes: tuple[str, ...]
-    contacts: NDArray[np.int64]
-    normal: NDArray[np.float64] = field(metadata={"unit": "N"})
-    opened: NDArray[np.int64]
-    converged: NDArray[np.bool_]
-    reaction: NDArray[np.float64]
-    resultant: NDArray[np.float64]
+    contacts: Integers
+    normal: Floats = field(metadata={"unit": "N"})
+    opened: Integers
+    converged: Booleans
+    reaction: Floats
+    resultant: Floats
 
 
 def _by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
@@ -134,7 +133,7 @@ def _reactions(
     vane: "Component",
     system: "System",
     rest: "nonlinear.Response",
-    joints: NDArray[np.bool_],
+    joints: Booleans,
 ) -> dict[str, Floats]:
     """By the principle of virtual work, for a shift and a turn of the vane as a whole."""
     at = vane.dofs(vane.masters.nodes)

@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock import report
 from vanelock.analyses.analysis import Analysis
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table, counted
 
@@ -76,7 +76,7 @@ class Scattered(Product):
     spacing: float = field(metadata={"unit": "Hz"})
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def known(self) -> Booleans:
         """(n,) samples with a peak."""
         return np.isfinite(self.amplitude)
 
@@ -267,7 +267,7 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
     yield report.Picture(path, TITLE, caption, (data, table))
 
 
-def _shown(key: str, value: NDArray[np.float64]) -> tuple[str, NDArray[np.float64]]:
+def _shown(key: str, value: Floats) -> tuple[str, Floats]:
     """A key with its unit, and its samples; lengths in µm or mm."""
     from vanelock.input.settings import unit_of
 

@@ -6,10 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Options, Response
@@ -124,7 +122,7 @@ class SolvedCase:
         return self.get(self.planned.modes).diameters
 
     @cached_property
-    def frequencies(self) -> NDArray[np.float64] | tuple[float, float]:
+    def frequencies(self) -> Floats | tuple[float, float]:
         """Those that its file asks for, Hz, or the ends of the range."""
         limits: Limits = self.get(self.planned.linear.limits)
         return frequencies(self.given, limits)

@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
+from vanelock.common.arrays import Integers
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
 
@@ -191,7 +191,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     yield by_case(made, count)
 
 
-def _counted(verdict: NDArray[np.int64]) -> str | None:
+def _counted(verdict: Integers) -> str | None:
     """How many of several points have which verdict."""
     if len(verdict) == 1:
         return None

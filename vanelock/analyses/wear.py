@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import OTHER, PLAIN
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -318,7 +319,7 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-def _mean(depth: NDArray[np.float64]) -> NDArray[np.float64]:
+def _mean(depth: Floats) -> Floats:
     """(s,) mean depth of the contacts that wear."""
     wears = depth[-1] > 0
     return np.asarray(depth[:, wears].mean(axis=1) if wears.any() else depth[:, 0])

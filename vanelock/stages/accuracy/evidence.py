@@ -12,10 +12,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, nonlinear, rom
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.input.cases.values import diameter_of
@@ -178,7 +177,7 @@ class ErrorPlaces(Product):
 
     vane: Floats
     casing: Floats
-    part: NDArray[np.int64]
+    part: Integers
     share: Floats
     position: Floats = field(metadata={"unit": "m"})
     edge: Floats = field(metadata={"unit": "m"})

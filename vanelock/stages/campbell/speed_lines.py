@@ -16,10 +16,9 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
-from vanelock.common.arrays import Floats, Integers
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -74,10 +73,10 @@ class Lines(Product):
     order: Integers
     diameter: Integers
     mode: Integers
-    is_stuck: NDArray[np.bool_]
+    is_stuck: Booleans
     frequency: Floats = field(metadata={"unit": "Hz"})
     speed: Floats = field(metadata={"unit": "rpm"})
-    interest: NDArray[np.bool_]
+    interest: Booleans
 
     @property
     def interlock(self) -> bool:
@@ -114,7 +113,7 @@ class Campbell(Product):
     speed: Floats = field(metadata={"unit": "rpm"})
     frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
-    nonlinear: NDArray[np.bool_]
+    nonlinear: Booleans
     own_order: int
     monitor: str
     linear: str

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import rom
+from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
@@ -205,7 +205,7 @@ def at_rest(
     raise lost
 
 
-def clamped(keys: ComponentKeys, name: str) -> NDArray[np.int64]:
+def clamped(keys: ComponentKeys, name: str) -> Integers:
     """Nodes that a component says are held."""
     if keys.fixed is None:
         return np.empty(0, np.int64)

@@ -15,9 +15,9 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, rom
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
@@ -272,7 +272,7 @@ def joined(
     return found if excess is None else excess.taken_off(found, moduli)
 
 
-def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[NDArray[np.float64], Matrix]:
+def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[Floats, Matrix]:
     """Shapes along which what meshes add is taken off, and their frequencies, Hz."""
     frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
     if k or not areas:
