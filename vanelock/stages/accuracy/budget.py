@@ -12,6 +12,7 @@ two cost a few per cent of time.
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
@@ -20,17 +21,8 @@ SOURCES = ("mesh", "modes", "harmonics", "frequencies")
 """What an error of the largest response can come from."""
 
 
-@dataclass(frozen=True)
-class _Cost:
-    """Cost c s^(-a) of an error s, the part that grows alone, in CPU seconds at s = 1.
-
-    Attributes
-    ----------
-    scale : float
-        c.
-    power : float
-        a.
-    """
+class _Cost(NamedTuple):
+    """Cost c s^(-a) of an error s, of what grows with it: `scale` c, CPU seconds, and `power` a."""
 
     scale: float
     power: float

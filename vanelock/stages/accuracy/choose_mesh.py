@@ -34,11 +34,6 @@ from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.structure import linear_of
 
-LEAST, BASE, EACH = 1.5e9, 0.35e9, 24.5e3
-"""Peak memory, bytes: of a run with pictures, of libraries, and of a degree of freedom's matrices,
-factors and vectors."""
-
-
 ORDER = 0.93
 """Order at which errors fall with the element size, from the coarse mesh on: that of the example
 from 30 to 7.6 mm. Two meshes give their own."""

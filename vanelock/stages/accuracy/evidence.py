@@ -16,7 +16,7 @@ import numpy as np
 from vanelock import fem, nonlinear, rom
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.product import Product
-from vanelock.common.tables import Cell, Column, Table, heads
+from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.mesh import Part
@@ -101,19 +101,18 @@ def _settings(planned: Planned, response: Response, stages: Stages) -> dict[str,
     choice, study = planned.choice, planned.case.study
     assert choice is not None
     pinned = choice.budget.pinned
-    last, tried = choice.rounds[-1], len(choice.rounds)
+    last = choice.rounds[-1]
     k = diameter_of(study, 1)
     parts = [stages.get(planned.part(part, k)) for part in PARTS]
     vectors = " + ".join(str(part.fixed_modes) for part in parts)
     assert response.estimates is not None
     own = response.estimates.harmonics
     spread = f"{own.min()} to {own.max()}" if own.min() < own.max() else str(own.max())
-    accuracy = study.rom.accuracy
+    meshes = counted(len(choice.rounds), "mesh")
+    accuracy = f"rom.accuracy: {study.rom.accuracy:.1g}, " if study.rom.accuracy else ""
     chosen = {
-        "mesh": f"mesh.size: {last.size}, {last.dofs:,} dofs" + _of(tried, "mesh", "meshes"),
-        "modes": f"rom.accuracy: {accuracy:.1g}, {vectors} vectors"
-        if accuracy
-        else f"{vectors} vectors",
+        "mesh": f"mesh.size: {last.size}, {last.dofs:,} dofs ({meshes} tried)",
+        "modes": f"{accuracy}{vectors} vectors",
         "harmonics": f"response.harmonics: {spread} by point",
         "frequencies": f"response.points: {response.points}",
         "samples": f"response.samples: {response.samples}",
@@ -121,10 +120,6 @@ def _settings(planned: Planned, response: Response, stages: Stages) -> dict[str,
     for source, key in pinned.items():
         chosen[source] = f"{chosen[source].partition(':')[2].strip()}: {key} is given"
     return chosen
-
-
-def _of(count: int, one: str, many: str) -> str:
-    return f" ({count} {one if count == 1 else many} tried)"
 
 
 def _costs(planned: Planned, stages: Stages) -> dict[str, float]:
@@ -207,14 +202,9 @@ class ErrorPlaces(Product):
 
 def of_own_meshes(planned: Planned) -> Step[ErrorPlaces] | None:
     """The step of a case of which a part is a user's own mesh."""
-    study = planned.case.given
-    parts = [getattr(study, name, None) for name in PARTS]
-    own = any(isinstance(part, OwnVane | OwnCasing) for part in parts)
-    return _error_places_step(planned) if own else None
-
-
-def _error_places_step(planned: Planned) -> Step[ErrorPlaces]:
-    """The places of a study's case."""
+    parts = [getattr(planned.case.given, name, None) for name in PARTS]
+    if not any(isinstance(part, OwnVane | OwnCasing) for part in parts):
+        return None
     study = planned.case.study
     k = diameter_of(study, 1)
     recovered = [recovery_step(study, part, k) for part in PARTS]

@@ -175,11 +175,11 @@ def _needs_speed(study: Study) -> bool:
     return study.temperature.varies and study.temperature.speed is None
 
 
-def factors(study: Study, base: Callable[[str], float]) -> Callable[[float], tuple[float, float]]:
-    """Moduli of vane and casing against speed, rpm, over those that `base` says."""
+def factors(study: Study, over: Callable[[Study, str], float]) -> Factors:
+    """Moduli of vane and casing against speed, rpm, over those of `modulus` or `reference`."""
 
     def at(speed: float) -> tuple[float, float]:
-        vane, casing = (modulus(study, part, speed) / base(part) for part in PARTS)
+        vane, casing = (modulus(study, part, speed) / over(study, part) for part in PARTS)
         return vane, casing
 
     return at
@@ -211,7 +211,7 @@ def _crossing(study: Study, stages: Stages) -> float:
     system = stages.get(structure.uncorrected or structure.bare.at(k))
     low, high = study.temperature.speeds
     low, high = max(low, 1.0), min(high, HIGHEST)
-    scale = factors(study, lambda part: reference(study, part))
+    scale = factors(study, reference)
     over_speed = ModesOverSpeed(system, parts, k, scale, (low, high), taken)
     mode = limits(system, study.response.mode).free_mode + 1
     found = over_speed.meetings(order, False, mode, grid(low, high, bends(study)))

@@ -148,7 +148,7 @@ def lines_step(planned: Planned) -> Step[Lines]:
     def compute(get: Callable[[Step[Any]], Any]) -> Lines:
         limits = get(planned.linear.limits)
         over_speed, ends = {}, _speeds(study, keys, limits)
-        scale = factors(study, lambda part: modulus(study, part))
+        scale = factors(study, modulus)
         for k in diameters:
             parts = {part: get(planned.part(part, k)) for part in PARTS}
             excess = structure.excess(k)
@@ -248,7 +248,7 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
         "order": order,
         "closed": closed,
         "monitor": [monitor.node, monitor.component],
-        "segment": bare.keys,
+        "segment": asdict(bare),
     }
 
     def compute(get: Callable[[Step[Any]], Any]) -> Along:
@@ -256,7 +256,7 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
         nodes = len(get(structure.component("casing", 0)).masters.set("force"))
         turning = _of_order(bare, order, nodes, study.ring.sectors)
         for low, high, centre, peaks in _segments(lines, order, closed == "stuck"):
-            scale = factors(study, lambda part: modulus(study, part))(centre)
+            scale = factors(study, modulus)(centre)
             system = _with_unbalance(structure.rejoined(get, used, turning, scale), bare)
             mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)

@@ -12,7 +12,6 @@ all others (`rom.spanned`); the casing's at each by itself.
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -103,11 +102,6 @@ class Segment:
     damping_ratio: float | None = None
     damping_joints: str = "stuck"
     at_rest: tuple[tuple[str, str, float], ...] = ()
-
-    @property
-    def keys(self) -> dict[str, Any]:
-        """What its system depends on, beside the parts."""
-        return asdict(self)
 
     @cached_property
     def vibrating(self) -> "Segment":
@@ -254,7 +248,7 @@ def joined_step(
     def compute(vane: Component, casing: Component) -> System:
         return joined(segment, vane, casing)
 
-    return step(name, "rom", segment.keys, System, (vane, casing), compute, False, True)
+    return step(name, "rom", asdict(segment), System, (vane, casing), compute, False, True)
 
 
 def joined(
