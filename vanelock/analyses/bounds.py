@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveLines, products_of
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -145,12 +145,10 @@ def _summarise(found: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
     return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH))
 
 
-def _lines(products: Sequence[BoundedPeak]) -> CurveExtras:
+def _lines(products: Sequence[BoundedPeak]) -> CurveLines:
     """Between which curves the response may lie."""
     (bounds,) = products
-    if bounds.low is None or bounds.high is None:
-        return CurveExtras()
-    return CurveExtras(ends=(bounds.low, bounds.high))
+    return (() if bounds.found is None else (bounds.low, bounds.high)), ()
 
 
 def _states(case: "CaseResult") -> "Iterator[State]":

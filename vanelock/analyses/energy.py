@@ -28,28 +28,29 @@ SHOWN = 16
 NOT_SHOWN = ("power", "mean pressure")
 
 
-INDICATORS: dict[Column, Callable[[Floats], np.float64]] = {
-    Column("energy", "µJ/cycle"): np.sum,
-    Column("energy per area", "J/m²/cycle"): np.max,
-    Column("power", "mW"): np.sum,
-    Column("slip", "µm/cycle"): np.max,
-    Column("slip", "m/h", key="slip_per_hour"): np.max,
-    Column("mean load", "N"): np.mean,
-    Column("largest load", "N"): np.max,
-    Column("mean pressure", "MPa"): np.max,
-    Column("largest pressure", "MPa"): np.max,
-    Column("worn volume", "mm³/h"): np.sum,
-    Column("worn depth", "µm/h"): np.max,
+INDICATORS: dict[str, tuple[Column, Callable[[Floats], np.float64]]] = {
+    "energy": (Column("energy", "µJ/cycle"), np.sum),
+    "energy_per_area": (Column("energy per area", "J/m²/cycle"), np.max),
+    "power": (Column("power", "mW"), np.sum),
+    "slip": (Column("slip", "µm/cycle"), np.max),
+    "slip_per_hour": (Column("slip", "m/h", key="slip_per_hour"), np.max),
+    "mean_load": (Column("mean load", "N"), np.mean),
+    "largest_load": (Column("largest load", "N"), np.max),
+    "mean_pressure": (Column("mean pressure", "MPa"), np.max),
+    "largest_pressure": (Column("largest pressure", "MPa"), np.max),
+    "volume_per_hour": (Column("worn volume", "mm³/h"), np.sum),
+    "depth_per_hour": (Column("worn depth", "µm/h"), np.max),
 }
-"""Of a contact, and what a joint has of its contacts'."""
+"""Of a contact, by their names in `Wear`, and what a joint has of its contacts'."""
+COLUMNS = tuple(column for column, _ in INDICATORS.values())
 WORN = ("worn volume", "worn depth")
 PLACE = (Column("x", "mm"), Column("y", "mm"), Column("z", "mm"))
 
 
 def _contact_table(places: "Places", wear: "Wear") -> Table:
     """A line for each contact: its place, its area and its indicators."""
-    columns = (Column("contact"), *PLACE, Column("area", "mm²"), *INDICATORS)
-    values = (*places.points.T, wear.area, *_indicators(wear))
+    columns = (Column("contact"), *PLACE, Column("area", "mm²"), *COLUMNS)
+    values = (*places.points.T, wear.area, *(getattr(wear, key) for key in INDICATORS))
     rows = list(zip(places.names, *values, strict=True))
     return Table("Contacts", columns, rows).without_empty(*WORN)
 
@@ -61,28 +62,14 @@ def _joint_table(title: str, cases: "Mapping[str, tuple[Places, Wear]]") -> Tabl
         joints = np.array(places.joint)
         for joint in dict.fromkeys(places.joint):
             own = joints == joint
-            values = [each[own][np.isfinite(each[own])] for each in _indicators(wear)]
-            pairs = zip(INDICATORS.values(), values, strict=True)
-            values = [function(each) if len(each) else None for function, each in pairs]
+            values: list[Cell] = []
+            for key, (_, of_joint) in INDICATORS.items():
+                each = getattr(wear, key)[own]
+                finite = each[np.isfinite(each)]
+                values.append(of_joint(finite) if len(finite) else None)
             rows.append((name, joint, f"{np.sum(wear.energy[own] > 0)} of {own.sum()}", *values))
-    columns = (*heads("case", "joint", "slipping"), *INDICATORS)
+    columns = (*heads("case", "joint", "slipping"), *COLUMNS)
     return Table(title, columns, rows).without_empty(*WORN)
-
-
-def _indicators(wear: "Wear") -> tuple[Floats, ...]:
-    return (
-        wear.energy,
-        wear.energy_per_area,
-        wear.power,
-        wear.slip,
-        wear.slip_per_hour,
-        wear.mean_load,
-        wear.largest_load,
-        wear.mean_pressure,
-        wear.largest_pressure,
-        wear.volume_per_hour,
-        wear.depth_per_hour,
-    )
 
 
 def _page(run: "RunResult") -> "list[Block]":
@@ -215,17 +202,10 @@ def _answers(main: "CaseResult") -> "Iterator[Answer]":
     )
 
 
-def _structure(main: "CaseResult") -> str:
-    ratio = main.given.damping.ratio
-    return (
-        "structure by its matrix, or 0.3 %"
-        if ratio is None
-        else f"structure alone {100 * ratio:.2g} %"
-    )
-
-
 def _damping_card(main: "CaseResult") -> "Answer":
-    note = _structure(main)
+    ratio, note = main.given.damping.ratio, "structure by its matrix, or 0.3 %"
+    if ratio is not None:
+        note = f"structure alone {100 * ratio:.2g} %"
     if main.at_peak.at_edge:
         note += "; the largest point is no resonance, so this is no more than its order"
     elif np.isfinite(main.bandwidth):

@@ -25,10 +25,6 @@ Count: TypeAlias = Callable[[int, int | None, float], None]
 """Called with how many are done, of how many where that is known, and an amplitude, m, or NaN."""
 
 
-def _silent_count(done: int, total: int | None, amplitude: float) -> None:
-    """Say nothing."""
-
-
 @dataclass(frozen=True)
 class SolvedCase:
     """A case with its responses; each product is read when it is first asked for.
@@ -143,7 +139,7 @@ def with_analyses(
     planned: Planned,
     monitoring: Planned,
     analyses: Sequence[Analysis[Any, Any]],
-    count: Count = _silent_count,
+    count: Count = lambda *_: None,
 ) -> Planned:
     """A case with the steps of all analyses that its file asks for."""
     given = planned.case.given

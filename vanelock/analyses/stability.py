@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveLines, products_of
 from vanelock.common.arrays import Integers
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
@@ -117,10 +117,9 @@ def _summarise(found: "Summary", products: "Sequence[nonlinear.Stability]") -> "
     return replace(found, wave=_verdict_at(products[0], found.peak.frequency))
 
 
-def _lines(products: "Sequence[nonlinear.Stability]") -> CurveExtras:
+def _lines(products: "Sequence[nonlinear.Stability]") -> CurveLines:
     """Where each curve is stable."""
-    each = (zip(s.frequency.tolist(), s.verdict.tolist(), strict=True) for s in products)
-    return CurveExtras(verdicts=tuple(map(dict, each)))
+    return (), [dict(zip(s.frequency.tolist(), s.verdict.tolist(), strict=True)) for s in products]
 
 
 def _warnings(case: "CaseResult", products: "Sequence[nonlinear.Stability]") -> Iterator[str]:

@@ -34,7 +34,6 @@ from vanelock.stages.response.responses import (
     monitor,
     preload_step,
     response_step,
-    silent_progress,
 )
 from vanelock.stages.structure import CaseStructure, Linear, linear_of
 
@@ -126,8 +125,6 @@ class Planned:
         Strain gauges, if the study has any.
     choice : MeshChoice or None
         What an accuracy chose before, if the study has one.
-    mesh_errors : Step or None
-        Errors of natural frequencies by the mesh, with an accuracy.
     other : Step or None
         The response in the other direction, where both are wanted.
     analyses : dict of str to tuple of Step
@@ -147,7 +144,6 @@ class Planned:
     preload_name: str = ""
     gauges: Step[Gauges] | None = None
     choice: MeshChoice | None = None
-    mesh_errors: Step[MeshErrors] | None = None
     other: Step[Response] | None = None
     analyses: Mapping[str, tuple[Step[Any], ...]] = field(default_factory=dict)
     pieces: tuple[Step[Any], ...] = ()
@@ -195,7 +191,7 @@ def _structure_of(given: Given, last: int | None) -> CaseStructure:
 
 def plan(
     cases: Sequence[Case],
-    progress: Progress = silent_progress,
+    progress: Progress = lambda *_: None,
     choices: Sequence[MeshChoice | None] = (),
 ) -> tuple[Planned, ...]:
     """Steps of every case; `choices` are what accuracies chose for them."""
@@ -232,7 +228,7 @@ def _planned(
     if diameters != structure.loaded:
         modes = structure.stuck_modes(diameters, linear.modes)
     at_rest = structure.system(structure.loaded)
-    mesh, other = None, None
+    other = None
     if choice is None:
         swept = partial(response_step, case.name, given, system, linear.limits, modes, progress)
         response = swept()
@@ -257,6 +253,5 @@ def _planned(
         modes=modes,
         gauges=gauges,
         choice=choice,
-        mesh_errors=mesh,
         other=other,
     )

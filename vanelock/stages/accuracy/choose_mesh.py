@@ -93,8 +93,6 @@ class MeshChoice:
     ----------
     study : Study
         The study with them.
-    given : Study
-        The study as it was.
     budget : Budget
         What each source may contribute.
     rounds : tuple of Round
@@ -104,7 +102,6 @@ class MeshChoice:
     """
 
     study: Study
-    given: Study
     budget: Budget
     rounds: tuple[Round, ...]
     short: str
@@ -132,7 +129,7 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
     if "mesh" in shares.shares and not short:
         shares = shares.meshed(min(rounds[-1].largest, shares.bearable))
     stages.drop(model_step(chosen, "vane", each).key for each in (False, True))
-    return MeshChoice(chosen, study, shares, tuple(rounds), short)
+    return MeshChoice(chosen, shares, tuple(rounds), short)
 
 
 def _meshed(

@@ -38,10 +38,6 @@ READ = ("rom", "excitation", "damping", "response", "campbell")
 """
 
 
-def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
-    """Say nothing."""
-
-
 @lru_cache(maxsize=SHARED)
 def limits_step(
     mode: int,
