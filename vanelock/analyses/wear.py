@@ -13,7 +13,6 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
-from vanelock.common.arrays import Floats
 from vanelock.common.checked import OTHER, PLAIN
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -287,7 +286,8 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     title = f"Wear over cycles{of_case(name)}"
     ended = "" if history.status == DONE else f"; {history.status} at the end"
     subtitle = f"{case.monitor.name}{ended}"
-    depth = 1e6 * history.worn
+    depth, wears = 1e6 * history.worn, history.worn[-1] > 0
+    mean = depth[:, wears].mean(axis=1) if wears.any() else depth[:, 0]
 
     def curve(name: str, y: ArrayLike) -> render.PanelCurve:
         return render.PanelCurve(name, history.cycles, y)
@@ -298,7 +298,7 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
         render.CurvePanel("load at rest, relative", [curve(j, n / n[0]) for j, n in loads if n[0]]),
         render.CurvePanel(
             "worn depth (µm)",
-            [curve("deepest", depth.max(axis=1)), curve("mean", _mean(depth))],
+            [curve("deepest", depth.max(axis=1)), curve("mean", mean)],
             from_zero=True,
         ),
     )
@@ -317,12 +317,6 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
         [title],
         caption,
     )
-
-
-def _mean(depth: Floats) -> Floats:
-    """(s,) mean depth of the contacts that wear."""
-    wears = depth[-1] > 0
-    return np.asarray(depth[:, wears].mean(axis=1) if wears.any() else depth[:, 0])
 
 
 def _columns(history: "WearHistory") -> dict[str, ArrayLike]:

@@ -15,7 +15,7 @@ from typing import Any
 
 from vanelock import nonlinear, rom
 from vanelock.input.cases.sweep import Case, label
-from vanelock.input.cases.values import Given, diameter_of, diameters_of
+from vanelock.input.cases.values import diameter_of, diameters_of
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import HarmonicModes, PointStore, Response
@@ -182,13 +182,6 @@ class Planned:
         return replace(self, diameters=diameters, system=self.structure.system(diameters))
 
 
-def _structure_of(given: Given, last: int | None) -> CaseStructure:
-    """The components of a study or a scene; `last` is the last nodal diameter that is reduced."""
-    if isinstance(given, Study):
-        return StudyStructure(given, last=last)
-    return SceneStructure(given)
-
-
 def plan(
     cases: Sequence[Case],
     progress: Progress = lambda *_: None,
@@ -196,9 +189,15 @@ def plan(
 ) -> tuple[Planned, ...]:
     """Steps of every case; `choices` are what accuracies chose for them."""
     found: list[Planned] = []
+    # the nodal diameter that is reduced last
     last = None if any(choices) else max(max(diameters_of(case.given)) for case in cases)
     for case, choice in zip(cases, choices or [None] * len(cases), strict=True):
-        structure = _structure_of(case.given if choice is None else choice.study, last)
+        given = case.given if choice is None else choice.study
+        structure: CaseStructure
+        if isinstance(given, Study):
+            structure = StudyStructure(given, last=last)
+        else:
+            structure = SceneStructure(given)
         first = found[0] if found else None
         found.append(_planned(case, structure, choice, first, progress))
     cases = [each.case for each in found]

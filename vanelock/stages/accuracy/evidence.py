@@ -48,15 +48,8 @@ def judged(
     choice = planned.choice
     assert choice is not None
     limits = stages.get(planned.linear.limits)
-    found = errors(
-        response,
-        choice.budget,
-        choice.rounds,
-        choice.short,
-        _settings(planned, response, stages),
-        _costs(planned, stages),
-        planned.case.study.mesh.correction,
-    )
+    settings = _settings(planned, response, stages)
+    found = errors(response, choice, settings, _costs(planned, stages))
     N = planned.case.study.ring.sectors
     used = list(planned.diameters)
     never = [k for k in range(N // 2 + 1) if k not in used]

@@ -246,24 +246,9 @@ def joined_step(
     """The system of a vane and a casing; joining takes no time, so it is not kept."""
 
     def compute(vane: Component, casing: Component) -> System:
-        return joined(segment, vane, casing)
+        return segment.join(segment.loaded(vane), casing)
 
     return step(name, "rom", asdict(segment), System, (vane, casing), compute, False, True)
-
-
-def joined(
-    segment: Segment,
-    vane: Component,
-    casing: Component,
-    excess: MeshExcess | None = None,
-    moduli: tuple[float, float] = (1.0, 1.0),
-) -> System:
-    """The system of a vane and a casing, without what their meshes add.
-
-    `moduli` of both over those with which the excess was found.
-    """
-    found = segment.join(segment.loaded(vane), casing)
-    return found if excess is None else excess.taken_off(found, moduli)
 
 
 def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[Floats, Matrix]:

@@ -246,12 +246,6 @@ def _share(chosen: Booleans) -> float:
     return float(chosen.mean()) if len(chosen) else float("nan")
 
 
-def _friction_share(dissipation: Floats, own: Booleans) -> float:
-    """The own contacts' share of the friction work; NaN where nothing slips."""
-    total = float(dissipation.sum())
-    return float(dissipation[own].sum()) / total if total > 0 else float("nan")
-
-
 def summarise(
     case: Case,
     contacts: Contacts,
@@ -275,7 +269,8 @@ def summarise(
         slips = work > LEAST_WORK * work.max(initial=np.finfo(float).tiny)
         slipping, closed_slipping = _share(slips[opens]), _share(slips[~opens])
         opening = _share(np.isin(state[opens], OPENING))
-        friction = _friction_share(work, opens)
+        if (total := float(work.sum())) > 0:
+            friction = float(work[opens].sum()) / total
         each = {name: float(work[joints == name].sum()) for name in dict.fromkeys(contacts.joints)}
         ends = sorted((limits.free_frequency, limits.stuck_frequency))
         if ends[0] <= response.frequency.max() and ends[1] >= response.frequency.min():
