@@ -24,7 +24,7 @@ from vanelock.nonlinear import Options, Stability
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.stages.plan import plan
-from vanelock.stages.response.responses import monitor, silent_progress
+from vanelock.stages.response.responses import monitor
 
 NAME = "trends_and_stability"
 PICTURE = FOLDER / f"{NAME}.png"
@@ -41,7 +41,7 @@ def scene(path: Path | None, folder: Path) -> tuple[Model, str]:
     given = parse_study("") if path is None else load_study(path)
     given = given.model_copy(update={"sweep": {}, "stability": StabilityKeys(), "bounds": None})
     stages = Stages(Cache(folder, print), lambda event: None)
-    (planned,) = plan(cases(given), silent_progress)
+    (planned,) = plan(cases(given))
     system = stages.get(planned.structure.whole)
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(given.outputs.monitor, system, free)

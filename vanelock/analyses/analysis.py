@@ -7,7 +7,7 @@ warnings and the page follow from what it says of itself.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from vanelock.common.product import Product
 from vanelock.common.tables import MOST_CASES, Table
@@ -29,6 +29,8 @@ ALLOWED = {"coupling": "coupled", "samples": None}
 """What all analyses take of `response`."""
 K = TypeVar("K", bound="BaseModel")
 P = TypeVar("P", bound=Product)
+CurveLines: TypeAlias = tuple[Sequence[Any], Sequence[Mapping[float, int]]]
+"""What the figure of a case's response has beside its curves."""
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,8 @@ class Analysis(Generic[K, P]):
     warnings : callable
         (case, products) to lines.
     lines : callable
-        Products to what the figure of the response has beside it.
+        Products to curves between which that of the response may lie; and of each response STABLE,
+        UNSTABLE or UNDECIDED by frequency, Hz.
     states : callable
         A case to states of it whose stresses and wear are looked at, too.
     state : str
@@ -161,7 +164,7 @@ class Analysis(Generic[K, P]):
     places: "Callable[[Any], str]" = lambda product: ""
     summarise: "Callable[[Summary, Sequence[Any]], Summary]" = lambda summary, products: summary
     warnings: "Callable[[CaseResult, Sequence[Any]], Iterable[str]]" = _nothing
-    lines: "Callable[[Sequence[Any]], CurveExtras]" = lambda products: CurveExtras()
+    lines: "Callable[[Sequence[Any]], CurveLines]" = lambda products: ((), ())
     states: "Callable[[CaseResult], Iterable[State]]" = _nothing
     state: str = ""
     reserve: str = ""
@@ -182,22 +185,6 @@ class Analysis(Generic[K, P]):
         """Its table in a study or scene; None where it is not asked for."""
         keys: K | None = getattr(given, self.table or self.key, None)
         return keys
-
-
-@dataclass(frozen=True)
-class CurveExtras:
-    """What the figure of a case's response has beside its curves.
-
-    Attributes
-    ----------
-    ends : tuple of Response
-        Curves between which it may lie.
-    verdicts : tuple of dict of float to int
-        Of each curve, STABLE, UNSTABLE or UNDECIDED by frequency, Hz.
-    """
-
-    ends: tuple[Any, ...] = ()
-    verdicts: tuple[Mapping[float, int], ...] = ()
 
 
 def analysable(given: "Given") -> bool:

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveLines, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case, heads
@@ -78,7 +78,7 @@ class BoundedPeak(Product):
     found: "nonlinear.PeakBounds | None" = None
     low: "nonlinear.Response | None" = None
     high: "nonlinear.Response | None" = None
-    residual: NDArray[np.float64] = field(default_factory=lambda: np.full(3, np.nan))
+    residual: Floats = field(default_factory=lambda: np.full(3, np.nan))
     reason: str = ""
 
     def peak(self, place: int) -> "Peak | None":
@@ -91,19 +91,19 @@ class BoundedPeak(Product):
         return Peak(place, *at, at_edge=False)
 
 
-def check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
+def _check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
     """What keeps a peak from having bounds."""
     frequencies = given.response.frequencies
     if frequencies is not None and len(frequencies) < 2:
         yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
 
 
-def cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
+def _cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
     """Seconds."""
     return CURVES * curve
 
 
-def parts(given: "Given", keys: BoundsKeys) -> Sequence[AnalysisPart]:
+def _parts(given: "Given", keys: BoundsKeys) -> Sequence[AnalysisPart]:
     """One, which takes the study's seed."""
     return (AnalysisPart(inputs={"seed": given.seed}),)
 
@@ -145,15 +145,13 @@ def _summarise(found: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
     return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH))
 
 
-def _lines(products: Sequence[BoundedPeak]) -> CurveExtras:
+def _lines(products: Sequence[BoundedPeak]) -> CurveLines:
     """Between which curves the response may lie."""
     (bounds,) = products
-    if bounds.low is None or bounds.high is None:
-        return CurveExtras()
-    return CurveExtras(ends=(bounds.low, bounds.high))
+    return (() if bounds.found is None else (bounds.low, bounds.high)), ()
 
 
-def states(case: "CaseResult") -> "Iterator[State]":
+def _states(case: "CaseResult") -> "Iterator[State]":
     """The case with the sliders of its largest peak."""
     from vanelock.quantities.case_result import State
 
@@ -163,7 +161,7 @@ def states(case: "CaseResult") -> "Iterator[State]":
         yield State(response, replace(high, point=0), case.curve(bounds.high))
 
 
-def warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[str]:
+def _warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[str]:
     """What keeps bounds from being taken as they are."""
     (bounds,), peak = products, case.peak
     if peak is None:
@@ -187,7 +185,7 @@ def warnings(case: "CaseResult", products: Sequence[BoundedPeak]) -> Iterator[st
         )
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Of each case the least peak, that as assembled and the largest, with loads by joint."""
     every, count = products_of(cases, "bounds")
     known = {name: (each, each.found) for name, (each,) in every.items() if each.found is not None}
@@ -226,7 +224,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     yield by_case(Table(title, columns, rows, notes, "bounds"), count)
 
 
-def _load(loads: NDArray[np.float64] | None, place: int) -> float | None:
+def _load(loads: Floats | None, place: int) -> float | None:
     """One of a joint's loads, N; what is round-off of the largest is zero."""
     if loads is None:
         return None
@@ -248,17 +246,17 @@ BOUNDS = Analysis(
     scene_keys=BoundsKeys,
     product=lambda: BoundedPeak,
     compute=_compute,
-    parts=parts,
-    check=check,
-    cost=cost,
+    parts=_parts,
+    check=_check,
+    cost=_cost,
     places=lambda product: "bounds",
     summarise=_summarise,
     lines=_lines,
-    states=states,
+    states=_states,
     state="upper bound of the peak over static friction",
     reserve="goodman_reserve_at_largest_peak",
-    warnings=warnings,
-    tables=tables,
+    warnings=_warnings,
+    tables=_tables,
     text=TEXT,
     template=TEMPLATE,
     absent=lambda case: ABSENT,

@@ -140,7 +140,7 @@ def _loading(study: "Study") -> str:
     return f"{excitation.force_per_node:.4g} N at each force node"
 
 
-def warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str]:
+def _warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str]:
     """Whether the diagram shows what the reduced models do not answer."""
     (diagram,), band = products, case.limits.band
     lines = diagram.lines
@@ -166,13 +166,13 @@ def _distinct(cases: "Mapping[str, CaseResult]") -> "dict[str, CaseResult]":
     return {case.name: case for case in first.values()}
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Where engine orders meet modes."""
     for name, case in _distinct(cases).items():
         yield _crossings("" if len(cases) == 1 else name, case.found("campbell")[0])
 
 
-def run_pictures(run: "RunResult") -> "Iterator[Picture]":
+def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
     """One for each distinct set of lines, of many the first and the last."""
     from vanelock.quantities.run_result import DETAILED
 
@@ -207,13 +207,9 @@ def _picture(run: "RunResult", case: "CaseResult") -> "Picture":
 
 
 def _draw(
-    path: str | Path,
-    diagram: "Campbell",
-    title: str,
-    subtitle: str = "",
-    measured: "Sequence[Measured]" = (),
-) -> Path:
-    """Draw a Campbell diagram, and return the path."""
+    path: Path, diagram: "Campbell", title: str, subtitle: str, measured: "Sequence[Measured]"
+) -> None:
+    """Draw a Campbell diagram."""
     from vanelock import render
     from vanelock.input.measured.units import DISPLACEMENT
 
@@ -228,7 +224,8 @@ def _draw(
         own_scale = each.quantity != DISPLACEMENT
         shown = each.speed[held], each.frequency[held], each.amplitude[held], own_scale
         dots.append(render.Dots(f"measured: {each.label}", *shown))
-    written: Path = render.campbell_picture(
+    circles = f"Areas of circles: amplitude of {diagram.monitor}, under {diagram.loading}"
+    render.campbell_picture(
         path,
         lines.speeds,
         families,
@@ -239,14 +236,9 @@ def _draw(
         render.Circles(diagram.speed, diagram.frequency, diagram.amplitude, diagram.nonlinear),
         dots,
         title,
-        "; ".join(filter(None, (subtitle, _circles_are(diagram)))),
+        "; ".join(filter(None, (subtitle, circles))),
         _notes(diagram),
     )
-    return written
-
-
-def _circles_are(diagram: "Campbell") -> str:
-    return f"Areas of circles: amplitude of {diagram.monitor}, under {diagram.loading}"
 
 
 def _notes(diagram: "Campbell") -> list[str]:
@@ -327,25 +319,15 @@ def _crossings(name: str, diagram: "Campbell") -> Table:
         Column("rotor speed", "rpm", ",.0f", "speed_rpm"),
         Column("of interest", key="interest"),
     )
-    held = _held(lines)
-    rows = list(
-        zip(
-            *(lines.order, lines.diameter, lines.mode, held, lines.frequency, lines.speed),
-            lines.interest,
-            strict=True,
-        )
-    )
+    words = np.where(lines.is_stuck, "stuck", "free") if lines.interlock else ["none"]
+    held = np.broadcast_to(words, len(lines.speed)).tolist()
+    modes, places = (lines.order, lines.diameter, lines.mode), (lines.frequency, lines.speed)
+    rows = list(zip(*modes, held, *places, lines.interest, strict=True))
     low, high = float(lines.speeds[0]), float(lines.speeds[-1])
     title = f"Crossings of engine orders and modes, {low:,.0f} to {high:,.0f} rpm"
     note = "the mode of interest is not met in this range of speeds"
     notes = () if lines.interest.any() else (note,)
     return Table(f"{title}{name and f', {name}'}", columns, rows, notes, "crossings")
-
-
-def _held(lines: "Lines") -> list[str]:
-    if not lines.interlock:
-        return ["none"] * len(lines.speed)
-    return ["stuck" if each else "free" for each in lines.is_stuck]
 
 
 CAMPBELL = Analysis(
@@ -357,8 +339,8 @@ CAMPBELL = Analysis(
     compute=_compute,
     any_law=True,
     places=lambda product: "campbell",
-    warnings=warnings,
-    tables=tables,
-    run_pictures=run_pictures,
+    warnings=_warnings,
+    tables=_tables,
+    run_pictures=_run_pictures,
     text=TEXT,
 )

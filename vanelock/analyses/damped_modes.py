@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 from warnings import catch_warnings
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -124,20 +125,20 @@ class FollowedMode(Product):
         return f"mode {self.number}, ND {self.nodal_diameter}"
 
     @property
-    def amplitude(self) -> NDArray[np.float64]:
+    def amplitude(self) -> Floats:
         """(p,) the monitored displacement of a mode that was followed, m."""
         assert self.mode is not None
         return np.asarray(self.mode.response.amplitude[:, self.node, self.component])
 
     @property
-    def cycles(self) -> NDArray[np.float64]:
+    def cycles(self) -> Floats:
         """(k,) the monitored displacement at which the air's work is taken in all, m."""
         if self.driven is None:
             return np.empty(0)
         return np.asarray(self.driven.output[:, self.node, self.component])
 
 
-def check(given: "Given", keys: ModeKeys) -> Iterator[str]:
+def _check(given: "Given", keys: ModeKeys) -> Iterator[str]:
     """What keeps modes from being of the ring."""
     if getattr(given, "system", None) is not None:  # whose file says how many segments
         return
@@ -151,7 +152,7 @@ def check(given: "Given", keys: ModeKeys) -> Iterator[str]:
         yield f"damped_modes.influence: of {N} segments one is given twice"
 
 
-def cost(study: "Study", keys: ModeKeys, curve: float) -> float:
+def _cost(study: "Study", keys: ModeKeys, curve: float) -> float:
     """Seconds: each mode takes about as long as a curve."""
     return len(keys.modes or (0,)) * len(keys.nodal_diameters or (0,)) * curve
 
@@ -169,7 +170,7 @@ def parts(given: "Given", keys: ModeKeys) -> Sequence[AnalysisPart]:
     ]
 
 
-def compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedMode:
+def _compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedMode:
     """One mode of one nodal diameter, with the harmonics of the peak."""
     number, k = part.inputs["mode"], part.inputs["nodal_diameter"]
     options, N = replace(case.options, direction=None), case.system.sectors
@@ -196,7 +197,7 @@ def compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> FollowedM
     return FollowedMode(*at, driven=driven)
 
 
-def warnings(case: "CaseResult", products: Sequence[FollowedMode]) -> Iterator[str]:
+def _warnings(case: "CaseResult", products: Sequence[FollowedMode]) -> Iterator[str]:
     """Which modes were not followed to gross slip, and which waves grow from rest."""
     for each in products:
         called = f"mode {each.number} of nodal diameter {each.nodal_diameter}"
@@ -209,7 +210,7 @@ def warnings(case: "CaseResult", products: Sequence[FollowedMode]) -> Iterator[s
             yield f"{called} FLUTTERS: with the air its damping ratio is {ratio:.2g} %"
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Frequency and damping against amplitude; and, where air is given, flutter."""
     known, count = products_of(cases, "damped_modes")
     modes = [(name, each) for name, found in known.items() for each in found]
@@ -305,7 +306,7 @@ def _grows_beyond(mode: FollowedMode) -> float | None:
     return float(mode.cycles[-1]) if len(mode.driven.amplitude) else 0.0
 
 
-def answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[Answer]":
     """Whether the air makes a wave grow from rest."""
     from vanelock.report import Answer
 
@@ -325,7 +326,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
     yield Answer("Flutter", value, f"{note}; {ends}", "bad" if cycle is None else "warn")
 
 
-def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Frequency and damping ratio of the modes against amplitude, and what the air adds."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
@@ -377,7 +378,7 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-def _air(case: "CaseResult", mode: FollowedMode) -> NDArray[np.float64]:
+def _air(case: "CaseResult", mode: FollowedMode) -> Floats:
     """(p,) damping ratio of the air, negative where it drives; zero where none is given."""
     assert mode.mode is not None
     keys = DAMPED_MODES.keys_of(case.given)
@@ -424,16 +425,16 @@ DAMPED_MODES = Analysis(
     keys=ModeKeys,
     scene_keys=ModeKeys,
     product=lambda: FollowedMode,
-    compute=compute,
+    compute=_compute,
     parts=parts,
     whole_ring=lambda given, keys: keys.nodal_diameters is not None,
-    check=check,
-    cost=cost,
+    check=_check,
+    cost=_cost,
     places=lambda product: f"damped_modes/mode_{product.number}_nd_{product.nodal_diameter}",
-    warnings=warnings,
-    tables=tables,
-    pictures=pictures,
-    answers=answers,
+    warnings=_warnings,
+    tables=_tables,
+    pictures=_pictures,
+    answers=_answers,
     text=TEXT,
     template=TEMPLATE,
 )

@@ -28,64 +28,51 @@ SHOWN = 16
 NOT_SHOWN = ("power", "mean pressure")
 
 
-INDICATORS: dict[Column, Callable[[Floats], np.float64]] = {
-    Column("energy", "µJ/cycle"): np.sum,
-    Column("energy per area", "J/m²/cycle"): np.max,
-    Column("power", "mW"): np.sum,
-    Column("slip", "µm/cycle"): np.max,
-    Column("slip", "m/h", key="slip_per_hour"): np.max,
-    Column("mean load", "N"): np.mean,
-    Column("largest load", "N"): np.max,
-    Column("mean pressure", "MPa"): np.max,
-    Column("largest pressure", "MPa"): np.max,
-    Column("worn volume", "mm³/h"): np.sum,
-    Column("worn depth", "µm/h"): np.max,
+INDICATORS: dict[str, tuple[Column, Callable[[Floats], np.float64]]] = {
+    "energy": (Column("energy", "µJ/cycle"), np.sum),
+    "energy_per_area": (Column("energy per area", "J/m²/cycle"), np.max),
+    "power": (Column("power", "mW"), np.sum),
+    "slip": (Column("slip", "µm/cycle"), np.max),
+    "slip_per_hour": (Column("slip", "m/h", key="slip_per_hour"), np.max),
+    "mean_load": (Column("mean load", "N"), np.mean),
+    "largest_load": (Column("largest load", "N"), np.max),
+    "mean_pressure": (Column("mean pressure", "MPa"), np.max),
+    "largest_pressure": (Column("largest pressure", "MPa"), np.max),
+    "volume_per_hour": (Column("worn volume", "mm³/h"), np.sum),
+    "depth_per_hour": (Column("worn depth", "µm/h"), np.max),
 }
-"""Of a contact, and what a joint has of its contacts'."""
+"""Of a contact, by their names in `Wear`, and what a joint has of its contacts'."""
+COLUMNS = tuple(column for column, _ in INDICATORS.values())
 WORN = ("worn volume", "worn depth")
 PLACE = (Column("x", "mm"), Column("y", "mm"), Column("z", "mm"))
 
 
-def contact_table(places: "Places", wear: "Wear") -> Table:
+def _contact_table(places: "Places", wear: "Wear") -> Table:
     """A line for each contact: its place, its area and its indicators."""
-    columns = (Column("contact"), *PLACE, Column("area", "mm²"), *INDICATORS)
-    values = (*places.points.T, wear.area, *_indicators(wear))
+    columns = (Column("contact"), *PLACE, Column("area", "mm²"), *COLUMNS)
+    values = (*places.points.T, wear.area, *(getattr(wear, key) for key in INDICATORS))
     rows = list(zip(places.names, *values, strict=True))
     return Table("Contacts", columns, rows).without_empty(*WORN)
 
 
-def joint_table(title: str, cases: "Mapping[str, tuple[Places, Wear]]") -> Table:
+def _joint_table(title: str, cases: "Mapping[str, tuple[Places, Wear]]") -> Table:
     """A line for each joint of each case, by its name."""
     rows: list[tuple[Cell, ...]] = []
     for name, (places, wear) in cases.items():
         joints = np.array(places.joint)
         for joint in dict.fromkeys(places.joint):
             own = joints == joint
-            values = [each[own][np.isfinite(each[own])] for each in _indicators(wear)]
-            pairs = zip(INDICATORS.values(), values, strict=True)
-            values = [function(each) if len(each) else None for function, each in pairs]
+            values: list[Cell] = []
+            for key, (_, of_joint) in INDICATORS.items():
+                each = getattr(wear, key)[own]
+                finite = each[np.isfinite(each)]
+                values.append(of_joint(finite) if len(finite) else None)
             rows.append((name, joint, f"{np.sum(wear.energy[own] > 0)} of {own.sum()}", *values))
-    columns = (*heads("case", "joint", "slipping"), *INDICATORS)
+    columns = (*heads("case", "joint", "slipping"), *COLUMNS)
     return Table(title, columns, rows).without_empty(*WORN)
 
 
-def _indicators(wear: "Wear") -> tuple[Floats, ...]:
-    return (
-        wear.energy,
-        wear.energy_per_area,
-        wear.power,
-        wear.slip,
-        wear.slip_per_hour,
-        wear.mean_load,
-        wear.largest_load,
-        wear.mean_pressure,
-        wear.largest_pressure,
-        wear.volume_per_hour,
-        wear.depth_per_hour,
-    )
-
-
-def page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[Block]":
     """Where the energy goes, the damping ratio it amounts to, and wear indicators."""
     return [*_damping(run), *_wear(run)]
 
@@ -154,7 +141,7 @@ def _wear(run: "RunResult") -> "list[Block]":
         for analysis in run.analyses:
             if states := found.states(analysis):
                 by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
-    blocks: list[Block] = [report.Text(_method()), joint_table(title, by_case).without(*NOT_SHOWN)]
+    blocks: list[Block] = [report.Text(_method()), _joint_table(title, by_case).without(*NOT_SHOWN)]
     cases = (each for each in run.looked_into.values() if each.wear.energy.any())
     blocks += run.of_cases({each.name: [_contacts(each)] for each in cases})
     return blocks
@@ -177,7 +164,7 @@ def _of_sector(run: "RunResult") -> str:
 
 
 def _contacts(found: "CaseResult") -> Table:
-    table = contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
+    table = _contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
     order = np.argsort(-found.wear.energy, kind="stable")
     chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
     work = f"Contacts with the most friction work{of_case(found.name)}"
@@ -185,9 +172,9 @@ def _contacts(found: "CaseResult") -> Table:
     return replace(table, title=title, rows=chosen)
 
 
-def files(run: "RunResult", found: "CaseResult") -> None:
+def _files(run: "RunResult", found: "CaseResult") -> None:
     """CSV of every contact's wear indicators, of which the page shows some."""
-    names, *numbers = contact_table(found.places, found.wear).by_head().items()
+    names, *numbers = _contact_table(found.places, found.wear).by_head().items()
     columns = dict([names, *((head, short(values)) for head, values in numbers)])
     notes = [
         f"Contacts at the peak, {found.at_peak.frequency:.4g} Hz{of_case(found.name)}",
@@ -202,7 +189,7 @@ def _file(found: "CaseResult") -> str:
     return f"figures/wear_{slug(found.name)}.csv"
 
 
-def answers(main: "CaseResult") -> "Iterator[Answer]":
+def _answers(main: "CaseResult") -> "Iterator[Answer]":
     """The damping ratio, and friction's share in it."""
     if not main.detailed:
         return
@@ -215,17 +202,10 @@ def answers(main: "CaseResult") -> "Iterator[Answer]":
     )
 
 
-def _structure(main: "CaseResult") -> str:
-    ratio = main.given.damping.ratio
-    return (
-        "structure by its matrix, or 0.3 %"
-        if ratio is None
-        else f"structure alone {100 * ratio:.2g} %"
-    )
-
-
 def _damping_card(main: "CaseResult") -> "Answer":
-    note = _structure(main)
+    ratio, note = main.given.damping.ratio, "structure by its matrix, or 0.3 %"
+    if ratio is not None:
+        note = f"structure alone {100 * ratio:.2g} %"
     if main.at_peak.at_edge:
         note += "; the largest point is no resonance, so this is no more than its order"
     elif np.isfinite(main.bandwidth):
@@ -239,7 +219,7 @@ ENERGY: Analysis[Any, Any] = Analysis(
     title="energy, damping and wear indicators",
     looked_into=True,
     open=False,
-    page=page,
-    files=files,
-    answers=answers,
+    page=_page,
+    files=_files,
+    answers=_answers,
 )

@@ -76,7 +76,7 @@ def _compute(
     return EnergyFrequency(number, k, energy, mode.frequency, mode.damping_ratio)
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Each mode at rest, where it damps most, and as far as it was followed."""
     known, count = products_of(cases, "energy_frequency")
     columns = (
@@ -105,7 +105,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         yield by_case(Table(title, columns, rows, notes, "energy_frequency"), count)
 
 
-def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """The diagram, with the damping ratio below."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
@@ -158,7 +158,7 @@ ENERGY_FREQUENCY = Analysis(
     whole_ring=lambda given, keys: keys.nodal_diameters is not None,
     after=("damped_modes",),
     places=lambda product: f"energy_frequency/mode_{product.number}_nd_{product.nodal_diameter}",
-    tables=tables,
-    pictures=pictures,
+    tables=_tables,
+    pictures=_pictures,
     text=TEXT,
 )

@@ -17,7 +17,6 @@ from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.schema.structure.temperature import PARTS
 
 if TYPE_CHECKING:
-    from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.run_result import RunResult
     from vanelock.quantities.stress.margins import Margin
@@ -49,12 +48,12 @@ COLUMNS = (
 )
 
 
-def page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[Block]":
     """Margins of the cases that are looked into."""
     if not run.first.has_meshes:
         return [report.Text(WITHOUT)]
     cases = run.looked_into.values()
-    by_case = {each.name: [*_case(run, each), *_haigh(run, each)] for each in cases}
+    by_case = {each.name: _case(run, each) for each in cases}
     blocks: list[Block] = [report.Text(_method(run)), *run.of_cases(by_case)]
     if len(run.looked_into) > 1:
         blocks.append(_others(run))
@@ -79,11 +78,6 @@ def _assumed(found: "CaseResult", part: str) -> bool:
     """Whether the study leaves the strength of a part to the defaults."""
     given = getattr(found.study.material, part).model_fields_set
     return not {"fatigue_limit", "tensile_strength"} <= given
-
-
-def _haigh(run: "RunResult", found: "CaseResult") -> "list[Single]":
-    """The diagram of a case."""
-    return [e for e in run.pictures if e.section == "fatigue" and e.case == found.name]
 
 
 def _method(run: "RunResult") -> str:
@@ -123,9 +117,9 @@ def _corners(run: "RunResult") -> str:
         return ""
     locations, study = main.stress.locations["vane"], run.study
     sharp, count = int(locations.corner.sum()), int((~locations.clear).sum())
-    places, advice = "", "Real parts have fillets"
+    places, advice, wall = "", "Real parts have fillets", "an element's edge"
     if isinstance(study.vane, VaneDimensions):
-        found = []
+        found, wall = [], "the thinnest wall"
         if not filleted(study.vane, study.ring.sectors).root_fillet:
             found.append("roots of the aerofoils")
             advice += ": give the roots theirs by `vane.root_fillet`"
@@ -141,16 +135,10 @@ def _corners(run: "RunResult") -> str:
         else ""
     )
     return (
-        f"{where}Nodes within {1e3 * locations.distance:.2g} mm (0.4 of {_wall(study)}) of such a "
+        f"{where}Nodes within {1e3 * locations.distance:.2g} mm (0.4 of {wall}) of such a "
         f"corner or of a node that carries a point force, {count} of {len(locations.clear)}, are "
         f"excluded from the critical location. {advice}."
     )
-
-
-def _wall(study: "Study") -> str:
-    from vanelock.mesh import VaneDimensions
-
-    return "the thinnest wall" if isinstance(study.vane, VaneDimensions) else "an element's edge"
 
 
 def _case(run: "RunResult", found: "CaseResult") -> "list[Single]":
@@ -163,8 +151,8 @@ def _case(run: "RunResult", found: "CaseResult") -> "list[Single]":
     rows = [_row(found, m, part, m.where) for part, m in every]
     flags = [_case_flag(found, m.reserve, part) for part, m in every]
     title = f"Worst location of each feature{case}, clear of sharp corners and point forces"
-    blocks.append(Table(title, COLUMNS, rows, flags=flags))
-    return blocks
+    diagram = [e for e in run.pictures if e.section == "fatigue" and e.case == found.name]
+    return [*blocks, Table(title, COLUMNS, rows, flags=flags), *diagram]
 
 
 def _worst(found: "CaseResult", peak: str) -> Table:
@@ -215,7 +203,7 @@ def _row(found: "CaseResult", m: "Margin", part: str, place: str) -> tuple[str |
     )
 
 
-def pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     from vanelock import render
 
@@ -223,7 +211,8 @@ def pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
         return
     cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
     bears = found.stress.worst["vane"][0].strength
-    named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in _marked(found)]
+    marked = [*found.stress.features["vane"][:MARKED], *found.stress.gauges[:3]]
+    named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in marked]
     title = f"Fatigue of the vane at the peak, {found.at_peak.frequency:.2f} Hz"
     text = (
         f"fatigue limit {1e-6 * bears.limit:g} MPa, tensile strength {1e-6 * bears.tensile:g} MPa"
@@ -262,15 +251,11 @@ def pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
     yield report.Picture(path, HAIGH, caption, (data,))
 
 
-def _marked(found: "CaseResult") -> "list[Margin]":
-    return [*found.stress.features["vane"][:MARKED], *found.stress.gauges[:3]]
-
-
 def _nodes(found: "CaseResult") -> dict[str, ArrayLike]:
     cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
     bears = found.stress.worst["vane"][0].strength
     x, y, z = 1e3 * locations.part.points.T
-    columns: dict[str, ArrayLike] = {
+    return {
         "node": np.arange(len(x)),
         "x (mm)": short(x),
         "y (mm)": short(y),
@@ -283,10 +268,9 @@ def _nodes(found: "CaseResult") -> dict[str, ArrayLike]:
         "half of the range (MPa)": short(1e-6 * cycle.chord),
         "n": short(bears.reserve(cycle.amplitude, cycle.mean)),
     }
-    return columns
 
 
-def answers(main: "CaseResult") -> "Iterator[Answer]":
+def _answers(main: "CaseResult") -> "Iterator[Answer]":
     """The critical stress and its safety factor."""
     if not main.detailed or main.margins is None:
         return
@@ -337,7 +321,7 @@ FATIGUE: Analysis[Any, Any] = Analysis(
     title="fatigue",
     looked_into=True,
     open=False,
-    page=page,
-    pictures=pictures,
-    answers=answers,
+    page=_page,
+    pictures=_pictures,
+    answers=_answers,
 )

@@ -19,7 +19,7 @@ MOST = 6
 """Gauges whose curves are on the page."""
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Strain of each gauge at the peak of each case."""
     columns = (
         *heads("case", "gauge"),
@@ -40,7 +40,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         yield Table("Strain gauges", columns, rows, notes, "gauges")
 
 
-def page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[Block]":
     """Strain over frequency of every gauge in the cases that are looked into."""
     traces, many = [], len(run.looked_into) > 1
     names: tuple[str, ...] = ()
@@ -63,5 +63,5 @@ def page(run: "RunResult") -> "list[Block]":
 
 
 GAUGES: Analysis[Any, Any] = Analysis(
-    key="gauges", title="strain gauges", looked_into=True, open=False, page=page, tables=tables
+    key="gauges", title="strain gauges", looked_into=True, open=False, page=_page, tables=_tables
 )

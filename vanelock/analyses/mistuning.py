@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.comparison import FrequencyRange
@@ -87,7 +87,7 @@ class MistunedRing(Product):
 
     frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
-    converged: NDArray[np.bool_]
+    converged: Booleans
     tuned: float = field(metadata={"unit": "m"})
 
     @property
@@ -119,9 +119,9 @@ class MistunedRings(Product):
     amplitude: Floats = field(metadata={"unit": "m"})
     frequency: Floats = field(metadata={"unit": "Hz"})
     tuned: Floats = field(metadata={"unit": "m"})
-    points: NDArray[np.int64]
-    lost: NDArray[np.int64]
-    at_edge: NDArray[np.bool_]
+    points: Integers
+    lost: Integers
+    at_edge: Booleans
     worst: MistunedRing
 
     @property
@@ -143,7 +143,7 @@ class MistunedRings(Product):
         return int(ring), int(segment)
 
 
-def check(given: "Given", keys: MistuningKeys) -> Iterator[str]:
+def _check(given: "Given", keys: MistuningKeys) -> Iterator[str]:
     """What keeps segments from differing."""
     sectors, known = given.ring.sectors, given.joint_names
     ready = getattr(given, "system", None) is not None  # whose file says how many
@@ -165,12 +165,12 @@ def check(given: "Given", keys: MistuningKeys) -> Iterator[str]:
         yield f"mistuning.rings = {keys.rings}: all deviations are given by segment: one ring"
 
 
-def cost(study: "Study", keys: MistuningKeys, curve: float) -> float:
+def _cost(study: "Study", keys: MistuningKeys, curve: float) -> float:
     """Seconds: about one point of a tuned ring for each of a segment."""
     return keys.count * study.ring.sectors * curve
 
 
-def parts(given: "Given", keys: MistuningKeys) -> Sequence[AnalysisPart]:
+def _parts(given: "Given", keys: MistuningKeys) -> Sequence[AnalysisPart]:
     """One for each ring."""
     alike = {"vane_modes": max(VANE_MODES, given.response.mode), "seed": given.seed}
     return [AnalysisPart(f"ring {i + 1}", {"ring": i, **alike}) for i in range(keys.count)]
@@ -190,7 +190,7 @@ def _compute(case: "SolvedCase", keys: MistuningKeys, part: AnalysisPart) -> Mis
     found = nonlinear.ring_response(
         system,
         hertz,
-        drawn(system, keys, (part.inputs["seed"], part.inputs["ring"]), modes),
+        _drawn(system, keys, (part.inputs["seed"], part.inputs["ring"]), modes),
         case.options,
         modes=case.modes,
         shared=shared,
@@ -203,7 +203,7 @@ def _compute(case: "SolvedCase", keys: MistuningKeys, part: AnalysisPart) -> Mis
     )
 
 
-def drawn(
+def _drawn(
     system: "System",
     keys: MistuningKeys,
     seeds: tuple[int, int],
@@ -237,7 +237,7 @@ def _combine(rings: Sequence[MistunedRing]) -> MistunedRings:
     )
 
 
-def warnings(case: "CaseResult", products: Sequence[MistunedRings]) -> Iterator[str]:
+def _warnings(case: "CaseResult", products: Sequence[MistunedRings]) -> Iterator[str]:
     """What keeps rings from being taken as they are."""
     (found,), peak = products, case.peak
     if peak is None:
@@ -260,7 +260,7 @@ def warnings(case: "CaseResult", products: Sequence[MistunedRings]) -> Iterator[
         )
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Of each case how far mistuned rings are amplified, and the worst segment."""
     known, count = products_of(cases, "mistuning")
     if not known:
@@ -307,7 +307,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     yield by_case(made.without_empty("p5", "p50", "p95", "lost"), count)
 
 
-def answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[Answer]":
     """How much more the worst segment vibrates."""
     from vanelock.report import Answer
 
@@ -325,7 +325,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
         yield Answer("Mistuning", f"{found.amplification[place]:.3f} times", note, verdict)
 
 
-def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """The worst ring, and the numbers of all."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
@@ -359,7 +359,7 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-def absent(case: "CaseResult") -> str:
+def _absent(case: "CaseResult") -> str:
     """What is not known of a ring."""
     return ABSENT if case.ring[0] > 1 else ""
 
@@ -394,18 +394,18 @@ MISTUNING = Analysis(
     scene_keys=MistuningKeys,
     product=lambda: MistunedRing,
     compute=_compute,
-    parts=parts,
+    parts=_parts,
     combine=_combine,
     whole_ring=lambda given, keys: True,
     elements=True,
-    check=check,
-    cost=cost,
+    check=_check,
+    cost=_cost,
     places=lambda product: "mistuning",
-    warnings=warnings,
-    tables=tables,
-    pictures=pictures,
-    answers=answers,
+    warnings=_warnings,
+    tables=_tables,
+    pictures=_pictures,
+    answers=_answers,
     text=TEXT,
     template=TEMPLATE,
-    absent=absent,
+    absent=_absent,
 )

@@ -11,11 +11,10 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.analyses.analysis import Analysis
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table
 from vanelock.input.cases.names import words
@@ -66,15 +65,15 @@ class LoadsByCause(Product):
 
     joints: tuple[str, ...]
     causes: tuple[str, ...]
-    contacts: NDArray[np.int64]
-    normal: NDArray[np.float64] = field(metadata={"unit": "N"})
-    opened: NDArray[np.int64]
-    converged: NDArray[np.bool_]
-    reaction: NDArray[np.float64]
-    resultant: NDArray[np.float64]
+    contacts: Integers
+    normal: Floats = field(metadata={"unit": "N"})
+    opened: Integers
+    converged: Booleans
+    reaction: Floats
+    resultant: Floats
 
 
-def by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
+def _by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
     """Loads at rest of a case by cause; None where nothing acts but interference."""
     from vanelock.stages.parts.study_structure import StudyStructure
 
@@ -134,7 +133,7 @@ def _reactions(
     vane: "Component",
     system: "System",
     rest: "nonlinear.Response",
-    joints: NDArray[np.bool_],
+    joints: Booleans,
 ) -> dict[str, Floats]:
     """By the principle of virtual work, for a shift and a turn of the vane as a whole."""
     at = vane.dofs(vane.masters.nodes)
@@ -156,7 +155,7 @@ def _reactions(
     return {"reaction": 0.0 - held.T, "resultant": moved @ system.force[0].vector.real}
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What presses the joints at rest, and what holds a segment, of each state at rest."""
     distinct = {key: case for case in cases.values() for key in case.key_of("preload_by_cause")}
     for case in islice(distinct.values(), MOST):
@@ -216,8 +215,8 @@ PRELOAD_BY_CAUSE: Analysis[Any, LoadsByCause] = Analysis(
     key="preload_by_cause",
     title="preload by cause",
     product=lambda: LoadsByCause,
-    step=by_cause_step,
+    step=_by_cause_step,
     places=lambda product: "preload_by_cause",
-    tables=tables,
+    tables=_tables,
     text=TEXT,
 )

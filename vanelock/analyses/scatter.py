@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock import report
 from vanelock.analyses.analysis import Analysis
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table, counted
 
@@ -76,7 +76,7 @@ class Scattered(Product):
     spacing: float = field(metadata={"unit": "Hz"})
 
     @property
-    def known(self) -> NDArray[np.bool_]:
+    def known(self) -> Booleans:
         """(n,) samples with a peak."""
         return np.isfinite(self.amplitude)
 
@@ -101,10 +101,10 @@ def scattered(
         amplitude=amplitude,
         frequency=frequency,
         percent=np.array(PERCENT),
-        amplitude_percentile=percentiles(amplitude[some]),
-        frequency_percentile=percentiles(frequency[some]),
-        amplitude_correlation=correlations(value[some], amplitude[some]),
-        frequency_correlation=correlations(value[some], frequency[some]),
+        amplitude_percentile=_percentiles(amplitude[some]),
+        frequency_percentile=_percentiles(frequency[some]),
+        amplitude_correlation=_correlations(value[some], amplitude[some]),
+        frequency_correlation=_correlations(value[some], frequency[some]),
         confidence=CONFIDENCE,
         spacing=float(np.median(spacings)) if len(spacings) else 0.0,
     )
@@ -117,7 +117,7 @@ def spacing(frequency: Floats, at: int) -> float:
     return float(apart[max(place - 1, 0) : place + 1].max(initial=0.0))
 
 
-def percentiles(sample: Floats, percent: Sequence[float] = PERCENT) -> Floats:
+def _percentiles(sample: Floats, percent: Sequence[float] = PERCENT) -> Floats:
     """(p, 3) percentiles of a sample with their confidence limits, NaN where there are none."""
     from scipy.stats import quantile_test
 
@@ -130,7 +130,7 @@ def percentiles(sample: Floats, percent: Sequence[float] = PERCENT) -> Floats:
     return np.array(rows)
 
 
-def correlations(value: Floats, response: Floats) -> Floats:
+def _correlations(value: Floats, response: Floats) -> Floats:
     """(k, 3) rank correlation of a response with each column, with its confidence limits."""
     from scipy.stats import norm, spearmanr
 
@@ -148,7 +148,7 @@ def correlations(value: Floats, response: Floats) -> Floats:
     return np.array(rows)
 
 
-def percentile_table(found: Scattered, monitor: str) -> Table:
+def _percentile_table(found: Scattered, monitor: str) -> Table:
     """Percentiles of amplitude and frequency."""
     columns = (
         Column("percentile", form=".3g", key="percent"),
@@ -177,7 +177,7 @@ def percentile_table(found: Scattered, monitor: str) -> Table:
     return Table(f"Scatter of the peaks of {monitor}", columns, rows.tolist(), notes, "percentiles")
 
 
-def sensitivity_table(found: Scattered) -> Table:
+def _sensitivity_table(found: Scattered) -> Table:
     """Rank correlation of amplitude and frequency with each key."""
     columns = (
         Column("key"),
@@ -208,11 +208,11 @@ def _sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
 def _run_tables(run: "RunResult") -> Iterator[Table]:
     """How far the peaks scatter, and what with, where keys scatter."""
     if run.scattered is not None:
-        yield percentile_table(run.scattered, run.monitor.name)
-        yield sensitivity_table(run.scattered)
+        yield _percentile_table(run.scattered, run.monitor.name)
+        yield _sensitivity_table(run.scattered)
 
 
-def page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[Block]":
     """The same on the page."""
     return [*_run_tables(run), *(e for e in run.pictures if e.section == "scatter")]
 
@@ -257,7 +257,7 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
     notes = [f"{title}, {monitor}: half the peak-to-peak"]
     data = run.table("figures/scatter.csv", shows, lambda: _sample_columns(found), notes)
     table = run.table(
-        "figures/percentiles.csv", shows, percentile_table(found, monitor).by_head, notes
+        "figures/percentiles.csv", shows, _percentile_table(found, monitor).by_head, notes
     )
     caption = (
         "Above: share of the samples whose peak, and its frequency, lies below a value; dots are "
@@ -267,7 +267,7 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
     yield report.Picture(path, TITLE, caption, (data, table))
 
 
-def _shown(key: str, value: NDArray[np.float64]) -> tuple[str, NDArray[np.float64]]:
+def _shown(key: str, value: Floats) -> tuple[str, Floats]:
     """A key with its unit, and its samples; lengths in µm or mm."""
     from vanelock.input.settings import unit_of
 
@@ -282,7 +282,7 @@ SCATTER: Analysis[Any, Scattered] = Analysis(
     key="scatter",
     title="scatter",
     looked_into=True,
-    page=page,
+    page=_page,
     run_tables=_run_tables,
     run_pictures=_run_pictures,
 )

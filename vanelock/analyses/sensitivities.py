@@ -21,17 +21,17 @@ TEXT = (
 )
 
 
-def page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[Block]":
     """What moves the peak of each case that is looked into."""
     by_case: dict[str, list[Single]] = {}
     for name, each in run.looked_into.items():
         if (moved := each.sensitivities) is not None:
             reason = report.Text(f"Not known: {moved.reason}.")
-            by_case[name] = [reason if moved.reason else table(moved)]
+            by_case[name] = [reason if moved.reason else _table(moved)]
     return [report.Text(TEXT), *run.of_cases(by_case)] if by_case else []
 
 
-def table(found: "Sensitivities") -> Table:
+def _table(found: "Sensitivities") -> Table:
     """What moves the peak of a case, by key, what moves it most first."""
     order = np.argsort(-np.abs(found.amplitude), kind="stable")
     columns = (
@@ -46,5 +46,5 @@ def table(found: "Sensitivities") -> Table:
 
 
 SENSITIVITIES: Analysis[Any, Any] = Analysis(
-    key="sensitivities", title="what moves the peak", looked_into=True, page=page
+    key="sensitivities", title="what moves the peak", looked_into=True, page=_page
 )

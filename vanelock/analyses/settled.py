@@ -25,7 +25,7 @@ MODES = 60
 DISTURBANCE = 1e-4
 
 
-class SettledKeys(KeyTable):
+class _SettledKeys(KeyTable):
     """What a ring does instead of an unstable wave, followed in time."""
 
 
@@ -76,13 +76,13 @@ class FollowedPeak(Product):
         )
 
 
-def check(given: "Given", keys: SettledKeys) -> Iterator[str]:
+def _check(given: "Given", keys: _SettledKeys) -> Iterator[str]:
     """What keeps unstable peaks from being known."""
     if getattr(given, "stability", None) is None:
         yield "settled: needs [stability], which says whether a peak is unstable"
 
 
-def _compute(case: "SolvedCase", keys: SettledKeys, part: AnalysisPart) -> FollowedPeak:
+def _compute(case: "SolvedCase", keys: _SettledKeys, part: AnalysisPart) -> FollowedPeak:
     """What the ring does at the peak of a response, if its wave is unstable."""
     from vanelock.stages.response.responses import as_solved
 
@@ -115,7 +115,7 @@ def _summarise(found: "Summary", products: Sequence[FollowedPeak]) -> "Summary":
     return replace(found, wave=replace(found.wave, settled=products[0].settled))
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What the ring does instead of the unstable wave at the peak of each case."""
     every, count = products_of(cases, "settled")
     known = {name: each for name, (each, *_) in every.items() if each.found is not None}
@@ -157,16 +157,16 @@ TEMPLATE = """\
 SETTLED = Analysis(
     key="settled",
     title="unstable peaks in time",
-    keys=SettledKeys,
-    scene_keys=SettledKeys,
+    keys=_SettledKeys,
+    scene_keys=_SettledKeys,
     product=lambda: FollowedPeak,
     compute=_compute,
     by_response=True,
     whole_ring=lambda given, keys: True,
     after=("stability",),
-    check=check,
+    check=_check,
     places=lambda product: "" if product.found is None else "settled",
     summarise=_summarise,
-    tables=tables,
+    tables=_tables,
     template=TEMPLATE,
 )

@@ -6,10 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
+from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Given
 from vanelock.nonlinear import Options, Response
@@ -25,10 +23,6 @@ from vanelock.stages.response.summary import Peak, by_height, peak_of
 P = TypeVar("P", bound=Product)
 Count: TypeAlias = Callable[[int, int | None, float], None]
 """Called with how many are done, of how many where that is known, and an amplitude, m, or NaN."""
-
-
-def _silent_count(done: int, total: int | None, amplitude: float) -> None:
-    """Say nothing."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +118,7 @@ class SolvedCase:
         return self.get(self.planned.modes).diameters
 
     @cached_property
-    def frequencies(self) -> NDArray[np.float64] | tuple[float, float]:
+    def frequencies(self) -> Floats | tuple[float, float]:
         """Those that its file asks for, Hz, or the ends of the range."""
         limits: Limits = self.get(self.planned.linear.limits)
         return frequencies(self.given, limits)
@@ -145,7 +139,7 @@ def with_analyses(
     planned: Planned,
     monitoring: Planned,
     analyses: Sequence[Analysis[Any, Any]],
-    count: Count = _silent_count,
+    count: Count = lambda *_: None,
 ) -> Planned:
     """A case with the steps of all analyses that its file asks for."""
     given = planned.case.given

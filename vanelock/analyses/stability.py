@@ -5,11 +5,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from vanelock import nonlinear
-from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveExtras, products_of
+from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveLines, products_of
+from vanelock.common.arrays import Integers
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
 
@@ -42,13 +42,13 @@ class StabilityKeys(KeyTable):
     points: Literal["peaks", "all"] = Field(default="peaks", description="points of the response")
 
 
-def check(given: "Given", keys: StabilityKeys) -> Iterator[str]:
+def _check(given: "Given", keys: StabilityKeys) -> Iterator[str]:
     """What keeps the stability of all points from being known."""
     if keys.points == "all" and getattr(given, "accuracy", None) is not None:
         yield 'stability.points = "all": with an accuracy choose "peaks"'
 
 
-def cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
+def _cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
     """Seconds."""
     from vanelock.stages.cost_estimate import TYPICAL
 
@@ -76,7 +76,7 @@ def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> "no
     )
 
 
-def verdict_at(stability: "nonlinear.Stability", frequency: float) -> "WaveVerdict | None":
+def _verdict_at(stability: "nonlinear.Stability", frequency: float) -> "WaveVerdict | None":
     """What is known of the wave at a frequency, Hz, solved; None where nothing is."""
     from vanelock.stages.response.summary import WaveVerdict
 
@@ -91,11 +91,11 @@ def verdict_at(stability: "nonlinear.Stability", frequency: float) -> "WaveVerdi
         diameter=int(stability.diameter[i, 0]),
         growing=int(stability.growing[i]),
         frequencies=tuple(seen[np.isfinite(seen)].tolist()),
-        reason=undecided(stability, i) if verdict == nonlinear.UNDECIDED else "",
+        reason=_undecided(stability, i) if verdict == nonlinear.UNDECIDED else "",
     )
 
 
-def undecided(stability: "nonlinear.Stability", point: int) -> str:
+def _undecided(stability: "nonlinear.Stability", point: int) -> str:
     """Why the verdict at a point is neither stable nor unstable."""
     from vanelock.nonlinear.floquet.stability import NEUTRAL
     from vanelock.nonlinear.fourier import TURN
@@ -114,16 +114,15 @@ def _summarise(found: "Summary", products: "Sequence[nonlinear.Stability]") -> "
     """A case's summary with what becomes of the wave at its peak."""
     if found.peak is None:
         return found
-    return replace(found, wave=verdict_at(products[0], found.peak.frequency))
+    return replace(found, wave=_verdict_at(products[0], found.peak.frequency))
 
 
-def _lines(products: "Sequence[nonlinear.Stability]") -> CurveExtras:
+def _lines(products: "Sequence[nonlinear.Stability]") -> CurveLines:
     """Where each curve is stable."""
-    each = (zip(s.frequency.tolist(), s.verdict.tolist(), strict=True) for s in products)
-    return CurveExtras(verdicts=tuple(map(dict, each)))
+    return (), [dict(zip(s.frequency.tolist(), s.verdict.tolist(), strict=True)) for s in products]
 
 
-def warnings(case: "CaseResult", products: "Sequence[nonlinear.Stability]") -> Iterator[str]:
+def _warnings(case: "CaseResult", products: "Sequence[nonlinear.Stability]") -> Iterator[str]:
     """Whether the ring leaves the wave at the peak."""
     verdict, peak = case.summary.wave, case.peak
     if verdict is None or peak is None or verdict.verdict == "stable":
@@ -143,7 +142,7 @@ def warnings(case: "CaseResult", products: "Sequence[nonlinear.Stability]") -> I
     )
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What becomes of small departures from the waves of each case: of its most unstable one."""
     known, count = products_of(cases, "stability")
     if not known:
@@ -191,7 +190,7 @@ def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     yield by_case(made, count)
 
 
-def _counted(verdict: NDArray[np.int64]) -> str | None:
+def _counted(verdict: Integers) -> str | None:
     """How many of several points have which verdict."""
     if len(verdict) == 1:
         return None
@@ -199,7 +198,7 @@ def _counted(verdict: NDArray[np.int64]) -> str | None:
     return ", ".join(f"{count} {word}" for word, count in counts if count)
 
 
-def answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[Answer]":
     """Whether the ring stays with the wave of the peak."""
     from vanelock.report import Answer
 
@@ -238,14 +237,14 @@ STABILITY = Analysis(
     compute=_compute,
     by_response=True,
     whole_ring=lambda given, keys: True,
-    check=check,
-    cost=cost,
+    check=_check,
+    cost=_cost,
     places=lambda product: "stability",
     summarise=_summarise,
     lines=_lines,
-    warnings=warnings,
-    tables=tables,
-    answers=answers,
+    warnings=_warnings,
+    tables=_tables,
+    answers=_answers,
     text=TEXT,
     template=TEMPLATE,
     absent=lambda case: ABSENT,

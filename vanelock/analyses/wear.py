@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from vanelock import nonlinear
@@ -84,19 +84,19 @@ class WornCase(Product):
     reason: str = ""
 
 
-def check(given: "Given", keys: _WearKeys) -> Iterator[str]:
+def _check(given: "Given", keys: _WearKeys) -> Iterator[str]:
     """What keeps joints from wearing."""
     if not _coefficients(given):
         names = ", ".join(f"joints.{name}.wear_coefficient" for name in given.joint_names)
         yield f"wear: no joint wears: give one of {names}"
 
 
-def cost(study: "Study", keys: _WearKeys, curve: float) -> float:
+def _cost(study: "Study", keys: _WearKeys, curve: float) -> float:
     """Seconds: a sweep to begin with, and some peaks."""
     return len(keys.dwells) * curve
 
 
-def parts(given: "Given", keys: _WearKeys) -> Sequence[AnalysisPart]:
+def _parts(given: "Given", keys: _WearKeys) -> Sequence[AnalysisPart]:
     """One, which takes the wear coefficients."""
     return (AnalysisPart(inputs=_coefficients(given)),)
 
@@ -146,7 +146,7 @@ def _shown_states(history: "WearHistory") -> list[int]:
     return sorted(set(np.concatenate(every).tolist()))
 
 
-def states(case: "CaseResult") -> "Iterator[State]":
+def _states(case: "CaseResult") -> "Iterator[State]":
     """The case as worn at the states shown, with the vibration there as its only point."""
     from vanelock.quantities.case_result import State
     from vanelock.stages.response.summary import Peak
@@ -161,7 +161,7 @@ def states(case: "CaseResult") -> "Iterator[State]":
         yield State(history.response.at([at]), peak, curve)
 
 
-def warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
+def _warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
     """What keeps wear over cycles from being taken as it is."""
     from vanelock.nonlinear.following.wear.wear_history import DONE, PRELOAD
 
@@ -186,7 +186,7 @@ def warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
         )
 
 
-def tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
+def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Each case's vibration and preload from new to the end of its dwells."""
     from vanelock.quantities.contacts import HOUR
 
@@ -250,7 +250,7 @@ def _reserves(case: "CaseResult") -> list[float]:
     return [each.stress.governing.reserve for each in states if each.margins]
 
 
-def answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[Answer]":
     """What becomes of the case while its joints wear."""
     from vanelock.nonlinear.following.wear.wear_history import DONE
     from vanelock.report import Answer
@@ -274,7 +274,7 @@ def answers(case: "CaseResult") -> "Iterator[Answer]":
         yield Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")
 
 
-def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Amplitude, preload and worn depth over the cycles of the dwells."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
@@ -286,7 +286,8 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     title = f"Wear over cycles{of_case(name)}"
     ended = "" if history.status == DONE else f"; {history.status} at the end"
     subtitle = f"{case.monitor.name}{ended}"
-    depth = 1e6 * history.worn
+    depth, wears = 1e6 * history.worn, history.worn[-1] > 0
+    mean = depth[:, wears].mean(axis=1) if wears.any() else depth[:, 0]
 
     def curve(name: str, y: ArrayLike) -> render.PanelCurve:
         return render.PanelCurve(name, history.cycles, y)
@@ -297,7 +298,7 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
         render.CurvePanel("load at rest, relative", [curve(j, n / n[0]) for j, n in loads if n[0]]),
         render.CurvePanel(
             "worn depth (µm)",
-            [curve("deepest", depth.max(axis=1)), curve("mean", _mean(depth))],
+            [curve("deepest", depth.max(axis=1)), curve("mean", mean)],
             from_zero=True,
         ),
     )
@@ -316,12 +317,6 @@ def pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
         [title],
         caption,
     )
-
-
-def _mean(depth: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(s,) mean depth of the contacts that wear."""
-    wears = depth[-1] > 0
-    return np.asarray(depth[:, wears].mean(axis=1) if wears.any() else depth[:, 0])
 
 
 def _columns(history: "WearHistory") -> dict[str, ArrayLike]:
@@ -355,17 +350,17 @@ WEAR = Analysis(
     keys=_WearKeys,
     product=lambda: WornCase,
     compute=_compute,
-    parts=parts,
-    check=check,
-    cost=cost,
+    parts=_parts,
+    check=_check,
+    cost=_cost,
     places=lambda product: "wear",
-    states=states,
+    states=_states,
     state="worn, after all cycles",
     reserve="goodman_reserve_worn",
-    warnings=warnings,
-    tables=tables,
-    pictures=pictures,
-    answers=answers,
+    warnings=_warnings,
+    tables=_tables,
+    pictures=_pictures,
+    answers=_answers,
     text=TEXT,
     template=TEMPLATE,
 )

@@ -275,9 +275,9 @@ def with_curves(case: "CaseResult", products: "StepProducts") -> "CaseResult":
         if not (found := case.found(analysis.key)):
             continue
         case = replace(case, summary=analysis.summarise(case.summary, found))
-        lines = analysis.lines(found)
-        ends += map(case.curve, lines.ends)
-        for i, known in enumerate(lines.verdicts):
+        between, by_response = analysis.lines(found)
+        ends += map(case.curve, between)
+        for i, known in enumerate(by_response):
             verdicts[i] = np.array([known.get(f, -1) for f in made[i][0].tolist()])
     curves = Curves(
         tuple(names),

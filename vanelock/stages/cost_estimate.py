@@ -41,7 +41,7 @@ class Clock:
     def __init__(self, planned: "Collection[Planned]") -> None:
         self._adaptive = any(getattr(each.case.given, "accuracy", None) for each in planned)
         self._left = {
-            step.key: work(each.case.given) for each in planned for step in each.responses
+            step.key: _work(each.case.given) for each in planned for step in each.responses
         }
         self._after = sum(self._left.values())
         self._done = 0.0
@@ -85,7 +85,7 @@ class Clock:
         return PointDone(self._name, done, total, peak, float("nan"))
 
 
-def work(given: Given) -> float:
+def _work(given: Given) -> float:
     """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
     response = given.response
     points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
@@ -176,7 +176,7 @@ def estimated(
     linear = DIAMETERS if chosen[0].accuracy is not None else 1.0
     linear += DIAMETER * _further(chosen[0], analyses)
     seconds = meshes * linear * LINEAR * (largest / 168e3) ** 1.15
-    each = [REST + POINTS * work(study) + _analyses(study, analyses) for study in chosen]
+    each = [REST + POINTS * _work(study) + _analyses(study, analyses) for study in chosen]
     seconds += len(cases) * sum(each) / len(chosen)
     if {"shapes", "loops"} & {*chosen[0].outputs.show}:
         seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
@@ -195,7 +195,7 @@ def _further(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> int:
 
 def _analyses(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> float:
     """Seconds of what is asked for beyond the responses of a case."""
-    curve = POINTS * work(study)
+    curve = POINTS * _work(study)
     each_one: list[float] = [a.cost(study, keys, curve) for a, keys in _asked(study, analyses)]
     return sum(each_one)
 

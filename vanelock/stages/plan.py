@@ -15,7 +15,7 @@ from typing import Any
 
 from vanelock import nonlinear, rom
 from vanelock.input.cases.sweep import Case, label
-from vanelock.input.cases.values import Given, diameter_of, diameters_of
+from vanelock.input.cases.values import diameter_of, diameters_of
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import HarmonicModes, PointStore, Response
@@ -34,7 +34,6 @@ from vanelock.stages.response.responses import (
     monitor,
     preload_step,
     response_step,
-    silent_progress,
 )
 from vanelock.stages.structure import CaseStructure, Linear, linear_of
 
@@ -126,8 +125,6 @@ class Planned:
         Strain gauges, if the study has any.
     choice : MeshChoice or None
         What an accuracy chose before, if the study has one.
-    mesh_errors : Step or None
-        Errors of natural frequencies by the mesh, with an accuracy.
     other : Step or None
         The response in the other direction, where both are wanted.
     analyses : dict of str to tuple of Step
@@ -147,7 +144,6 @@ class Planned:
     preload_name: str = ""
     gauges: Step[Gauges] | None = None
     choice: MeshChoice | None = None
-    mesh_errors: Step[MeshErrors] | None = None
     other: Step[Response] | None = None
     analyses: Mapping[str, tuple[Step[Any], ...]] = field(default_factory=dict)
     pieces: tuple[Step[Any], ...] = ()
@@ -186,23 +182,22 @@ class Planned:
         return replace(self, diameters=diameters, system=self.structure.system(diameters))
 
 
-def _structure_of(given: Given, last: int | None) -> CaseStructure:
-    """The components of a study or a scene; `last` is the last nodal diameter that is reduced."""
-    if isinstance(given, Study):
-        return StudyStructure(given, last=last)
-    return SceneStructure(given)
-
-
 def plan(
     cases: Sequence[Case],
-    progress: Progress = silent_progress,
+    progress: Progress = lambda *_: None,
     choices: Sequence[MeshChoice | None] = (),
 ) -> tuple[Planned, ...]:
     """Steps of every case; `choices` are what accuracies chose for them."""
     found: list[Planned] = []
+    # the nodal diameter that is reduced last
     last = None if any(choices) else max(max(diameters_of(case.given)) for case in cases)
     for case, choice in zip(cases, choices or [None] * len(cases), strict=True):
-        structure = _structure_of(case.given if choice is None else choice.study, last)
+        given = case.given if choice is None else choice.study
+        structure: CaseStructure
+        if isinstance(given, Study):
+            structure = StudyStructure(given, last=last)
+        else:
+            structure = SceneStructure(given)
         first = found[0] if found else None
         found.append(_planned(case, structure, choice, first, progress))
     cases = [each.case for each in found]
@@ -232,7 +227,7 @@ def _planned(
     if diameters != structure.loaded:
         modes = structure.stuck_modes(diameters, linear.modes)
     at_rest = structure.system(structure.loaded)
-    mesh, other = None, None
+    other = None
     if choice is None:
         swept = partial(response_step, case.name, given, system, linear.limits, modes, progress)
         response = swept()
@@ -257,6 +252,5 @@ def _planned(
         modes=modes,
         gauges=gauges,
         choice=choice,
-        mesh_errors=mesh,
         other=other,
     )

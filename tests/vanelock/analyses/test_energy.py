@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.analyses.energy import contact_table, joint_table
+from vanelock.analyses.energy import _contact_table, _joint_table
 from vanelock.quantities.contacts import Wear
 from vanelock.stages.parts.outputs import Places
 
@@ -19,7 +19,7 @@ def given(coefficient: float) -> tuple[Places, Wear]:
 
 
 def test_a_joint_has_sums_of_energy_and_the_largest_of_what_is_local() -> None:
-    table = joint_table("Joints", {"a": given(1e-15)})
+    table = _joint_table("Joints", {"a": given(1e-15)})
     hook, lock = (dict(zip(table.by_head(), row, strict=True)) for row in table.shown)
     assert [each["slipping"] for each in (hook, lock)] == ["0 of 1", "2 of 2"]
     assert lock["energy (µJ/cycle)"] == pytest.approx(4)
@@ -33,7 +33,7 @@ def test_a_joint_has_sums_of_energy_and_the_largest_of_what_is_local() -> None:
 
 
 def test_contacts_have_wear_only_where_a_coefficient_is_given() -> None:
-    known, unknown = (contact_table(*given(k)).by_head() for k in (1e-15, np.nan))
+    known, unknown = (_contact_table(*given(k)).by_head() for k in (1e-15, np.nan))
     assert set(known) - set(unknown) == {"worn volume (mm^3/h)", "worn depth (µm/h)"}
     assert known["area (mm^2)"] == [1, 2, None]
     assert known["y (mm)"] == [0, 1000, 0]

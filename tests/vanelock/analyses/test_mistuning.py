@@ -11,7 +11,13 @@ import pytest
 from tests.nonlinear.forced_response.ring.test_ring_response import damped
 from tests.vanelock.analyses.test_tables import case_of
 from vanelock import load_scene, nonlinear, parse_study, run_scene
-from vanelock.analyses.mistuning import MISTUNING, MistunedRing, MistunedRings, MistuningKeys, drawn
+from vanelock.analyses.mistuning import (
+    MISTUNING,
+    MistunedRing,
+    MistunedRings,
+    MistuningKeys,
+    _drawn,
+)
 from vanelock.common.errors import InputError
 from vanelock.rom import System
 from vanelock.stages.response.summary import Peak
@@ -46,7 +52,7 @@ def test_rings_of_a_run_are_those_drawn(tmp_path: Path) -> None:
     rings = rings_of(tmp_path / "run")
     keys = MistuningKeys.model_validate({"keys": DEVIATIONS})
     for number in range(3):
-        one = drawn(system, keys, (1, number))
+        one = _drawn(system, keys, (1, number))
         own = nonlinear.ring_response(system, hertz, one, nonlinear.Options(3))
         amplitude = own.amplitude[:, :, 0, 0]
         np.testing.assert_allclose(rings.amplitude[number], amplitude.max(axis=0), rtol=1e-8)

@@ -11,12 +11,12 @@ from scipy import stats
 from vanelock import cases, parse_study
 from vanelock.analyses.scatter import (
     PERCENT,
-    correlations,
-    page,
-    percentile_table,
-    percentiles,
+    _correlations,
+    _page,
+    _percentile_table,
+    _percentiles,
+    _sensitivity_table,
     scattered,
-    sensitivity_table,
     spacing,
 )
 from vanelock.common.tables import Table
@@ -106,14 +106,14 @@ def test_limits_hold_as_often_as_they_say():
     expected = law.ppf(np.array(PERCENT) / 100)
     hits = np.zeros(5)
     for _ in range(300):
-        _, low, high = percentiles(law.rvs(100, random_state=random)).T
+        _, low, high = _percentiles(law.rvs(100, random_state=random)).T
         hits += (low <= expected) & (expected <= high)
     assert np.all(hits / 300 >= 0.92)
     random = np.random.default_rng(3)
     inside = 0
     for _ in range(300):
         x, y = random.multivariate_normal([0, 0], [[1, 0.6], [0.6, 1]], 60).T
-        ((_, low, high),) = correlations(x[:, None], y)
+        ((_, low, high),) = _correlations(x[:, None], y)
         inside += low <= 6 / np.pi * np.arcsin(0.3) <= high  # Spearman's of a normal pair
     assert 0.91 <= inside / 300 <= 0.99
 
@@ -131,11 +131,11 @@ def test_few_samples_give_no_limits_and_fewer_nothing():
     percentiles = scattered(every, found[:11])
     assert percentiles is not None
     assert np.isnan(percentiles.amplitude[11])
-    table = percentile_table(percentiles, "o")
+    table = _percentile_table(percentiles, "o")
     assert table.shown[0][2] is None  # nothing lies below the 5th percentile for sure
     assert table.shown[2][1] == pytest.approx(60)
     assert "left out: 1 sample without a peak" in table.notes
-    assert [row[0] for row in sensitivity_table(percentiles).rows] == list(every[0].values)
+    assert [row[0] for row in _sensitivity_table(percentiles).rows] == list(every[0].values)
     assert scattered(every, found[:9]) is None
 
 
@@ -145,7 +145,7 @@ def test_frequencies_on_a_coarse_grid_have_a_note():
     for apart, notes in ((0.1, 0), (1.0, 1)):
         percentiles = scattered(every, found, [apart] * 10)
         assert percentiles is not None
-        coarse = [note for note in percentile_table(percentiles, "o").notes if "located" in note]
+        coarse = [note for note in _percentile_table(percentiles, "o").notes if "located" in note]
         assert len(coarse) == notes
     assert coarse[0].startswith("frequencies are resolved to 1 Hz alone")
     assert spacing(np.array([10.0, 11, 13, 13.5]), 1) == 2
@@ -158,7 +158,7 @@ def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
     content: Any = SimpleNamespace(
         scattered=scattered(every, found), monitor=SimpleNamespace(name="o"), pictures=[]
     )
-    section = Section("Scatter", page(content))
+    section = Section("Scatter", _page(content))
     text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
     assert "[um]" not in text
     heads = re.findall(r'<th([^>]*)>(?:peak|frequency)\s*<span class="unit">(µm|Hz)</span>', text)

@@ -9,7 +9,7 @@ import pytest
 from tests.vanelock.pipeline.test_progress import summary
 from tests.vanelock.run_results import case_of as given_case
 from vanelock.analyses.bounds import BOUNDS
-from vanelock.analyses.stability import STABILITY, verdict_at
+from vanelock.analyses.stability import STABILITY, _verdict_at
 from vanelock.common.tables import MOST_CASES
 from vanelock.nonlinear import STABLE, UNDECIDED, UNSTABLE, Stability
 from vanelock.stages.response.summary import Peak
@@ -51,7 +51,7 @@ def stability(verdict: list[int], growth: list[tuple[float, float]]) -> Stabilit
 def test_why_a_wave_is_undecided(growth: tuple[float, float], reason: str) -> None:
     found = summary(
         peak=Peak(0, 100.0, 1e-5, False),
-        wave=verdict_at(stability([UNDECIDED], [growth]), 100.0),
+        wave=_verdict_at(stability([UNDECIDED], [growth]), 100.0),
     )
     case = case_of(found)
     (line,), (card,) = STABILITY.warnings(case, ()), STABILITY.answers(case)
@@ -64,7 +64,7 @@ def test_where_no_motion_is_given_no_number_is() -> None:
     for verdict in (STABLE, UNDECIDED):
         one = stability([verdict], [(-62.8, -62.8)])
         one.exponent[:] = NAN
-        found = summary(peak=Peak(0, 100.0, 1e-5, False), wave=verdict_at(one, 100.0))
+        found = summary(peak=Peak(0, 100.0, 1e-5, False), wave=_verdict_at(one, 100.0))
         case = case_of(found)
         (card,) = STABILITY.answers(case)
         assert "nan" not in " ".join([card.note, *STABILITY.warnings(case, ())])

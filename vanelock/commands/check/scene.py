@@ -17,8 +17,8 @@ from vanelock.input.settings import unusual
 from vanelock.stages.matrices.gather import gathered, nodes
 from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
 from vanelock.stages.matrices.piece import on_rows
-from vanelock.stages.matrices.pieces import refuse_unknown
-from vanelock.stages.matrices.scene_structure import SceneStructure, at_rest, clamped, matrices
+from vanelock.stages.matrices.pieces import clamped, matrices, refuse_unknown
+from vanelock.stages.matrices.scene_structure import SceneStructure, at_rest
 from vanelock.stages.parts.load_lines import load_lines
 from vanelock.stages.response.responses import output_of
 

@@ -12,6 +12,7 @@ two cost a few per cent of time.
 import math
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
@@ -20,17 +21,8 @@ SOURCES = ("mesh", "modes", "harmonics", "frequencies")
 """What an error of the largest response can come from."""
 
 
-@dataclass(frozen=True)
-class _Cost:
-    """Cost c s^(-a) of an error s, the part that grows alone, in CPU seconds at s = 1.
-
-    Attributes
-    ----------
-    scale : float
-        c.
-    power : float
-        a.
-    """
+class _Cost(NamedTuple):
+    """Cost c s^(-a) of an error s, of what grows with it: `scale` c, CPU seconds, and `power` a."""
 
     scale: float
     power: float
@@ -105,7 +97,7 @@ def budget(study: Study, spent: float = 0.0) -> Budget:
     pinned = pins(study)
     open_to = [source for source in SOURCES if source not in pinned]
     left = max(study.accuracy - spent, LEAST * study.accuracy)
-    return Budget(study.accuracy, split(left, open_to), pinned)
+    return Budget(study.accuracy, _split(left, open_to), pinned)
 
 
 def pins(study: Study) -> dict[str, str]:
@@ -129,17 +121,17 @@ def pins(study: Study) -> dict[str, str]:
     return found
 
 
-def costs_of(sources: Collection[str]) -> dict[str, _Cost]:
+def _costs_of(sources: Collection[str]) -> dict[str, _Cost]:
     """What the errors of some sources cost where all of them are open."""
     return COSTS | ({"harmonics": ON_FINE_MESHES} if "mesh" in sources else {})
 
 
-def split(accuracy: float, sources: Collection[str]) -> dict[str, float]:
+def _split(accuracy: float, sources: Collection[str]) -> dict[str, float]:
     """Shares that sum up to the accuracy, at the least total cost."""
     if not sources:
         return {}
     floor = LOWEST * accuracy
-    costs = costs_of(sources)
+    costs = _costs_of(sources)
 
     def shares(logarithm: float) -> dict[str, float]:
         """Those at which the last bit of accuracy costs λ, none below the floor."""

@@ -34,11 +34,6 @@ from vanelock.stages.parts.study_structure import StudyStructure
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.structure import linear_of
 
-LEAST, BASE, EACH = 1.5e9, 0.35e9, 24.5e3
-"""Peak memory, bytes: of a run with pictures, of libraries, and of a degree of freedom's matrices,
-factors and vectors."""
-
-
 ORDER = 0.93
 """Order at which errors fall with the element size, from the coarse mesh on: that of the example
 from 30 to 7.6 mm. Two meshes give their own."""
@@ -98,8 +93,6 @@ class MeshChoice:
     ----------
     study : Study
         The study with them.
-    given : Study
-        The study as it was.
     budget : Budget
         What each source may contribute.
     rounds : tuple of Round
@@ -109,7 +102,6 @@ class MeshChoice:
     """
 
     study: Study
-    given: Study
     budget: Budget
     rounds: tuple[Round, ...]
     short: str
@@ -137,7 +129,7 @@ def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> Mesh
     if "mesh" in shares.shares and not short:
         shares = shares.meshed(min(rounds[-1].largest, shares.bearable))
     stages.drop(model_step(chosen, "vane", each).key for each in (False, True))
-    return MeshChoice(chosen, study, shares, tuple(rounds), short)
+    return MeshChoice(chosen, shares, tuple(rounds), short)
 
 
 def _meshed(

@@ -4,7 +4,7 @@ Only what a scene needs: what a response does without, and the evidence that it 
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from vanelock.common.arrays import Floats
 from vanelock.common.tables import Cell, Column, Flag, Table, heads
 from vanelock.nonlinear import Response, peak_errors
 from vanelock.stages.accuracy.budget import SOURCES, Budget
-from vanelock.stages.accuracy.choose_mesh import Round
+from vanelock.stages.accuracy.choose_mesh import MeshChoice, Round
 
 
 @dataclass(frozen=True)
@@ -93,41 +93,29 @@ class Errors:
 
 
 def errors(
-    response: Response,
-    budget: Budget,
-    rounds: Sequence[Round],
-    short: str,
-    settings: dict[str, str],
-    costs: dict[str, float],
-    correction: str,
+    response: Response, choice: MeshChoice, settings: dict[str, str], costs: dict[str, float]
 ) -> Errors:
     """Errors of a case, and warnings."""
-    found = peak_errors(response)
+    found, budget, mesh = peak_errors(response), choice.budget, choice.rounds[-1]
     total, nan = sum(costs.values()) or 1.0, float("nan")
-    mesh = rounds[-1]
+    # the errors are those of the largest of the frequencies that a study lists
+    listed = budget.pinned.get("frequencies") == "response.frequencies"
     sources = []
     for name in (*SOURCES, "samples"):
         amplitude = found.amplitude_error.get(name, nan)
         frequency = found.frequency_error.get(name, nan)
         if name == "samples" and not response.samples:
             continue  # events are located
-        if name == "frequencies" and _listed(budget):
+        if name == "frequencies" and listed:
             continue  # exactly these are asked for
         if name == "mesh":  # by the mode itself, which a mesh may move beyond first order
             amplitude, frequency = mesh.amplitude, mesh.error
-        cost = costs.get(name, float("nan"))
-        share = budget.shares.get(name, float("nan"))
-        sources.append(
-            Source(name, amplitude, frequency, share, cost / total, settings.get(name, ""))
-        )
-    less = found.frequency * (1 - mesh.error) if correction == "none" else nan
+        cost, share = costs.get(name, nan) / total, budget.shares.get(name, nan)
+        sources.append(Source(name, amplitude, frequency, share, cost, settings.get(name, "")))
+    uncorrected = choice.study.mesh.correction == "none"
+    less = found.frequency * (1 - mesh.error) if uncorrected else nan
     known = Errors(budget.accuracy, tuple(sources), (), less)
-    return replace(known, warnings=tuple(_warnings(known, budget, rounds, short)))
-
-
-def _listed(budget: Budget) -> bool:
-    """Whether the study lists its frequencies: the errors are those of the largest of them."""
-    return budget.pinned.get("frequencies") == "response.frequencies"
+    return replace(known, warnings=tuple(_warnings(known, budget, choice.rounds, choice.short)))
 
 
 def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str) -> list[str]:
@@ -164,9 +152,7 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
         Column("cost", form=".2f"),
         Column("setting"),
     )
-    rows: list[tuple[Cell, ...]] = [
-        (e.name, e.amplitude, e.frequency, e.share, e.cost, e.setting) for e in found.sources
-    ]
+    rows: list[tuple[Cell, ...]] = [astuple(each) for each in found.sources]
     together = [
         total if any(np.isfinite(getattr(each, kind)) for each in found.counted) else None
         for kind, total in zip(("amplitude", "frequency"), found.total, strict=True)
@@ -174,9 +160,8 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
     asked = f"accuracy = {found.accuracy:g}"
     rows.append(("total", *together, found.accuracy, 1.0, asked))
     met = max(found.total) <= found.accuracy and not any(found.unknown)
-    last: Flag = "good" if met else "warn"
-    quiet: list[Flag] = [""]
-    flags = [*quiet * len(found.sources), last]
+    flags: list[Flag] = [""] * len(found.sources)
+    flags.append("good" if met else "warn")
     notes = [
         "errors: estimated, relative, of the largest response by each source; allowed: its share "
         "of the accuracy; cost: share of the processor time.",
@@ -260,7 +245,7 @@ def left_out(
 def _joints(response: Response, joints: Sequence[str]) -> list[LeftOut]:
     """Contacts that stick at all points: they bring no unknowns."""
     stuck = np.all(response.state[response.converged] == nonlinear.STUCK, axis=0)
-    used = utilisation(response)[response.converged].max(axis=0, initial=0.0)
+    used = _utilisation(response)[response.converged].max(axis=0, initial=0.0)
     found = []
     for joint in dict.fromkeys(joints):
         own = np.array([each == joint for each in joints])
@@ -280,7 +265,7 @@ def _joints(response: Response, joints: Sequence[str]) -> list[LeftOut]:
     return found
 
 
-def utilisation(response: Response, samples: int = 64) -> Floats:
+def _utilisation(response: Response, samples: int = 64) -> Floats:
     """(p, c) largest friction force over its bound in a period; 0 where there is no friction."""
     H = response.harmonics
     angle = 2 * np.pi * np.arange(samples) / samples

@@ -12,12 +12,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, nonlinear, rom
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.product import Product
-from vanelock.common.tables import Cell, Column, Table, heads
+from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.mesh import Part
@@ -49,15 +48,8 @@ def judged(
     choice = planned.choice
     assert choice is not None
     limits = stages.get(planned.linear.limits)
-    found = errors(
-        response,
-        choice.budget,
-        choice.rounds,
-        choice.short,
-        _settings(planned, response, stages),
-        _costs(planned, stages),
-        planned.case.study.mesh.correction,
-    )
+    settings = _settings(planned, response, stages)
+    found = errors(response, choice, settings, _costs(planned, stages))
     N = planned.case.study.ring.sectors
     used = list(planned.diameters)
     never = [k for k in range(N // 2 + 1) if k not in used]
@@ -102,19 +94,18 @@ def _settings(planned: Planned, response: Response, stages: Stages) -> dict[str,
     choice, study = planned.choice, planned.case.study
     assert choice is not None
     pinned = choice.budget.pinned
-    last, tried = choice.rounds[-1], len(choice.rounds)
+    last = choice.rounds[-1]
     k = diameter_of(study, 1)
     parts = [stages.get(planned.part(part, k)) for part in PARTS]
     vectors = " + ".join(str(part.fixed_modes) for part in parts)
     assert response.estimates is not None
     own = response.estimates.harmonics
     spread = f"{own.min()} to {own.max()}" if own.min() < own.max() else str(own.max())
-    accuracy = study.rom.accuracy
+    meshes = counted(len(choice.rounds), "mesh")
+    accuracy = f"rom.accuracy: {study.rom.accuracy:.1g}, " if study.rom.accuracy else ""
     chosen = {
-        "mesh": f"mesh.size: {last.size}, {last.dofs:,} dofs" + _of(tried, "mesh", "meshes"),
-        "modes": f"rom.accuracy: {accuracy:.1g}, {vectors} vectors"
-        if accuracy
-        else f"{vectors} vectors",
+        "mesh": f"mesh.size: {last.size}, {last.dofs:,} dofs ({meshes} tried)",
+        "modes": f"{accuracy}{vectors} vectors",
         "harmonics": f"response.harmonics: {spread} by point",
         "frequencies": f"response.points: {response.points}",
         "samples": f"response.samples: {response.samples}",
@@ -122,10 +113,6 @@ def _settings(planned: Planned, response: Response, stages: Stages) -> dict[str,
     for source, key in pinned.items():
         chosen[source] = f"{chosen[source].partition(':')[2].strip()}: {key} is given"
     return chosen
-
-
-def _of(count: int, one: str, many: str) -> str:
-    return f" ({count} {one if count == 1 else many} tried)"
 
 
 def _costs(planned: Planned, stages: Stages) -> dict[str, float]:
@@ -178,7 +165,7 @@ class ErrorPlaces(Product):
 
     vane: Floats
     casing: Floats
-    part: NDArray[np.int64]
+    part: Integers
     share: Floats
     position: Floats = field(metadata={"unit": "m"})
     edge: Floats = field(metadata={"unit": "m"})
@@ -208,14 +195,9 @@ class ErrorPlaces(Product):
 
 def of_own_meshes(planned: Planned) -> Step[ErrorPlaces] | None:
     """The step of a case of which a part is a user's own mesh."""
-    study = planned.case.given
-    parts = [getattr(study, name, None) for name in PARTS]
-    own = any(isinstance(part, OwnVane | OwnCasing) for part in parts)
-    return _error_places_step(planned) if own else None
-
-
-def _error_places_step(planned: Planned) -> Step[ErrorPlaces]:
-    """The places of a study's case."""
+    parts = [getattr(planned.case.given, name, None) for name in PARTS]
+    if not any(isinstance(part, OwnVane | OwnCasing) for part in parts):
+        return None
     study = planned.case.study
     k = diameter_of(study, 1)
     recovered = [recovery_step(study, part, k) for part in PARTS]
@@ -228,14 +210,14 @@ def _error_places_step(planned: Planned) -> Step[ErrorPlaces]:
             fem.excess_by_element(each.model, each.displacement(own[part], k))
             for part, each in zip(PARTS, whole, strict=True)
         ]
-        return error_places([each.model.part for each in whole], energies)
+        return _error_places([each.model.part for each in whole], energies)
 
     needs = (planned.linear.system, planned.linear.limits, *recovered)
     inputs: dict[str, Any] = {"count": COUNT, "around": AROUND}
     return step("mesh error by place", "fem", inputs, ErrorPlaces, needs, compute)
 
 
-def error_places(parts: list[Part], energies: list[Floats]) -> ErrorPlaces:
+def _error_places(parts: list[Part], energies: list[Floats]) -> ErrorPlaces:
     """The worst places of both parts, from what each of their elements adds, J."""
     boxes = [_volumes(part) for part in parts]
     mean = sum(e.sum() for e in energies) / sum(volume.sum() for volume, *_ in boxes)

@@ -23,6 +23,7 @@ One harmonic is enough to know a gradient to some tens of per cent.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,7 +160,11 @@ def amplitude_errors_step(
     study = structure.given
     corrects = study.mesh.correction != "none"
     k, response = diameter_of(study, 1), study.response
-    options = {"harmonics": 1, "coupling": response.coupling, "friction": response.friction}
+    options: dict[str, Any] = {
+        "harmonics": 1,
+        "coupling": response.coupling,
+        "friction": response.friction,
+    }
     excess = tuple(map(structure.mesh_excess, structure.loaded))
     meshes = tuple(mesh_step(study, part) for part in PARTS)
 
@@ -171,10 +176,9 @@ def amplitude_errors_step(
         wanted = np.asarray(frequencies(study, limits))
         near = float(wanted.min()), float(wanted.max())
         diameters = {k: each for excess in found for k, each in excess.diameters.items()}
-        once = nonlinear.Options(1, response.coupling, response.friction)
         rest = {0: diameters[0].stiffness}
         vibration = {k: diameters[k].stiffness} if k else {}
-        added = _added_to_peak(system, near, once, rest, vibration)
+        added = _added_to_peak(system, near, nonlinear.Options(**options), rest, vibration)
         return AmplitudeErrors(added, corrects)
 
     needs = (system, limits, *meshes, *excess)

@@ -20,10 +20,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import diameter_of, with_values
@@ -67,8 +66,8 @@ class ModesOverSpeed:
     factors: Factors
     ends: tuple[float, float]
     excess: MeshExcess | None = None
-    _pieces: tuple[NDArray[np.complex128], ...] = field(init=False)
-    _spans: dict[tuple[bool, int], tuple[NDArray[np.complex128], ...]] = field(default_factory=dict)
+    _pieces: tuple[Complex, ...] = field(init=False)
+    _spans: dict[tuple[bool, int], tuple[Complex, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Bring K of each part and of each group of contacts to coordinates of unit mass."""
@@ -95,7 +94,7 @@ class ModesOverSpeed:
         squared = sl.eigh(A, eigvals_only=True, subset_by_index=[0, min(count, len(A)) - 1])
         return np.asarray(np.sqrt(squared.clip(0)) / (2 * np.pi))
 
-    def _spanned(self, stuck: bool, count: int) -> tuple[NDArray[np.complex128], ...]:
+    def _spanned(self, stuck: bool, count: int) -> tuple[Complex, ...]:
         """K of each part and group of contacts in the modes at a few speeds together."""
         low, high = self.ends
         nodes = np.polynomial.chebyshev.chebpts2(SPANNING)
@@ -129,21 +128,19 @@ class ModesOverSpeed:
         return found
 
 
-def _at(
-    pieces: tuple[NDArray[np.complex128], ...], moduli: tuple[float, float], stuck: bool
-) -> NDArray[np.complex128]:
+def _at(pieces: tuple[Complex, ...], moduli: tuple[float, float], stuck: bool) -> Complex:
     """Stiffness with these moduli of vane and casing, the interlock stuck or free."""
     blade, shell, hooked, locked = pieces
     return np.asarray(moduli[0] * blade + moduli[1] * shell + hooked + (locked if stuck else 0))
 
 
-def _unit(K: NDArray[np.complex128], lower: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _unit(K: Complex, lower: Complex) -> Complex:
     """L⁻¹ K L⁻ᴴ."""
     half = sl.solve_triangular(lower, K, lower=True)
     return _hermitian(sl.solve_triangular(lower, half.conj().T, lower=True))
 
 
-def _hermitian(A: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _hermitian(A: Complex) -> Complex:
     return np.asarray((A + A.conj().T) / 2)
 
 
@@ -178,11 +175,11 @@ def _needs_speed(study: Study) -> bool:
     return study.temperature.varies and study.temperature.speed is None
 
 
-def factors(study: Study, base: Callable[[str], float]) -> Callable[[float], tuple[float, float]]:
-    """Moduli of vane and casing against speed, rpm, over those that `base` says."""
+def factors(study: Study, over: Callable[[Study, str], float]) -> Factors:
+    """Moduli of vane and casing against speed, rpm, over those of `modulus` or `reference`."""
 
     def at(speed: float) -> tuple[float, float]:
-        vane, casing = (modulus(study, part, speed) / base(part) for part in PARTS)
+        vane, casing = (modulus(study, part, speed) / over(study, part) for part in PARTS)
         return vane, casing
 
     return at
@@ -214,7 +211,7 @@ def _crossing(study: Study, stages: Stages) -> float:
     system = stages.get(structure.uncorrected or structure.bare.at(k))
     low, high = study.temperature.speeds
     low, high = max(low, 1.0), min(high, HIGHEST)
-    scale = factors(study, lambda part: reference(study, part))
+    scale = factors(study, reference)
     over_speed = ModesOverSpeed(system, parts, k, scale, (low, high), taken)
     mode = limits(system, study.response.mode).free_mode + 1
     found = over_speed.meetings(order, False, mode, grid(low, high, bends(study)))

@@ -16,10 +16,9 @@ from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
-from vanelock.common.arrays import Floats, Integers
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -74,10 +73,10 @@ class Lines(Product):
     order: Integers
     diameter: Integers
     mode: Integers
-    is_stuck: NDArray[np.bool_]
+    is_stuck: Booleans
     frequency: Floats = field(metadata={"unit": "Hz"})
     speed: Floats = field(metadata={"unit": "rpm"})
-    interest: NDArray[np.bool_]
+    interest: Booleans
 
     @property
     def interlock(self) -> bool:
@@ -114,7 +113,7 @@ class Campbell(Product):
     speed: Floats = field(metadata={"unit": "rpm"})
     frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
-    nonlinear: NDArray[np.bool_]
+    nonlinear: Booleans
     own_order: int
     monitor: str
     linear: str
@@ -149,7 +148,7 @@ def lines_step(planned: Planned) -> Step[Lines]:
     def compute(get: Callable[[Step[Any]], Any]) -> Lines:
         limits = get(planned.linear.limits)
         over_speed, ends = {}, _speeds(study, keys, limits)
-        scale = factors(study, lambda part: modulus(study, part))
+        scale = factors(study, modulus)
         for k in diameters:
             parts = {part: get(planned.part(part, k)) for part in PARTS}
             excess = structure.excess(k)
@@ -249,16 +248,16 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
         "order": order,
         "closed": closed,
         "monitor": [monitor.node, monitor.component],
-        "segment": bare.keys,
+        "segment": asdict(bare),
     }
 
     def compute(get: Callable[[Step[Any]], Any]) -> Along:
         pieces, lines = [], get(lines_of)
         nodes = len(get(structure.component("casing", 0)).masters.set("force"))
-        turning = of_order(bare, order, nodes, study.ring.sectors)
+        turning = _of_order(bare, order, nodes, study.ring.sectors)
         for low, high, centre, peaks in _segments(lines, order, closed == "stuck"):
-            scale = factors(study, lambda part: modulus(study, part))(centre)
-            system = with_unbalance(structure.rejoined(get, used, turning, scale), bare)
+            scale = factors(study, modulus)(centre)
+            system = _with_unbalance(structure.rejoined(get, used, turning, scale), bare)
             mask = ~system.contacts.opens if closed == "free" else "all"
             hertz = _frequencies(low, high, peaks, order, study.damping.ratio)
             hertz = hertz[hertz <= (system.band or np.inf)]
@@ -273,7 +272,7 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
     return step(name, "nonlinear", inputs, Along, needs, compute, pulls=True)
 
 
-def of_order(segment: Segment, order: int, nodes: int, sectors: int) -> Segment:
+def _of_order(segment: Segment, order: int, nodes: int, sectors: int) -> Segment:
     """A segment loaded by another engine order, as much at each of the force nodes of a sector.
 
     An unbalance becomes the force that it has at 1 rad/s, see `with_unbalance`.
@@ -283,7 +282,7 @@ def of_order(segment: Segment, order: int, nodes: int, sectors: int) -> Segment:
     return replace(segment, engine_order=turns, force=force, unbalance=0.0)
 
 
-def with_unbalance(system: System, segment: Segment) -> System:
+def _with_unbalance(system: System, segment: Segment) -> System:
     """The system with its force growing with the square of the speed where an unbalance acts."""
     if not segment.unbalance:
         return system

@@ -16,9 +16,8 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats, Integers
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import Matrices
@@ -54,7 +53,7 @@ class RigidMotions(Product):
     motions: Floats
     forces: dict[str, Floats] = field(default_factory=dict)
 
-    def at(self, nodes: Integers, directions: int) -> tuple[Floats, NDArray[np.bool_]]:
+    def at(self, nodes: Integers, directions: int) -> tuple[Floats, Booleans]:
         """(len(nodes), directions, r) of nodes, and which of these rows there are."""
         shape = len(nodes), directions
         found, there = np.zeros((*shape, self.motions.shape[1])), np.zeros(shape, bool)
@@ -130,7 +129,7 @@ def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> li
     ends = np.cumsum([0, *(bodies[name].motions.shape[1] for name in names)])
     spans = {name: slice(*ends[i : i + 2]) for i, name in enumerate(names)}
 
-    def at(name: str, nodes: Integers, directions: int = 3) -> tuple[Floats, NDArray[np.bool_]]:
+    def at(name: str, nodes: Integers, directions: int = 3) -> tuple[Floats, Booleans]:
         own, there = bodies[name].at(nodes, directions)
         found = np.zeros((*there.shape, ends[-1]))
         found[:, :, spans[name]] = own
@@ -179,7 +178,7 @@ def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> li
     return [f"{whose}: held by contacts alone, which nothing presses: at rest it may lie anywhere"]
 
 
-def _pressing(rows: Floats, mu: Floats, load: Floats) -> NDArray[np.bool_] | None:
+def _pressing(rows: Floats, mu: Floats, load: Floats) -> Booleans | None:
     """(c,) contacts that some forces which balance the load press; None if none balance it.
 
     With s <= n and s <= 1 in units of the load, Σ s is largest where all that can be pressed are.
@@ -200,7 +199,7 @@ def _pressing(rows: Floats, mu: Floats, load: Floats) -> NDArray[np.bool_] | Non
         return None
     if found.x is None:  # where the programme is lost, the run says so
         return np.ones(c, bool)
-    pressed: NDArray[np.bool_] = found.x[3 * c :] > PRESSED
+    pressed: Booleans = found.x[3 * c :] > PRESSED
     return pressed
 
 

@@ -20,7 +20,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import cylindrical
@@ -161,16 +160,16 @@ class Piece(Product):
     sectors: int
     blocks: dict[int, Reduced]
     places: Integers
-    positions: NDArray[np.float64] = field(metadata={"unit": "m"})
+    positions: Floats = field(metadata={"unit": "m"})
     band: float | None = field(default=None, metadata={"unit": "Hz"})
     pushed: dict[int, Integers] = field(default_factory=dict)
-    loads: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3, 0)))
-    forces: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    loads: Floats = field(default_factory=lambda: np.empty((0, 3, 0)))
+    forces: dict[str, Floats] = field(default_factory=dict)
     shown: Integers = field(default_factory=lambda: np.empty(0, np.int64))
-    outputs: NDArray[np.float64] = field(default_factory=lambda: np.empty((0, 3, 0)))
+    outputs: Floats = field(default_factory=lambda: np.empty((0, 3, 0)))
 
     @property
-    def rest_loads(self) -> dict[str, NDArray[np.float64]]:
+    def rest_loads(self) -> dict[str, Floats]:
         """None: loads at rest are those of harmonic 0."""
         return {}
 
@@ -238,7 +237,7 @@ class Piece(Product):
             )
         return found
 
-    def frames(self, nodes: Integers, where: str) -> NDArray[np.float64]:
+    def frames(self, nodes: Integers, where: str) -> Floats:
         """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones."""
         order = np.argsort(self.places, kind="stable")
         at = np.searchsorted(self.places[order], nodes).clip(max=max(len(order) - 1, 0))

@@ -1,7 +1,8 @@
 """From a component's matrices to a piece: reduced by Craig and Bampton, or used as they are."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,10 @@ from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.fem import SingularError
-from vanelock.fem.matrix_files import Matrices
+from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.fem.solvers.singular import SOUGHT
-from vanelock.input.schema.scene import ComponentKeys, SceneRingKeys
+from vanelock.input.schema.scene import ND, ComponentKeys, SceneRingKeys
 from vanelock.rom import (
     Faces,
     Reduced,
@@ -27,6 +28,7 @@ from vanelock.rom import (
 )
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
+from vanelock.stages.matrices.gather import nodes
 from vanelock.stages.matrices.piece import Followed, NodalForces, Piece, Seen, on_rows, seen_from
 
 LARGEST = 5000
@@ -36,22 +38,57 @@ TOGETHER = 1e-6
 WORDS = ("x", "y", "z", "rotation x", "rotation y", "rotation z")
 
 
+def clamped(keys: ComponentKeys, name: str) -> Integers:
+    """Nodes that a component says are held."""
+    if keys.fixed is None:
+        return np.empty(0, np.int64)
+    return nodes(keys.fixed, f"components.{name}.fixed")
+
+
+def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrices:
+    """A component's matrices, read from its files; at a nodal diameter where names say so."""
+
+    def at(given: str | None) -> Path | None:
+        return None if given is None else Path(given.replace(ND, str(nodal_diameter)))
+
+    names = {
+        "stiffness": keys.stiffness_name,
+        "mass": keys.mass_name,
+        "damping": keys.damping_name,
+    }
+    stiffness = at(keys.stiffness)
+    assert stiffness is not None
+    try:
+        return load_matrices(
+            stiffness,
+            at(keys.mass),
+            at(keys.damping),
+            at(keys.dofs),
+            at(keys.nodes),
+            {key: value for key, value in names.items() if value is not None},
+            length=keys.units.length,
+            mass_unit=keys.units.mass,
+            force=keys.units.force,
+        )
+    except InputError as error:
+        raise InputError(f"components.{name}: {error}") from None
+
+
 def superelement(
     name: str,
+    keys: ComponentKeys,
     ring: SceneRingKeys,
-    load: Callable[[int], Matrices],
-    nodal_diameter: int | None,
-    forces: Sequence[NodalForces] = (),
+    forces: Sequence[NodalForces],
+    nodal_diameter: int = -1,
 ) -> Piece:
     """Matrices as they are, of a nodal diameter or, without one, of all."""
-    given = load(nodal_diameter or 0)
+    given = matrices(name, keys, max(nodal_diameter, 0))
     if given.size > LARGEST:
         raise InputError(
             f"components.{name}: {given.size:,} rows: a superelement has at most {LARGEST:,}; "
             'choose kind = "full" to reduce it'
         )
-    key = -1 if nodal_diameter is None else nodal_diameter
-    blocks = {key: _whole_block(given.K, _mass(name, given), given.C)}
+    blocks = {nodal_diameter: _whole_block(given.K, _mass(name, given), given.C)}
     act = _whole(forces, on_rows(forces, given.node, given.direction, np.empty(0, np.int64)))
     return _piece(name, ring, given, given.node, given.direction, blocks, forces=act)
 
@@ -60,17 +97,15 @@ def reduced(
     name: str,
     keys: ComponentKeys,
     ring: SceneRingKeys,
-    given: Matrices,
-    wanted: Integers,
-    turned: Integers,
-    fixed: Integers,
-    faces: tuple[Integers, Integers] | None,
+    named: tuple[Integers, Integers],
     nodal_diameters: Sequence[int],
-    least: float | None = None,
-    followed: Followed = ((), ()),
-    forces: Sequence[NodalForces] = (),
+    least: float | None,
+    followed: Followed,
+    forces: Sequence[NodalForces],
 ) -> Piece:
-    """A component whose named nodes stay and whose rest becomes fixed-interface vectors.
+    """A component whose rest becomes fixed-interface vectors: `named` nodes stay.
+
+    The second of these with their rotations.
 
     A component that can move as a whole although its kept nodes are held, such as by turning about
     a single one, keeps as many further displacements as it takes to hold it.
@@ -79,14 +114,18 @@ def reduced(
     loads are vectors. They are in a cyclic component, and where they lack a direction, a mass or a
     stiffness of their own, or where it takes them to hold the component.
     """
-    where = f"components.{name}"
+    where, (wanted, turned) = f"components.{name}", named
+    fixed, faces = clamped(keys, name), None
+    if keys.low is not None:
+        faces = nodes(keys.low, f"{where}.low"), nodes(keys.high, f"{where}.high")
+    given = matrices(name, keys)
     refuse_unknown(f"{where}.fixed", given, fixed)
     free = np.flatnonzero(~np.isin(given.node, fixed))
     node, direction = given.node[free], given.direction[free]
     K, M = given.K[free][:, free], _mass(name, given)[free][:, free]
     C = None if given.C is None else given.C[free][:, free]
-    if len(clamped := np.intersect1d(wanted, fixed)):
-        raise InputError(f"{where}.fixed: node {clamped[0]} carries a contact, tie, load or output")
+    if len(both := np.intersect1d(wanted, fixed)):
+        raise InputError(f"{where}.fixed: node {both[0]} carries a contact, tie, load or output")
     kept = (np.isin(node, wanted) & (direction < 3)) | (np.isin(node, turned) & (direction < 6))
     rows = np.flatnonzero(kept)
     for n in wanted:
@@ -97,13 +136,12 @@ def reduced(
         block = _whole_block(K, M, C)
         act = _whole(forces, columns)
         return _piece(name, ring, given, node, direction, {-1: block}, forces=act)
-    selection, joined = _selection(keys, least), None
-    seen = Seen((), (), rows)
+    selection, joined, seen = _selection(keys, least), None, Seen((), (), rows)
     if faces is None:
         seen = seen_from(followed, rows, node, direction, K, M)
         if forces:
             seen = replace(seen, digests=tuple(each.digest for each in forces), forces=columns)
-    if faces is not None:
+    else:
         joined = _faces(where, ring, given, node, direction, faces)
         if len(shared := np.intersect1d(wanted, np.concatenate(faces))):
             raise InputError(
@@ -126,8 +164,7 @@ def reduced(
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
     first = next(iter(found.values()))
-    vectors = first.vectors
-    none = np.zeros(vectors, np.int64)
+    none = np.zeros(first.vectors, np.int64)
     return _piece(
         name,
         ring,

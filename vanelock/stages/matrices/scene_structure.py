@@ -1,17 +1,16 @@
 """Components of a scene and the system that they make at each nodal diameter, each a step."""
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import rom
+from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.cases.values import Given, diameters_of
 from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
@@ -19,10 +18,10 @@ from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Assembly, Element, System
 from vanelock.rom.system.coordinates import check_ring
-from vanelock.stages.matrices import pieces
-from vanelock.stages.matrices.gather import Gathered, gathered, nodes
+from vanelock.stages.matrices.gather import Gathered, gathered
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
-from vanelock.stages.matrices.piece import Piece
+from vanelock.stages.matrices.piece import NodalForces, Piece
+from vanelock.stages.matrices.pieces import clamped, matrices, reduced, superelement
 from vanelock.stages.structure import CaseStructure
 
 
@@ -121,50 +120,21 @@ def _piece_step(
     scene: Scene, name: str, given: Gathered, by_diameter: tuple[int, ...]
 ) -> Step[Piece]:
     keys = scene.components[name]
-    wanted, turned = given.kept[name]
-    followed, forces = given.followed(name), given.forces_on(name)
+    kept, followed, forces = given.kept[name], given.followed(name), given.forces_on(name)
     least = least_band(asked_for(scene.response))
     inputs = {
+        **_component(name, keys, kept, forces, by_diameter),
         "least": least,
-        "keys": keys.model_dump(exclude=set(FILES["components"])),
-        "files": {
-            key: _digests(f"components.{name}.{key}", value, by_diameter)
-            for key, value in _named(keys)
-        },
         "ring": scene.ring.model_dump(),
-        "wanted": wanted.tolist(),
         "followed": followed,
-        "forces": [each.digest for each in forces],
-        "turned": turned.tolist(),
         "diameters": by_diameter,
         "code": code_of("fem", "rom"),
     }
 
     def compute() -> Piece:
         if keys.kind == "superelement":
-            (k,) = by_diameter or (None,)
-            return pieces.superelement(name, scene.ring, partial(matrices, name, keys), k, forces)
-        fixed, faces = clamped(keys, name), None
-        if keys.low is not None:
-            low, high = (
-                nodes(getattr(keys, side), f"components.{name}.{side}") for side in ("low", "high")
-            )
-            faces = low, high
-        read = matrices(name, keys)
-        return pieces.reduced(
-            name,
-            keys,
-            scene.ring,
-            read,
-            wanted,
-            turned,
-            fixed,
-            faces,
-            by_diameter,
-            least,
-            followed,
-            forces,
-        )
+            return superelement(name, keys, scene.ring, forces, *by_diameter)
+        return reduced(name, keys, scene.ring, kept, by_diameter, least, followed, forces)
 
     of = f", ND {by_diameter[0]}" if by_diameter and len(diameters_of(scene)) > 1 else ""
     return step(f"component {name}{of}", "stages", inputs, Piece, (), compute)
@@ -173,18 +143,33 @@ def _piece_step(
 def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]:
     """Rigid motions of a component that nothing but contacts may hold."""
     keys, kept, forces = scene.components[name], given.kept[name], given.forces_on(name)
-    inputs = {
-        "keys": keys.model_dump(exclude=set(FILES["components"])),
-        "files": {key: _digests(f"components.{name}.{key}", v, ()) for key, v in _named(keys)},
-        "kept": [each.tolist() for each in kept],
-        "forces": [each.digest for each in forces],
-        "code": code_of("fem"),
-    }
+    inputs = {**_component(name, keys, kept, forces, ()), "code": code_of("fem")}
 
     def compute() -> RigidMotions:
         return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept, forces)
 
     return step("rigid motions", "stages", inputs, RigidMotions, (), compute, of=name, quick=True)
+
+
+def _component(
+    name: str,
+    keys: ComponentKeys,
+    kept: tuple[Integers, Integers],
+    forces: Sequence[NodalForces],
+    by_diameter: tuple[int, ...],
+) -> dict[str, Any]:
+    """What a component and its forces are, its files by what they hold, for a hash."""
+    files = {key: getattr(keys, key) for key in FILES["components"]}
+    return {
+        "keys": keys.model_dump(exclude=set(files)),
+        "files": {
+            key: _digests(f"components.{name}.{key}", value, by_diameter)
+            for key, value in files.items()
+            if value is not None
+        },
+        "kept": [each.tolist() for each in kept],
+        "forces": [each.digest for each in forces],
+    }
 
 
 def at_rest(
@@ -203,42 +188,6 @@ def at_rest(
             lost = lost or error
     assert lost is not None
     raise lost
-
-
-def clamped(keys: ComponentKeys, name: str) -> NDArray[np.int64]:
-    """Nodes that a component says are held."""
-    if keys.fixed is None:
-        return np.empty(0, np.int64)
-    return nodes(keys.fixed, f"components.{name}.fixed")
-
-
-def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrices:
-    """A component's matrices, read from its files; at a nodal diameter where names say so."""
-
-    def at(given: str | None) -> Path | None:
-        return None if given is None else Path(given.replace(ND, str(nodal_diameter)))
-
-    names = {
-        "stiffness": keys.stiffness_name,
-        "mass": keys.mass_name,
-        "damping": keys.damping_name,
-    }
-    stiffness = at(keys.stiffness)
-    assert stiffness is not None
-    try:
-        return load_matrices(
-            stiffness,
-            at(keys.mass),
-            at(keys.damping),
-            at(keys.dofs),
-            at(keys.nodes),
-            {key: value for key, value in names.items() if value is not None},
-            length=keys.units.length,
-            mass_unit=keys.units.mass,
-            force=keys.units.force,
-        )
-    except InputError as error:
-        raise InputError(f"components.{name}: {error}") from None
 
 
 def _joined_step(
@@ -297,12 +246,6 @@ def _assembly(scene: Scene, acting: Gathered, found: Sequence[Piece]) -> Assembl
         damping_ratio=ratio,
         damping_joints=scene.damping.joints or OPEN,
     )
-
-
-def _named(keys: ComponentKeys) -> Iterator[tuple[str, Any]]:
-    for key in FILES["components"]:
-        if (value := getattr(keys, key)) is not None:
-            yield key, value
 
 
 def _digests(where: str, value: Any, by_diameter: tuple[int, ...]) -> Any:

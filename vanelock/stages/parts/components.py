@@ -159,10 +159,10 @@ def part_step(
     go of what all of them share.
     """
     if part == "vane":
-        loads = loads_of(study)
-        reduced, names = _vane_step(study, loads), strained(loads)
+        reduced, names = _reduced_step(study, part), strained(loads_of(study))
     else:
-        reduced, names = _casing_step(study, nodal_diameter, nodal_diameter == last), ()
+        is_last = nodal_diameter == last
+        reduced, names = _reduced_step(study, part, nodal_diameter, is_last), ()
     factor = 1.0 if at_reference else modulus(study, part) / reference(study, part)
     return _stiffened(reduced, part, factor, names)
 
@@ -194,7 +194,7 @@ def prepared_step(study: Study, part: str) -> Step[Any]:
     inputs: dict[str, Any] = {"cyclic": cyclic}
     if cyclic and options.route == "paper":
         inputs |= {"route": options.route, **options.of(part)}
-    kept = masters(study, part), averaged(study, part)
+    kept = _masters(study, part), averaged(study, part)
     return _prepared(part, *kept, tuple(inputs.items()), model_step(study, part, True))
 
 
@@ -225,79 +225,53 @@ def _least(study: Study, part: str) -> tuple[bool, float | None]:
     return follows, least_band(asked_by(study), softest(study), LEAST) if follows else None
 
 
-def _vane_step(study: Study, loads: tuple[RestLoad, ...]) -> Step[Component]:
-    return _reduced_vane(
-        masters(study, "vane"),
-        averaged(study, "vane"),
-        study.rom,
-        _least(study, "vane")[1],
-        (model_step(study, "vane", True), prepared_step(study, "vane")),
-        tuple(load.unit for load in loads),
-        study.vane if isinstance(study.vane, VaneDimensions) else None,
+def _reduced_step(
+    study: Study, part: str, nodal_diameter: int = 0, is_last: bool = False
+) -> Step[Component]:
+    """A part reduced with its modulus of reference."""
+    follows, least = _least(study, part)
+    needs: list[Step[Any]] = [model_step(study, part, True), prepared_step(study, part)]
+    loads: tuple[RestLoad, ...] = ()
+    if part == "vane":
+        loads = tuple(load.unit for load in loads_of(study))
+    elif follows:
+        needs.append(_reduced_step(study, "vane"))
+    inputs: dict[str, Any] = {} if least is None else {"least": least}
+    if part == "casing":
+        inputs |= {"nodal_diameters": (nodal_diameter,), "route": study.rom.route}
+    shape = study.vane if isinstance(study.vane, VaneDimensions) else None
+    sets = _masters(study, part), averaged(study, part)
+    return _reduced(
+        part, *sets, study.rom, tuple(inputs.items()), tuple(needs), loads, shape, is_last
     )
 
 
 @lru_cache(maxsize=SHARED)
-def _reduced_vane(
+def _reduced(
+    part: str,
     kept: tuple[str, ...],
     means: tuple[str, ...],
     options: Rom,
-    least: float | None,
-    needs: tuple[Step[Model], Step[Any]],
+    more: tuple[tuple[str, Any], ...],
+    needs: tuple[Step[Any], ...],
     loads: tuple[RestLoad, ...],
     shape: VaneDimensions | None,
-) -> Step[Component]:
-    inputs: dict[str, Any] = {"masters": kept, **options.of("vane"), "averaged": means}
-    if least is not None:
-        inputs["least"] = least
-
-    def compute(model: Model, prepared: Any) -> Component:
-        found = {load.name: unit_load(model, shape, load) for load in loads}
-        return rom.reduce(model, **inputs, prepared=prepared, loads=found).shortened()
-
-    given = {**inputs, "loads": [load.name for load in loads]} if loads else inputs
-    return step("rom vane", "rom", given, Component, needs, compute)
-
-
-def _casing_step(study: Study, nodal_diameter: int, is_last: bool) -> Step[Component]:
-    follows, least = _least(study, "casing")
-    needs: list[Step[Any]] = [model_step(study, "casing", True), prepared_step(study, "casing")]
-    if follows:
-        needs.append(_vane_step(study, loads_of(study)))
-    return _reduced_casing(
-        masters(study, "casing"),
-        averaged(study, "casing"),
-        study.rom,
-        least,
-        nodal_diameter,
-        tuple(needs),
-        is_last,
-    )
-
-
-@lru_cache(maxsize=SHARED)
-def _reduced_casing(
-    kept: tuple[str, ...],
-    means: tuple[str, ...],
-    options: Rom,
-    least: float | None,
-    nodal_diameter: int,
-    needs: tuple[Step[Any], ...],
     is_last: bool,
 ) -> Step[Component]:
-    inputs: dict[str, Any] = {"masters": kept, **options.of("casing"), "averaged": means}
-    if least is not None:
-        inputs["least"] = least
-    inputs |= {"nodal_diameters": [nodal_diameter], "route": options.route}
+    """Without the vane's band, which a casing's may follow, and `loads` in unit size."""
+    inputs = {"masters": kept, **options.of(part), "averaged": means, **dict(more)}
 
     def compute(model: Model, prepared: Any, *vane: Component) -> Component:
         band = {"band": vane[0].band} if vane else {}
-        component = rom.reduce(model, **inputs | band, prepared=prepared)
+        at_rest = {load.name: unit_load(model, shape, load) for load in loads}
+        component = rom.reduce(model, **inputs | band, prepared=prepared, loads=at_rest)
         if is_last:
             prepared.forget_answers()
         return component.shortened()
 
-    return step(f"rom casing, ND {nodal_diameter}", "rom", inputs, Component, needs, compute)
+    name = "rom vane" if part == "vane" else f"rom casing, ND {inputs['nodal_diameters'][0]}"
+    keys = {**inputs, "loads": [load.name for load in loads]} if loads else inputs
+    return step(name, "rom", keys, Component, needs, compute)
 
 
 def recovery_step(
@@ -323,7 +297,7 @@ def _recovered(part: str, needs: tuple[Step[Any], ...]) -> Step[rom.Recovery]:
     return step(f"recovery {part}", "rom", {}, rom.Recovery, needs, rom.recovery, False, True)
 
 
-def masters(study: Study, part: str) -> tuple[str, ...]:
+def _masters(study: Study, part: str) -> tuple[str, ...]:
     """Node sets that the joints, loads and outputs of a study use."""
     if study.joints.interlock:
         return MASTERS[part]
@@ -333,4 +307,4 @@ def masters(study: Study, part: str) -> tuple[str, ...]:
 def averaged(study: Study, part: str) -> tuple[str, ...]:
     """Those of a part's masters whose contacts act on patches."""
     on_patches = [joint for joint, patch in study.patches.items() if patch == "area"]
-    return tuple(name for name in masters(study, part) if name.partition("_")[0] in on_patches)
+    return tuple(name for name in _masters(study, part) if name.partition("_")[0] in on_patches)

@@ -4,9 +4,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import unit_vectors
+from vanelock.common.arrays import Floats, unit_vectors
 from vanelock.common.tables import counted
 from vanelock.input.cases.values import Given, ring_of
 from vanelock.input.schema.scene import Scene
@@ -41,7 +40,7 @@ def load_lines(given: Given, nodes: int | None, lists: "Gathered | None" = None)
         yield f"{each.where}: forces on {counted(len(each.nodes), 'node')}, sum {_vector(total)} N"
 
 
-def _vector(values: NDArray[np.float64]) -> str:
+def _vector(values: Floats) -> str:
     return f"[{', '.join(f'{value:.4g}' for value in values.tolist())}]"
 
 

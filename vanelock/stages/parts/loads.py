@@ -15,7 +15,6 @@ Young's modulus of the parts at their temperatures.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,10 +30,6 @@ from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.files.nodal_field import nodal_field
 from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 from vanelock.pipeline.cache import content_digest
-
-if TYPE_CHECKING:
-    pass
-
 
 HEAT = "heat"
 

@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from vanelock import fem, mesh, rom
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.gauges import skin
@@ -56,7 +55,7 @@ class Places:
 
     names: tuple[str, ...]
     joint: tuple[str, ...]
-    nodes: NDArray[np.int64]
+    nodes: Integers
     points: Floats
     area: Floats
     coefficient: Floats
@@ -145,9 +144,9 @@ class Gauges(Product):
     """
 
     names: tuple[str, ...]
-    positions: NDArray[np.float64] = field(metadata={"unit": "m"})
-    directions: NDArray[np.float64]
-    rows: NDArray[np.float64] = field(metadata={"unit": "1/m"})
+    positions: Floats = field(metadata={"unit": "m"})
+    directions: Floats
+    rows: Floats = field(metadata={"unit": "1/m"})
 
     def watched(self, system: System, gauge: int) -> System:
         """The system with a gauge's strain as its only output, direction 0."""
@@ -179,10 +178,10 @@ class Strain:
     """
 
     gauges: Gauges
-    harmonics: NDArray[np.complex128]
+    harmonics: Complex
 
     @property
-    def amplitude(self) -> NDArray[np.float64]:
+    def amplitude(self) -> Floats:
         """(p, g) half the peak-to-peak over a period."""
         return half_peak_to_peak(self.harmonics.swapaxes(0, 1))
 
@@ -221,7 +220,7 @@ def gauges_step(study: Study) -> Step[Gauges]:
             placed.append(found)
         rows = recovery.rows(sp.vstack([each.row for each in placed]), 0)
         return Gauges(
-            tuple(name(gauge) for gauge in wanted),
+            tuple(_name(gauge) for gauge in wanted),
             np.array([each.position for each in placed]),
             np.array([each.direction for each in placed]),
             np.ascontiguousarray(rows.real),
@@ -231,7 +230,7 @@ def gauges_step(study: Study) -> Step[Gauges]:
     return step("gauges", "rom", inputs, Gauges, needs, compute)
 
 
-def name(gauge: GaugeKeys) -> str:
+def _name(gauge: GaugeKeys) -> str:
     """What tables and files call a gauge."""
     along = gauge.direction if isinstance(gauge.direction, str) else f"{gauge.direction:g} deg"
     return (

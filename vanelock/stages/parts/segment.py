@@ -12,12 +12,11 @@ all others (`rom.spanned`); the casing's at each by itself.
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, rom
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
@@ -104,11 +103,6 @@ class Segment:
     damping_joints: str = "stuck"
     at_rest: tuple[tuple[str, str, float], ...] = ()
 
-    @property
-    def keys(self) -> dict[str, Any]:
-        """What its system depends on, beside the parts."""
-        return asdict(self)
-
     @cached_property
     def vibrating(self) -> "Segment":
         """The same without loads at rest: what acts at other nodal diameters than 0."""
@@ -161,7 +155,7 @@ class Segment:
         return dict(self.assembly(self.loaded(vane), casing).rest_loads())
 
 
-def joints(study: Study) -> tuple[Joint, ...]:
+def _joints(study: Study) -> tuple[Joint, ...]:
     """The joints of a study with contact elements."""
     return tuple(Joint(name, **getattr(study.joints, name).contact) for name in study.joint_names)
 
@@ -169,7 +163,7 @@ def joints(study: Study) -> tuple[Joint, ...]:
 def segment_of(study: Study) -> Segment:
     """Joints, load and damping of a study, without its loads at rest."""
     return Segment(
-        joints=joints(study),
+        joints=_joints(study),
         engine_order=study.excitation.engine_order,
         force=study.excitation.force_per_node,
         unbalance=study.excitation.unbalance or 0.0,
@@ -252,27 +246,12 @@ def joined_step(
     """The system of a vane and a casing; joining takes no time, so it is not kept."""
 
     def compute(vane: Component, casing: Component) -> System:
-        return joined(segment, vane, casing)
+        return segment.join(segment.loaded(vane), casing)
 
-    return step(name, "rom", segment.keys, System, (vane, casing), compute, False, True)
-
-
-def joined(
-    segment: Segment,
-    vane: Component,
-    casing: Component,
-    excess: MeshExcess | None = None,
-    moduli: tuple[float, float] = (1.0, 1.0),
-) -> System:
-    """The system of a vane and a casing, without what their meshes add.
-
-    `moduli` of both over those with which the excess was found.
-    """
-    found = segment.join(segment.loaded(vane), casing)
-    return found if excess is None else excess.taken_off(found, moduli)
+    return step(name, "rom", asdict(segment), System, (vane, casing), compute, False, True)
 
 
-def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[NDArray[np.float64], Matrix]:
+def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[Floats, Matrix]:
     """Shapes along which what meshes add is taken off, and their frequencies, Hz."""
     frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
     if k or not areas:

@@ -20,7 +20,6 @@ from vanelock.stages.parts.loads import loads_of, strained
 from vanelock.stages.parts.segment import (
     Segment,
     excess_step,
-    joined,
     joined_step,
     segment_of,
     vane_excess_step,
@@ -112,17 +111,16 @@ class StudyStructure(CaseStructure):
         """
         strained_loads, found = strained(loads_of(self.given)), []
         for k in sorted({*diameters}):
-            parts = [
+            vane, casing = (
                 part if factor == 1 else rom.stiffened(part, factor, strained_loads)
                 for part, factor in zip(
                     (get(self.component(name, k)) for name in PARTS), moduli, strict=True
                 )
-            ]
-            excess = self.excess(k)
-            added = None if excess is None else get(excess)
+            )
             acting = segment if k == 0 else segment.vibrating
-            vane, casing = parts
-            found.append(joined(acting, vane, casing, added, moduli))
+            system = acting.join(acting.loaded(vane), casing)
+            excess = self.excess(k)
+            found.append(system if excess is None else get(excess).taken_off(system, moduli))
         return rom.united(found)
 
     @cached_property

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.band import advice, asked_by, refuse_beyond
@@ -79,13 +79,13 @@ class Limits(Product):
     nodal_diameter: int
     sectors: int
     opens: bool
-    free: NDArray[np.float64] = field(metadata={"unit": "Hz"})
-    stuck: NDArray[np.float64] = field(metadata={"unit": "Hz"})
+    free: Floats = field(metadata={"unit": "Hz"})
+    stuck: Floats = field(metadata={"unit": "Hz"})
     free_mode: int
     stuck_mode: int
     mac: float
-    free_error: NDArray[np.float64]
-    stuck_error: NDArray[np.float64]
+    free_error: Floats
+    stuck_error: Floats
     band: float | None = field(default=None, metadata={"unit": "Hz"})
     free_damping: float = float("nan")
     stuck_damping: float = float("nan")
@@ -177,7 +177,7 @@ def limits(
     )
 
 
-def _ratio(system: System, closed: NDArray[np.bool_] | None, shape: Matrix, hertz: float) -> float:
+def _ratio(system: System, closed: Booleans | None, shape: Matrix, hertz: float) -> float:
     """Damping ratio of a mode of unit mass, contacts as for `linear_modes`."""
     if not hertz:
         return float("nan")
@@ -193,8 +193,8 @@ def _errors(
     system: System,
     parts: Mapping[str, ReducedPart],
     count: int,
-    closed: NDArray[np.bool_] | None,
-) -> NDArray[np.float64]:
+    closed: Booleans | None,
+) -> Floats:
     k = system.nodal_diameter(1)
     blocks = {name: part.at(k) for name, part in parts.items()}
     estimated = {name: parts[name] for name, each in blocks.items() if each.neglected is not None}
@@ -205,7 +205,7 @@ def _errors(
     return np.asarray(frequency_errors(system, estimated, k, count, closed).total)
 
 
-def frequencies(given: Study | Scene, limits: Limits) -> NDArray[np.float64] | tuple[float, float]:
+def frequencies(given: Study | Scene, limits: Limits) -> Floats | tuple[float, float]:
     """Excitation frequencies of a case, Hz; a tuple is a range.
 
     Where the file names neither frequencies nor a range: from a little below the mode of interest
@@ -247,12 +247,12 @@ def _around(limits: Limits) -> tuple[float, float]:
 
 
 def dense(
-    wanted: NDArray[np.float64] | tuple[float, float],
+    wanted: Floats | tuple[float, float],
     limits: Limits,
     stuck: bool,
     damping: float,
     points: int = 101,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Frequencies at which a linear response is a true curve, Hz, ascending.
 
     They span what is wanted and the mode of interest in both limits, evenly there and in equal
@@ -278,7 +278,7 @@ def dense(
     return np.asarray(found[(found >= low) & (found <= high)])
 
 
-def fine(frequency: float, damping: float, points: int = 61) -> NDArray[np.float64]:
+def fine(frequency: float, damping: float, points: int = 61) -> Floats:
     """Frequencies that resolve a lightly damped linear peak, Hz.
 
     They reach six half-bandwidths ζf to either side and are densest, 0.06 ζf, in the middle, where

@@ -14,10 +14,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.linalg as sl
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.errors import InputError
 from vanelock.input.cases.values import Given
@@ -37,10 +36,6 @@ Progress: TypeAlias = Callable[[int, int, float, float], None]
 READ = ("rom", "excitation", "damping", "response", "campbell")
 """Tables that the frequencies of responses follow from, with the linear limits; a scene lacks two.
 """
-
-
-def silent_progress(done: int, total: int, frequency: float, amplitude: float) -> None:
-    """Say nothing."""
 
 
 @lru_cache(maxsize=SHARED)
@@ -263,7 +258,7 @@ def as_solved(response: Response, point: int) -> Response:
     )
 
 
-def drawn(response: Response, amplitude: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+def drawn(response: Response, amplitude: Floats) -> tuple[Floats, Floats, Booleans]:
     """Frequencies, amplitudes and whether they converged, of the curve to draw."""
     plain = response.frequency, amplitude, response.converged
     order = np.argsort(response.frequency, kind="stable")
@@ -305,7 +300,7 @@ class Monitor:
     node: int
     component: int
 
-    def amplitude(self, response: Response) -> NDArray[np.float64]:
+    def amplitude(self, response: Response) -> Floats:
         """(p,) half the peak-to-peak, m; not a number where a point did not converge."""
         amplitude = response.amplitude[:, self.node, self.component]
         return np.where(response.converged, amplitude, np.nan)

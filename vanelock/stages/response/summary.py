@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.input.cases.sweep import Case
 from vanelock.nonlinear import OPEN, SLIP_OPEN, Response
 from vanelock.rom import Contacts
@@ -212,7 +212,7 @@ class Summary:
     wave: WaveVerdict | None = None
 
 
-def peak_of(response: Response, amplitude: NDArray[np.float64]) -> Peak | None:
+def peak_of(response: Response, amplitude: Floats) -> Peak | None:
     """Largest converged point, None where there is none."""
     known = np.where(response.converged, amplitude, -np.inf)
     top = int(known.argmax())
@@ -230,7 +230,7 @@ def by_height(responses: Sequence[Response], monitor: Monitor) -> list[Response]
     return [responses[first], *responses[:first], *responses[first + 1 :]]
 
 
-def sweep_of(response: Response, amplitude: NDArray[np.float64]) -> Sweep:
+def sweep_of(response: Response, amplitude: Floats) -> Sweep:
     """A response as a sweep, its monitored amplitude (p,) in m."""
     pairs = np.empty((0, 2), np.int64) if response.jump is None else response.jump
     frequency = response.frequency
@@ -241,15 +241,9 @@ def sweep_of(response: Response, amplitude: NDArray[np.float64]) -> Sweep:
     return Sweep(response.direction or "up", peak_of(response, amplitude), jumps)
 
 
-def share(chosen: NDArray[np.bool_]) -> float:
+def _share(chosen: Booleans) -> float:
     """Share of contacts that are chosen; NaN where there are no contacts."""
     return float(chosen.mean()) if len(chosen) else float("nan")
-
-
-def friction_share(dissipation: NDArray[np.float64], own: NDArray[np.bool_]) -> float:
-    """The own contacts' share of the friction work; NaN where nothing slips."""
-    total = float(dissipation.sum())
-    return float(dissipation[own].sum()) / total if total > 0 else float("nan")
 
 
 def summarise(
@@ -273,9 +267,10 @@ def summarise(
         state = response.state[peak.point]
         work = response.dissipation[peak.point]
         slips = work > LEAST_WORK * work.max(initial=np.finfo(float).tiny)
-        slipping, closed_slipping = share(slips[opens]), share(slips[~opens])
-        opening = share(np.isin(state[opens], OPENING))
-        friction = friction_share(work, opens)
+        slipping, closed_slipping = _share(slips[opens]), _share(slips[~opens])
+        opening = _share(np.isin(state[opens], OPENING))
+        if (total := float(work.sum())) > 0:
+            friction = float(work[opens].sum()) / total
         each = {name: float(work[joints == name].sum()) for name in dict.fromkeys(contacts.joints)}
         ends = sorted((limits.free_frequency, limits.stuck_frequency))
         if ends[0] <= response.frequency.max() and ends[1] >= response.frequency.min():

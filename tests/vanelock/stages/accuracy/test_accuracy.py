@@ -20,8 +20,8 @@ from vanelock.stages.accuracy.errors import (
     Errors,
     Source,
     _listed_harmonics,
+    _utilisation,
     error_table,
-    utilisation,
 )
 from vanelock.stages.accuracy.errors import _warnings as errors_of
 
@@ -180,7 +180,7 @@ def test_utilisation_of_the_friction_bound(asked):
     folder, *_ = asked
     with h5py.File(folder / "results.h5") as file:
         response = Response.load(file["response/nominal"])
-    used = utilisation(response)
+    used = _utilisation(response)
     joints = load_system(folder / "results.h5", "nominal").contacts.joint
     hooks = np.array([joint == "hook" for joint in joints])
     assert used.shape == response.state.shape

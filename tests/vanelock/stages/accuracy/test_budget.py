@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import minimize
 
 from vanelock import parse_study
-from vanelock.stages.accuracy.budget import LEAST, LOWEST, budget, costs_of, pins, split
+from vanelock.stages.accuracy.budget import LEAST, LOWEST, _costs_of, _split, budget, pins
 
 
 @pytest.mark.parametrize("accuracy", [0.2, 1e-2, 1e-4])
@@ -14,13 +14,13 @@ from vanelock.stages.accuracy.budget import LEAST, LOWEST, budget, costs_of, pin
     [("mesh", "modes", "harmonics", "frequencies"), ("harmonics", "frequencies"), ("modes",)],
 )
 def test_shares_sum_up_to_the_accuracy_at_least_cost(sources, accuracy):
-    shares = split(accuracy, sources)
+    shares = _split(accuracy, sources)
     assert sum(shares.values()) == pytest.approx(accuracy, rel=1e-9)
     assert min(shares.values()) >= LOWEST * accuracy * (1 - 1e-12)
 
     def cost(parts):
         return sum(
-            costs_of(sources)[name].scale * (accuracy * part) ** -costs_of(sources)[name].power
+            _costs_of(sources)[name].scale * (accuracy * part) ** -_costs_of(sources)[name].power
             for name, part in zip(sources, parts, strict=True)
         )
 

@@ -63,7 +63,6 @@ def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
     assert sum(found.budget.shares.values()) == pytest.approx(0.05)
     assert found.short == ""
     assert found.study.mesh.size == asked[-1].mesh.size
-    assert found.given == parse_study(FREE)
 
 
 def test_both_parts_are_refined_as_far_as_least_work_asks_for():

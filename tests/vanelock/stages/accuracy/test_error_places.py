@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vanelock.stages.accuracy.evidence import error_places
+from vanelock.stages.accuracy.evidence import _error_places
 
 
 @pytest.fixture
@@ -21,7 +21,7 @@ def test_the_worst_place_is_described_with_what_lies_around_it(parts):
     energies = [np.full(count, 1.0), np.full(count, 0.5)]
     worst = int(np.argmin(np.linalg.norm(middles - [9.5 / 12, 0.5, 0.5], axis=1)))
     energies[1][worst] = 500.0
-    found = error_places(parts, energies)
+    found = _error_places(parts, energies)
     total = 1.0 * count + 0.5 * (count - 1) + 500
     assert found.part[0] == 1
     np.testing.assert_allclose(found.position[0], middles[worst] + [0, 0, 100])
@@ -36,6 +36,6 @@ def test_the_worst_place_is_described_with_what_lies_around_it(parts):
 def test_the_mean_density_over_the_volume_is_one(parts):
     """At nodes: energies of the elements around over their volumes, both in all of one size."""
     count = len(parts[0].cells)
-    found = error_places(parts, [np.full(count, 3.0), np.full(count, 3.0)])
+    found = _error_places(parts, [np.full(count, 3.0), np.full(count, 3.0)])
     np.testing.assert_allclose(found.vane, 1, rtol=1e-9)
     np.testing.assert_allclose(found.casing, 1, rtol=1e-9)

@@ -11,7 +11,7 @@ from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import parse_study, run_study
 from vanelock.nonlinear import Response, linear_response
 from vanelock.pipeline.progress import Done, Event, Notice
-from vanelock.stages.campbell.speed_lines import Campbell, lines_step, of_order, with_unbalance
+from vanelock.stages.campbell.speed_lines import Campbell, _of_order, _with_unbalance, lines_step
 from vanelock.stages.parts.segment import Segment, segment_of
 from vanelock.stages.response.limits import Limits
 
@@ -112,8 +112,8 @@ def test_a_linear_circle_by_a_dense_solve(scene):
     study = parse_study('[ring]\nsectors = 12\n[excitation]\nunbalance = "1.5 kg*mm"')
     bare = replace(segment_of(study), joints=scene.joints)
     nodes = len(scene.casing_model.part.node_sets["force"])
-    joined = of_order(bare, 2, nodes, 12).join(scene.vane, scene.casing)
-    system = with_unbalance(joined, bare)
+    joined = _of_order(bare, 2, nodes, 12).join(scene.vane, scene.casing)
+    system = _with_unbalance(joined, bare)
     assert system.engine_order == 2
     D, f = system.at(2), 273.0
     n, omega = len(D.K), 2 * np.pi * f

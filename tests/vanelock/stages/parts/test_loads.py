@@ -8,7 +8,7 @@ import pytest
 
 from tests.mesh.conftest import RADIUS, SECTORS
 from vanelock import nonlinear, parse_study, run_study
-from vanelock.analyses.preload_by_cause import LoadsByCause, by_cause_step
+from vanelock.analyses.preload_by_cause import LoadsByCause, _by_cause_step
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.input.cases.sweep import cases
@@ -88,12 +88,12 @@ END = (RADIUS**2 - (RADIUS - 0.1) ** 2) * np.pi / SECTORS
 def test_pressure_on_a_set_and_from_a_file(ring, stages, tmp_path):
     """The same constant either way; its resultant is p A, which the joints balance."""
     study = ring('[loads.pressure]\nend = "2 bar"\n')
-    found = stages.get(by_cause_step(planned_of(study)))
+    found = stages.get(_by_cause_step(planned_of(study)))
     assert found.causes[0] == "interference"
     assert found.resultant[0] == pytest.approx(-2e5 * END, rel=1e-5)
     assert np.abs(found.reaction.sum(axis=0) + found.resultant).max() < 1e-9 * 2e5 * END
     none = planned_of(ring(""))
-    assert by_cause_step(none) is None
+    assert _by_cause_step(none) is None
     rest, contacts = stages.get(none.preload), stages.get(none.system).contacts
     normal = [rest.force[0, 0, contacts.of(name), 0].real.sum() for name in found.joints]
     assert np.allclose(found.normal[0], normal, rtol=1e-5)  # a reduction without static answers
@@ -103,7 +103,7 @@ def test_pressure_on_a_set_and_from_a_file(ring, stages, tmp_path):
     file.write_text("x (mm),y (mm),z (mm),pressure (MPa)\n" + "".join(rows))
     study = ring('[loads.pressure]\nend = "flow.csv"\n')
     planned = planned_of(study)
-    again = stages.get(by_cause_step(planned))
+    again = stages.get(_by_cause_step(planned))
     assert np.allclose(again.normal, found.normal, rtol=1e-9)
     assert np.allclose(again.resultant, found.resultant, rtol=1e-12)
 
@@ -113,7 +113,7 @@ def test_pressure_on_a_set_and_from_a_file(ring, stages, tmp_path):
     (tmp_path / "moved.csv").write_text(
         (tmp_path / "moved.csv").read_text().replace("200,0.2", "200,0.3")
     )
-    harder = stages.get(by_cause_step(planned_of(moved)))
+    harder = stages.get(_by_cause_step(planned_of(moved)))
     assert harder.resultant[0] == pytest.approx(1.5 * found.resultant[0], rel=1e-9)
 
 
