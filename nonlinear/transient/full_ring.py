@@ -38,7 +38,7 @@ import numpy as np
 
 from vanelock.common.arrays import Array, Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.balance.stuck_modes import StuckModes, check_uncoupled, stuck_modes
 from vanelock.nonlinear.contact.disc_slider import HELD, RATES, TO, pursue
 from vanelock.nonlinear.fourier import kernel
 from vanelock.rom.system.coordinates import ROUND_OFF, check, check_ring
@@ -139,12 +139,7 @@ def ring(system: System, every: bool = False) -> FullRing:
     system = replace(system, diameters={**system.diameters, **standing})
     modes = tuple(stuck_modes(system, k) for k in diameters)
     for k, found in zip(diameters, modes, strict=True):
-        if found.coupled_damping is not None:
-            raise InputError(
-                f"system: nd/{k}/C: given one that couples the modes, joints "
-                f"{'open' if system.opens_in_damping.any() else 'stuck'}: "
-                "time integration allows damping/ratio and a C that they leave diagonal"
-            )
+        check_uncoupled(system, found, k, "time integration")
     sectors = 1 if alike else N
     order = np.array(diameters)
     shift = np.exp(-2j * np.pi * np.outer(order, np.arange(sectors)) / N)
