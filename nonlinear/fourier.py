@@ -223,10 +223,7 @@ def roots(a: Floats, table: Floats, angles: Floats) -> int:
     in the same sixteenth of the shortest wave could escape. Their number is even, and at the first
     one a falls if a(0) >= 0; slopes at roots would not say so where a only touches zero.
     """
-    total = 0.0
-    for h in range(1, (a.size + 1) // 2):
-        total += math.hypot(a[2 * h - 1], a[2 * h])
-    if abs(a[0]) >= total:  # touching zero is not crossing it
+    if abs(a[0]) >= spread(a):  # touching zero is not crossing it
         return 0
     slopes = derivative(a)
     size = table.shape[0]

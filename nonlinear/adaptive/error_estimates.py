@@ -37,7 +37,7 @@ from vanelock.nonlinear.forced_response.response import (
     half_peak_to_peak,
 )
 from vanelock.nonlinear.fourier import TURN, one_thread, resized, to_complex, to_real
-from vanelock.nonlinear.newton.linearised import Linearised, linearise
+from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import Solution, active_rows, scales, solve
 from vanelock.nonlinear.newton.preconditioner import response_to
 from vanelock.rom.errors import Neglected
@@ -190,7 +190,7 @@ class _Wide:
         self.deviation: Deviation = family.friction(self.u, solution.omega)
         self.gap = self.deviation.w - self.w
         self.rows = active_rows(self.w, self.deviation)
-        self._linear: Linearised | None = None
+        self._linear = None
         if len(self.rows):
             weight = np.broadcast_to(1 / scales(self.balance.linear), self.w.shape).reshape(-1)
             kept, stiffness = levels.kept(harmonics), self.structure.stiffness

@@ -8,8 +8,6 @@ neighbours: parts change little from one to the next, if at all.
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
 from vanelock.nonlinear.balance.balance import Structure, structure
@@ -22,7 +20,7 @@ from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, Solv
 from vanelock.nonlinear.forced_response.options import Options, at_rest
 from vanelock.nonlinear.newton.linearised import KeptBasis
 from vanelock.nonlinear.newton.newton import Solution
-from vanelock.nonlinear.newton.preconditioner import Basis, Kept
+from vanelock.nonlinear.newton.preconditioner import Kept
 from vanelock.rom.system.system import System
 
 
@@ -30,7 +28,8 @@ from vanelock.rom.system.system import System
 class HarmonicLevels:
     """Solvers by number of harmonics, whatever `options` say of it, in a range of rad/s.
 
-    `systems` leads from H to one that has the nodal diameters of all harmonics up to H.
+    `systems` leads from H to one that has the nodal diameters of all harmonics up to H; `reached`
+    is the largest H that one was asked for.
     """
 
     systems: Callable[[int], System]
@@ -38,7 +37,7 @@ class HarmonicLevels:
     options: Options
     searching: Callable[[float], None] = unheard
     points: SolvedPoints = field(default_factory=SolvedPoints)
-    _reached: int = -1
+    reached: int = -1
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
     _guessed: dict[tuple[int, int], StuckModes] = field(default_factory=dict)
@@ -47,12 +46,12 @@ class HarmonicLevels:
     _extended: dict[int, Structure] = field(default_factory=dict)
     _laws: dict[tuple[int, bool, bool], Law] = field(default_factory=dict)
     _rest: Solution | None = None
-    _bases: dict[int, Basis] = field(default_factory=dict)
+    _kept: dict[int, KeptBasis] = field(default_factory=dict)
 
     def structure(self, harmonics: int) -> Structure:
         """The structure with H harmonics, all at their own nodal diameters."""
-        if harmonics > self._reached:
-            self._system, self._reached = self.systems(harmonics), harmonics
+        if harmonics > self.reached:
+            self._system, self.reached = self.systems(harmonics), harmonics
             self._extended.clear()
         assert self._system is not None
         if harmonics not in self._structures:
@@ -63,7 +62,7 @@ class HarmonicLevels:
 
     def extended(self, harmonics: int) -> Structure:
         """The same for estimates, neighbours standing in for diameters that are not there."""
-        if harmonics <= self._reached:
+        if harmonics <= self.reached:
             return self.structure(harmonics)
         if harmonics not in self._extended:
             assert self._system is not None
@@ -98,11 +97,6 @@ class HarmonicLevels:
         return max(self.options.samples, least_samples(harmonics))
 
     @property
-    def reached(self) -> int:
-        """The largest H that a system was asked for."""
-        return self._reached
-
-    @property
     def rest(self) -> Solution | None:
         """The static state that vibration is referred to; None where both are coupled."""
         if self.options.coupling != "coupled" and self._rest is None:
@@ -132,13 +126,12 @@ class HarmonicLevels:
 
     def kept(self, harmonics: int) -> Kept | None:
         """What preconditions balances of H harmonics, its matrix to be made anew."""
-        basis = self._bases.get(harmonics)
-        return None if basis is None else _to_be_made(basis)
+        return self._kept.get(harmonics)
 
     def keep(self, harmonics: int, reuse: Kept | None) -> None:
         """Have later balances of H harmonics start from this."""
         if isinstance(reuse, KeptBasis):
-            self._bases[harmonics] = reuse.basis
+            self._kept[harmonics] = replace(reuse, stale=True)
 
 
 def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:
@@ -150,9 +143,3 @@ def _stood_in(system: System, harmonics: int) -> tuple[System, dict[int, int]]:
     places = {own: min(there, key=lambda j: (abs(j - own), j)) for own in lacking}
     diameters = system.diameters | {own: system.at(place) for own, place in places.items()}
     return replace(system, diameters=diameters), places
-
-
-def _to_be_made(basis: Basis) -> KeptBasis:
-    """A basis whose matrix serves no longer."""
-    none = np.empty((0, 0))
-    return KeptBasis(basis, none, (none, np.empty(0, np.int32)), stale=True)

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -16,8 +15,6 @@ from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.frequency_response import joined
 from vanelock.nonlinear.fourier import resized
 from vanelock.nonlinear.newton.newton import Solution, solve
-
-T = TypeVar("T")
 
 _MOST = 31  # harmonics beyond which none is tried
 _SLIPPING = 3
@@ -203,13 +200,11 @@ class Pointwise:
         """Error by neglected harmonics, what a small shift in frequency changes forgiven."""
         steep = abs(estimate.slope) if np.isfinite(estimate.slope) else 0.0
         forgiven = 1 + _SHIFT * steep * omega / max(estimate.amplitude, TINY)
-        return self._off(estimate, "harmonics") / forgiven
-
-    def _off(self, estimate: Estimate, source: str) -> float:
-        """Change by a source relative to A or, where A is small, a share of the largest so far."""
-        change = float(estimate.change[SOURCES.index(source)])
-        size = max(estimate.amplitude, _LOW * self._largest, TINY)
-        return abs(change) / size if np.isfinite(change) else np.inf
+        change = float(estimate.change[SOURCES.index("harmonics")])
+        if not np.isfinite(change):
+            return np.inf
+        # Relative to A or, where A is small, a share of the largest so far.
+        return abs(change) / max(estimate.amplitude, _LOW * self._largest, TINY) / forgiven
 
     def _lifted(self, points: Sequence[Point], H: int) -> list[Solution]:
         """Solutions of some points with H harmonics; those that are not found are left out."""

@@ -145,8 +145,7 @@ class Structure:
     @cached_property
     def _static_columns(self) -> Array:
         rows = self.at(0).rows
-        other = rows.conj() if np.iscomplexobj(rows) else rows
-        return np.asarray((other @ rows.T) * self.stiffness[:, None])
+        return np.asarray((rows.conj() @ rows.T) * self.stiffness[:, None])
 
     @cached_property
     def _preload(self) -> Floats:
@@ -221,20 +220,15 @@ class Structure:
         """A balance from ũ_h and the columns of R̂_h of the harmonics h = 1 ... H."""
         still = partial(self.columns, 0, 0.0)
         columns = Columns(len(self.stiffness), (still, *compute))
-        return Balance(omega, self._combined(omega, vibrations), columns)
-
-    def _combined(self, omega: float, vibrations: Iterable[Array]) -> Floats:
         shape = (self.system.contacts.count, 3, 2 * self.harmonics + 1)
         force = self.system.force.get(0)
         varies = force is not None and force.omega_power
         static = self._static(omega) if varies else self._held_still
-        return to_real(np.stack([static, *vibrations])).reshape(shape)
+        return Balance(omega, to_real(np.stack([static, *vibrations])).reshape(shape), columns)
 
     def linear(self, omega: float) -> Floats:
         """ũ, (c, 3, 2H + 1) m."""
-        return self._combined(
-            omega, (self.vibration(h, omega) for h in range(1, self.harmonics + 1))
-        )
+        return self.balance(omega).linear
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency, rad/s."""

@@ -105,13 +105,10 @@ class _FarModes(NamedTuple):
 class _ReceptanceTable:
     """What one harmonic's far modes contribute, at the nodes of the range.
 
-    `low`, `columns`, `near`: as of `_FarModes`; `linear` (3c, k): their ũ under the excitation at 1
-    rad/s; None where the harmonic is not excited.
+    `linear` (3c, k): their ũ under the excitation at 1 rad/s; None where it is not excited.
     """
 
-    low: int
-    columns: _FarColumns
-    near: tuple[Array, Array] | None
+    far: _FarModes
     linear: Array | None
 
 
@@ -156,26 +153,28 @@ class Tabulated:
         if table.linear is None:
             return np.zeros(len(structure.stiffness))
         modes = structure.at(harmonic)
-        push = structure.modal_force(harmonic, omega)[: table.low]
+        push = structure.modal_force(harmonic, omega)[: table.far.low]
         growth = structure.growth(harmonic, omega)
-        if table.near is not None:
+        if table.far.near is not None:
             far = (table.linear @ shares) * growth
             near = self._near(harmonic, omega, shares, push[None], far[None])[0]
             return np.asarray(far + near)
-        near = modes.rows[:, : table.low] @ (push / modes.dynamic(harmonic * omega)[: table.low])
+        near = modes.rows[:, : table.far.low] @ (
+            push / modes.dynamic(harmonic * omega)[: table.far.low]
+        )
         return np.asarray((table.linear @ shares) * growth + near)
 
     def _columns(self, harmonic: int, omega: float, shares: Floats, components: Integers) -> Array:
         """Columns of R̂_h."""
         table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
-        near = modes.rows[:, : table.low]
-        held, places = table.columns.at(components)
-        if table.near is not None:
+        near = modes.rows[:, : table.far.low]
+        held, places = table.far.columns.at(components)
+        if table.far.near is not None:
             out = np.zeros((len(components), len(near)), complex)
             combine(held, shares, places, out)
             push = near[components].conj() * self.structure.stiffness[components, None]
             return out + self._near(harmonic, omega, shares, push, out)
-        dynamic = modes.dynamic(harmonic * omega)[: table.low]
+        dynamic = modes.dynamic(harmonic * omega)[: table.far.low]
         out = (near[components].conj() / dynamic) @ near.T
         out *= self.structure.stiffness[components, None]
         combine(held, shares, places, out)
@@ -184,42 +183,38 @@ class Tabulated:
     def _near(self, harmonic: int, omega: float, shares: Floats, push: Array, far: Array) -> Array:
         """What the near modes (low,) add to far motions (j, 3c) under modal forces (j, low)."""
         table, modes = self.tables[harmonic - 1], self.structure.at(harmonic)
-        assert table.near is not None
+        assert table.far.near is not None
         assert modes.springs is not None
         own = modes.opened
-        rows = np.zeros((table.low, far.shape[1]), complex)
-        combine(table.near[0], shares, np.arange(table.low), rows)
-        S = np.tensordot(shares, table.near[1], 1)
-        S[np.diag_indices(table.low)] += modes.dynamic(harmonic * omega)[: table.low]
-        seen = (far[:, own] * modes.springs[own]) @ modes.rows[own, : table.low].conj()
+        rows = np.zeros((table.far.low, far.shape[1]), complex)
+        combine(table.far.near[0], shares, np.arange(table.far.low), rows)
+        S = np.tensordot(shares, table.far.near[1], 1)
+        S[np.diag_indices(table.far.low)] += modes.dynamic(harmonic * omega)[: table.far.low]
+        seen = (far[:, own] * modes.springs[own]) @ modes.rows[own, : table.far.low].conj()
         return np.asarray(np.linalg.solve(S, (push - seen).T).T @ rows)
+
+
+_PATIENCE, _MANY = 100, 1000
+"""Balances summed over all modes before tables are made, and those expected then."""
 
 
 @dataclass
 class Deferred:
-    """Balances by circular frequency, tabulated once many have been asked for.
-
-    `limits`: the range, rad/s; `patience`: balances summed over all modes before tables are made;
-    `asked`: balances asked for so far.
-    """
+    """Balances by circular frequency in a range, rad/s, tabulated once many have been asked for."""
 
     structure: Structure
     limits: tuple[float, float]
-    patience: int = 100
-    asked: int = 0
-    _source: "Structure | Tabulated | None" = None
+    _asked: int = 0
+    _source: Structure | Tabulated | None = None
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency."""
-        self.asked += 1
-        if self.asked <= self.patience:
+        self._asked += 1
+        if self._asked <= _PATIENCE:
             return self.structure.balance(omega)
         if self._source is None:
             self._source = balances(self.structure, *self.limits, _MANY)
         return self._source.balance(omega)
-
-
-_MANY = 1000  # balances expected, once they are many
 
 
 def balances(
@@ -266,7 +261,7 @@ def _table(structure: Structure, harmonic: int, low: int, nodes: Floats) -> _Rec
     if force is not None:
         linear = modes.rows[:, low:] @ (structure.unit_forces[harmonic][low:] / far.dynamic).T
         linear = far.columns.sprung(linear.T[None])[0].T
-    return _ReceptanceTable(low, far.columns, far.near, linear)
+    return _ReceptanceTable(far, linear)
 
 
 def _far_modes(modes: StuckModes, stiffness: Floats, low: int, nodes: Floats) -> _FarModes:

@@ -40,9 +40,7 @@ from vanelock.rom.system.system import System
 
 _KEPT = 2**24  # entries of condensed springs that are kept, over frequencies
 NEAR = 0.1  # modal dynamic stiffness, of 1 at rest, of a mode told apart
-_FEW = (
-    5  # times fewer springs than modes, by which factors at each frequency are cheaper than modes
-)
+_FEW = 5  # times fewer springs than modes, by which factors at a frequency are cheaper than modes
 _LEFT_OUT = 1e-10  # of the largest entry of a matrix, by its factors
 _MASSLESS = (
     'with the contacts open that the limit "free" opens, and what they alone hold has no mass: '
@@ -54,25 +52,13 @@ _MASSLESS = (
 class StuckModes(Product):
     """Modes of one nodal diameter, in which the structure with all contacts stuck is expressed.
 
-    Attributes
-    ----------
-    shapes : (n, n)
-        V, one mode a column.
-    rows : (3c, n)
-        b = B V, relative displacements of the contacts (normal, t1, t2) in each mode.
-    compliance : (n,) float
-        Λ, s²/rad².
-    static : (n,) float
-        A, modal stiffness: 1, less where the modes are those of the open structure.
-    damping : (n,) float
-        Diagonal of the modal damping, s/rad.
-    coupled_damping : (n, n) or None
-        The whole modal damping where a given C does not leave it diagonal.
-    springs : (3c,) float or None
-        Stiffness of the contacts that are open in the modes, zero for others, N/m; None where all
-        contacts are stuck in them.
-    rigid : int
-        How many of them nothing holds even with all contacts stuck; they come first.
+    `shapes` (n, n): V, one mode a column; `rows` (3c, n): b = B V, relative displacements of the
+    contacts (normal, t1, t2) in each mode; `compliance` (n,): Λ, s²/rad²; `static` (n,): A, modal
+    stiffness: 1, less where the modes are those of the open structure; `damping` (n,): diagonal of
+    the modal damping, s/rad; `coupled_damping` (n, n): the whole modal damping where a given C does
+    not leave it diagonal; `springs` (3c,): stiffness of the contacts that are open in the modes,
+    zero for others, N/m; None where all are stuck in them; `rigid`: how many of them nothing holds
+    even with all contacts stuck; they come first.
     """
 
     shapes: Array
@@ -303,11 +289,8 @@ def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:
     stuck = K + (B.conj().T * k) @ B
     stuck, M = (stuck + stuck.conj().T) / 2, (M + M.conj().T) / 2
     opens = np.repeat(system.opens_in_damping, 3) & bool(M.any())
-    base, shift, wrong = (
-        stuck,
-        0.0,
-        "with all contacts stuck: some motion meets a negative stiffness",
-    )
+    base, shift = stuck, 0.0
+    wrong = "with all contacts stuck: some motion meets a negative stiffness"
     where = f"system: nd/{nodal_diameter}/K"
     try:
         R = unheld_motions(system, nodal_diameter, np.ones(system.contacts.count, bool))
@@ -377,6 +360,16 @@ def harmonic_modes(
     wanted |= {(system.sectors - k) % system.sectors for k in wanted}
     held = sorted(wanted & set(system.diameters))
     return HarmonicModes({k: stuck[k] if k in stuck else stuck_modes(system, k) for k in held})
+
+
+def check_uncoupled(system: System, modes: StuckModes, nodal_diameter: int, what: str) -> None:
+    """Refuse modes that a given C couples, which `what` cannot do with."""
+    if modes.coupled_damping is not None:
+        joints = "open" if system.opens_in_damping.any() else "stuck"
+        raise InputError(
+            f"system: nd/{nodal_diameter}/C: given one that couples the modes, joints {joints}: "
+            f"{what} allows damping/ratio and a C that they leave diagonal"
+        )
 
 
 def _real(value: Array, where: str) -> Array:

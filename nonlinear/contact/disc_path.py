@@ -153,7 +153,7 @@ def _caught(
     begin: float, length: float, rate: float, fuzz: float, u: Floats, alpha: float, path: Path
 ) -> tuple[bool, float]:
     """Whether λ, `rate` at the beginning, falls to zero in a step; its length up to there."""
-    force, slip, node = path.force, path.slip, 0
+    slip, node = path.slip, 0
     while node < STAGES and slip[node, RATE] >= -fuzz:
         node += 1
     if node == STAGES:
@@ -163,7 +163,7 @@ def _caught(
     before = slip[node - 1, RATE] if node > 0 else max(rate, 0.0)
     length = low + before / (before - slip[node, RATE]) * (high - low)
     for _ in range(60):
-        slip_over(begin, length, force[0], force[1], u, alpha, path.phis, path.motions, slip)
+        slip_over(begin, length, u, alpha, path)
         end = slip[STAGES - 1, RATE]
         if end < 0.0:
             high = length
@@ -266,11 +266,11 @@ def _closed(
         if opens and last - angle > _NEAR:
             length = min(length, _SHRINK * (last - angle))
         length = min(length, _TURNING * _to_turning(angle, bent, alpha, r, path))
-        slip_over(angle, length, force[0], force[1], u, alpha, path.phis, path.motions, slip)
+        slip_over(angle, length, u, alpha, path)
         r = path.motions[STAGES - 1, R]
         limit = _longest(length, limit, size, path)
         caught, length = _caught(angle, length, rate, fuzz, u, alpha, path)
-        changes_over(length, alpha, path.phis, path.motions, slip, path.across, path.eta)
+        changes_over(length, alpha, path)
         work += add_slip(angle, length, path)
         any_slip = True
         angle += length

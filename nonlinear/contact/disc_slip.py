@@ -112,94 +112,6 @@ def motion_at(angle: float, u: Floats, alpha: float, phi: Floats, motion: Floats
     motion[R], motion[DR] = alpha * v, alpha * dv
 
 
-@kernel
-def slip_over(
-    begin: float,
-    length: float,
-    ex: float,
-    ey: float,
-    u: Floats,
-    alpha: float,
-    phi: Floats,
-    motion: Floats,
-    slip: Floats,
-) -> None:
-    """Collocate one step of slip from the force e on: φ, motion and slip (s, .) at the nodes."""
-    s = STAGES
-    z, a, b, half = np.zeros(s), np.empty(s), np.empty(s), np.empty(s)
-    for i in range(s):
-        motion_at(begin + length * NODES[i], u, alpha, phi[i], motion[i])
-        a[i] = motion[i, DX] * ex + motion[i, DY] * ey
-        b[i] = motion[i, DY] * ex - motion[i, DX] * ey
-        speed = abs(a[i]) + abs(b[i]) + abs(motion[i, DR])
-        motion[i, R] = max(motion[i, R], SMALLEST * speed, 1e-300)  # where it opens
-        half[i] = 0.5 * length / motion[i, R]
-    matrix, step = np.empty((s, s)), np.empty((s, 1))
-    for _ in range(30):
-        for i in range(s):
-            step[i, 0] = -z[i]
-            for j in range(s):
-                f = half[j] * (b[j] * (1.0 - z[j] * z[j]) - 2.0 * a[j] * z[j])
-                step[i, 0] += INTEGRALS[i, j] * f
-                matrix[i, j] = INTEGRALS[i, j] * 2.0 * half[j] * (b[j] * z[j] + a[j])
-            matrix[i, i] += 1.0
-        _solve_in_place(matrix, step)
-        size = 0.0
-        for i in range(s):
-            z[i] += step[i, 0]
-            size = max(size, abs(step[i, 0]))
-        if size <= 1e-8:  # the next one would be its square
-            break
-    for i in range(s):
-        over = 1.0 / (1.0 + z[i] * z[i])
-        cosine, sine = (1.0 - z[i] * z[i]) * over, 2.0 * z[i] * over
-        x, y = cosine * ex - sine * ey, cosine * ey + sine * ex
-        slip[i, EX], slip[i, EY], slip[i, Z] = x, y, z[i]
-        slip[i, RATE] = motion[i, DX] * x + motion[i, DY] * y - motion[i, DR]
-        across = motion[i, DY] * x - motion[i, DX] * y
-        slip[i, _TURNING] = across / motion[i, R]
-
-
-@kernel
-def changes_over(
-    length: float,
-    alpha: float,
-    phi: Floats,
-    motion: Floats,
-    slip: Floats,
-    start: Floats,
-    eta: Floats,
-) -> None:
-    """Collocate η (s, n) of a step for changes of all coefficients, 3 m, and of earlier ones."""
-    s, (_, m) = STAGES, phi.shape
-    matrix, answer = np.empty((s, s)), np.empty((s, s + 1))
-    for i in range(s):
-        answer[i, s] = 1.0
-        for j in range(s):
-            answer[i, j] = length * INTEGRALS[i, j]
-            fading = slip[j, RATE] / motion[j, R]
-            matrix[i, j] = answer[i, j] * fading
-        matrix[i, i] += 1.0
-    _solve_in_place(matrix, answer)
-    for i in range(s):
-        for k in range(start.size):
-            eta[i, k] = answer[i, s] * start[k]
-    if start.size < 3 * m:
-        return
-    for j in range(s):
-        ex, ey, turning = slip[j, EX], slip[j, EY], slip[j, _TURNING]
-        fading = slip[j, RATE] / motion[j, R]
-        to_v = alpha * turning
-        to_x, to_y = -fading * ey - turning * ex, fading * ex - turning * ey
-        for i in range(s):
-            share = answer[i, j]
-            on_v, on_x, on_y = share * to_v, share * to_x, share * to_y
-            for k in range(m):
-                eta[i, k] += on_v * phi[j, k]
-                eta[i, m + k] += on_x * phi[j, k]
-                eta[i, 2 * m + k] += on_y * phi[j, k]
-
-
 # Rows of the moments: of e_x, e_y, e_x², e_x e_y and 1 over slip, of 1 over what is free.
 _FORCE_X, _FORCE_Y, _FORCE_XX, _FORCE_XY, _SLIPS, _IS_FREE = 0, 1, 2, 3, 4, 5
 # Columns of a piece of the path: HELD, SLIPPING or FREE and its angles; the place of what is held,
@@ -211,25 +123,14 @@ WIDTH = STEP + STAGES
 class Path(NamedTuple):
     """What a lap works on and adds to.
 
-    Attributes
-    ----------
-    place, change : (2,), (2, n)
-        The slider and its changes: with the coefficients of (v, u1, u2) in the first 3 m columns,
-        unless n < 3 m, and with what else is given at the beginning. At the end, those there.
-    force : (2,)
-        e of a slip.
-    across : (n,)
-        η of a slip.
-    phi, motion : (m,), (6,)
-        At one angle.
-    phis, motions, slip, eta : (s, m), (s, 6), (s, 5), (s, n)
-        At the nodes of a step.
-    moments : (6, 2m - 1)
-        ∫ (e_x, e_y, e_x², e_x e_y) e^{ikθ} of slip, ∫ e^{ikθ} of slip and of what is free.
-    w, jacobian : (2, m), (2, m, n)
-        ∫ w φ_j of what is held, and ∫ φ_j dw but for what the moments hold.
-    pieces, filled : (p, WIDTH), (1,)
-        The path piece by piece where there is room, and how many there are.
+    `slider`, `change` (2,), (2, n): the slider and its changes: with the coefficients of (v, u1,
+    u2) in the first 3 m columns, unless n < 3 m, and with what else is given at the beginning; at
+    the end, those there; `force` (2,), `across` (n,): e and η of a slip; `phi`, `motion` (m,),
+    (6,): at one angle; `phis`, `motions`, `slip`, `eta` (s, m), (s, 6), (s, 5), (s, n): at the
+    nodes of a step; `moments` (6, 2m - 1): ∫ (e_x, e_y, e_x², e_x e_y) e^{ikθ} of slip, ∫ e^{ikθ}
+    of slip and of what is free; `w`, `jacobian` (2, m), (2, m, n): ∫ w φ_j of what is held, and
+    ∫ φ_j dw but for what the moments hold; `pieces`, `filled` (p, WIDTH), (1,): the path piece by
+    piece where there is room, and how many there are.
     """
 
     slider: Floats
@@ -269,6 +170,79 @@ def new_path(m: int, columns: int, pieces: int) -> Path:
         np.zeros((pieces, WIDTH)),
         np.zeros(1, np.int64),
     )
+
+
+@kernel
+def slip_over(begin: float, length: float, u: Floats, alpha: float, path: Path) -> None:
+    """Collocate one step of slip from the force e on: φ, motion and slip (s, .) at the nodes."""
+    phi, motion, slip = path.phis, path.motions, path.slip
+    ex, ey = path.force[0], path.force[1]
+    s = STAGES
+    z, a, b, half = np.zeros(s), np.empty(s), np.empty(s), np.empty(s)
+    for i in range(s):
+        motion_at(begin + length * NODES[i], u, alpha, phi[i], motion[i])
+        a[i] = motion[i, DX] * ex + motion[i, DY] * ey
+        b[i] = motion[i, DY] * ex - motion[i, DX] * ey
+        speed = abs(a[i]) + abs(b[i]) + abs(motion[i, DR])
+        motion[i, R] = max(motion[i, R], SMALLEST * speed, 1e-300)  # where it opens
+        half[i] = 0.5 * length / motion[i, R]
+    matrix, step = np.empty((s, s)), np.empty((s, 1))
+    for _ in range(30):
+        for i in range(s):
+            step[i, 0] = -z[i]
+            for j in range(s):
+                f = half[j] * (b[j] * (1.0 - z[j] * z[j]) - 2.0 * a[j] * z[j])
+                step[i, 0] += INTEGRALS[i, j] * f
+                matrix[i, j] = INTEGRALS[i, j] * 2.0 * half[j] * (b[j] * z[j] + a[j])
+            matrix[i, i] += 1.0
+        _solve_in_place(matrix, step)
+        size = 0.0
+        for i in range(s):
+            z[i] += step[i, 0]
+            size = max(size, abs(step[i, 0]))
+        if size <= 1e-8:  # the next one would be its square
+            break
+    for i in range(s):
+        over = 1.0 / (1.0 + z[i] * z[i])
+        cosine, sine = (1.0 - z[i] * z[i]) * over, 2.0 * z[i] * over
+        x, y = cosine * ex - sine * ey, cosine * ey + sine * ex
+        slip[i, EX], slip[i, EY], slip[i, Z] = x, y, z[i]
+        slip[i, RATE] = motion[i, DX] * x + motion[i, DY] * y - motion[i, DR]
+        across = motion[i, DY] * x - motion[i, DX] * y
+        slip[i, _TURNING] = across / motion[i, R]
+
+
+@kernel
+def changes_over(length: float, alpha: float, path: Path) -> None:
+    """Collocate η (s, n) of a step for changes of all coefficients, 3 m, and of earlier ones."""
+    phi, motion, slip, start, eta = path.phis, path.motions, path.slip, path.across, path.eta
+    s, (_, m) = STAGES, phi.shape
+    matrix, answer = np.empty((s, s)), np.empty((s, s + 1))
+    for i in range(s):
+        answer[i, s] = 1.0
+        for j in range(s):
+            answer[i, j] = length * INTEGRALS[i, j]
+            fading = slip[j, RATE] / motion[j, R]
+            matrix[i, j] = answer[i, j] * fading
+        matrix[i, i] += 1.0
+    _solve_in_place(matrix, answer)
+    for i in range(s):
+        for k in range(start.size):
+            eta[i, k] = answer[i, s] * start[k]
+    if start.size < 3 * m:
+        return
+    for j in range(s):
+        ex, ey, turning = slip[j, EX], slip[j, EY], slip[j, _TURNING]
+        fading = slip[j, RATE] / motion[j, R]
+        to_v = alpha * turning
+        to_x, to_y = -fading * ey - turning * ex, fading * ex - turning * ey
+        for i in range(s):
+            share = answer[i, j]
+            on_v, on_x, on_y = share * to_v, share * to_x, share * to_y
+            for k in range(m):
+                eta[i, k] += on_v * phi[j, k]
+                eta[i, m + k] += on_x * phi[j, k]
+                eta[i, 2 * m + k] += on_y * phi[j, k]
 
 
 @kernel

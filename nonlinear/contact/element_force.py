@@ -13,9 +13,8 @@ and no error; where the law remembers, panels begin and end where displacements 
 """
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 import numba
 import numpy as np
@@ -56,13 +55,8 @@ def _compiled(function: Force, name: str) -> Any:
         raise InputError(f"Element {name!r}: force cannot be compiled: {why}") from None
 
 
-@dataclass(frozen=True)
-class _Samples:
-    """φ and its derivative at instants of the period, and what projects on the harmonics.
-
-    `table`, `slope` (s, m): φ and dφ/dθ; `project` (m, s): from values at the instants to
-    coefficients.
-    """
+class _Samples(NamedTuple):
+    """φ and its derivative (s, m) at instants; what projects values there on harmonics (m, s)."""
 
     table: Floats
     slope: Floats
@@ -292,39 +286,25 @@ def _differentiate(
             states[:] = following
 
 
-@dataclass(frozen=True)
-class _PeriodicForce:
-    """Coefficients of an element's force, and their derivatives.
-
-    `force` (d, m): N; `jacobian` (d, m, d, m): to the coefficients of u, N/m; `by_omega` (d, m): to
-    the circular frequency, u held, N s.
-    """
-
-    force: Floats
-    jacobian: Floats
-    by_omega: Floats
+_Derived: TypeAlias = tuple[Floats, Floats, Floats]
+"""A force (d, m), N, and its derivatives: to the coefficients of u, (d, m, d, m) N/m, and to the
+circular frequency, u held, (d, m) N s."""
 
 
 def periodic_force(
     element: Element, u: Floats, omega: float, samples: int | None = None, counts: float = 0.0
-) -> _PeriodicForce:
-    """The force of an element under periodic displacements."""
-    law = _compiled(element.function, element.name)
-    harmonics = (u.shape[1] - 1) // 2
+) -> _Derived:
+    """The force of an element under periodic displacements, and its derivatives."""
+    law, parameters = _compiled(element.function, element.name), np.asarray(element.parameters)
+    harmonics, m = (u.shape[1] - 1) // 2, u.shape[1]
     if harmonics == 0 or samples is not None:
         on = _uniform(harmonics, samples or 1)
     else:
         on = _resolved(law, element, np.ascontiguousarray(u), omega, counts)
-    return _on(law, element, u, omega, on)
-
-
-def _on(law: Any, element: Element, u: Floats, omega: float, on: _Samples) -> _PeriodicForce:
-    """The force on given samples, and its derivatives."""
     moved, rate, forces, laps = _laps_of(law, element, u, omega, on)
-    (s, d), m = moved.shape, u.shape[1]
+    s, d = moved.shape
     sizes = np.concatenate([_sizes(moved), _sizes(rate), _sizes(laps[-1])])
     steps = 2.0 ** np.floor(np.log2(_DIFFERENCE * sizes))
-    parameters = np.asarray(element.parameters)
     states, slopes = np.zeros((element.memory, d * m + 1)), np.empty((s, d, d * m + 1))
     for lap in range(_LAPS):  # once with each lap's own states, on with the last lap's
         begun = states.copy()
@@ -337,7 +317,7 @@ def _on(law: Any, element: Element, u: Floats, omega: float, on: _Samples) -> _P
             break
     found = np.tensordot(on.project, slopes, axes=(1, 0)).transpose(1, 0, 2)
     jacobian = found[:, :, :-1].reshape(d, m, d, m)
-    return _PeriodicForce((on.project @ forces).T, jacobian, found[:, :, -1])
+    return (on.project @ forces).T, jacobian, found[:, :, -1]
 
 
 def _sizes(values: Floats) -> Floats:

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from vanelock.common.arrays import Booleans, Floats, Integers
+from vanelock.common.arrays import Floats
 from vanelock.nonlinear.contact.disc_path import once_round
 from vanelock.nonlinear.contact.disc_slider import (
     FREE,
@@ -41,7 +41,7 @@ from vanelock.nonlinear.contact.disc_slip import (
     motion_at,
     new_path,
 )
-from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, add_normal, place
+from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, Evaluated, add_normal, place, stuck
 from vanelock.nonlinear.fourier import (
     TURN,
     basis,
@@ -305,12 +305,10 @@ def _without_path(
     table: Floats,
     contact: Floats,
     along: Floats,
-    w: Floats,
-    jacobian: Floats,
-    opening: Integers,
-    slips: Booleans,
+    made: Evaluated,
 ) -> tuple[bool, int]:
     """The normal direction of a contact, and the plane of one that is free or never moved."""
+    w, jacobian, opening, slips, _ = made
     v, a, m = u[c, 0], alpha[c, 0], u.shape[2]
     count = roots(v, table, contact)
     along[:] = 0.0
@@ -330,28 +328,20 @@ def _without_path(
 
 
 @kernel
-def isotropic_located_law(
-    u: Floats,
-    alpha: Floats,
-    stiffness: Floats,
-    table: Floats,
-    w: Floats,
-    jacobian: Floats,
-    opening: Integers,
-    slips: Booleans,
-    energy: Floats,
-) -> None:
+def isotropic_located_law(u: Floats, alpha: Floats, stiffness: Floats, table: Floats) -> Evaluated:
     """The law with isotropic friction, contact by contact."""
-    m = u.shape[2]
+    m, made = u.shape[2], stuck(u)
+    w, jacobian, _, slips, energy = made
     contact, along = np.empty(2 * m + 2), np.empty((m, m))
     for c in range(u.shape[0]):
-        done, count = _without_path(c, u, alpha, table, contact, along, w, jacobian, opening, slips)
+        done, count = _without_path(c, u, alpha, table, contact, along, made)
         if done:
             continue
         slips[c], energy[c] = _add_friction(
             u[c], alpha[c, 0], contact, count, table, w[c], jacobian[c]
         )
         energy[c] *= stiffness[c, 1]
+    return made
 
 
 def slider_places(u: Floats, alpha: float, angles: Floats) -> Floats:

@@ -48,26 +48,14 @@ _COUNTS = 1e-3
 class Law:
     """Contact elements ready to be evaluated.
 
-    Attributes
-    ----------
-    alpha : (c, 2) float
-        μ kn/kt of each tangential direction.
-    stiffness : (c, 3) float
-        (kn, kt1, kt2), N/m.
-    table : (s, 2H + 1) float
-        φ on a uniform grid: brackets of the events, or the samples.
-    located : bool
-        Whether events are located and integrals exact, or both follow samples.
-    isotropic : bool
-        Whether friction is bounded in the tangential plane, or in each direction by itself.
-    constant_load : bool
-        Whether friction is bounded by the mean normal force, the normal spring linear.
-    elements : dict of int to Element
-        Those that follow laws of their own, by number.
-    stiffer : (c, 3) float, optional
-        κ of each spring, where `stiffness` is not that of the structure.
-    bonded : (c,) bool, optional
-        Those that neither open nor slip: springs κ K_c.
+    `alpha` (c, 2): μ kn/kt of each tangential direction; `stiffness` (c, 3): (kn, kt1, kt2), N/m;
+    `table` (s, 2H + 1): φ on a uniform grid: brackets of the events, or the samples; `located`:
+    whether events are located and integrals exact, or both follow samples; `isotropic`: whether
+    friction is bounded in the tangential plane, or in each direction by itself; `constant_load`:
+    whether friction is bounded by the mean normal force, the normal spring linear; `elements`:
+    those that follow laws of their own, by number; `stiffer` (c, 3): κ of each spring, where
+    `stiffness` is not that of the structure; `bonded` (c,): those that neither open nor slip:
+    springs κ K_c.
     """
 
     alpha: Floats
@@ -85,10 +73,7 @@ class Law:
 
         The circular frequency, rad/s, is what elements take velocities from.
         """
-        c, _, m = u.shape
-        w = np.zeros((c, 3, m))
-        jacobian = np.zeros((c, 3, m, 3, m))
-        opening, slips, energy = np.zeros(c, np.int64), np.zeros(c, np.bool_), np.zeros(c)
+        m = u.shape[2]
         seen = np.ascontiguousarray(u)
         if self.constant_load:
             seen = seen.copy()
@@ -98,9 +83,8 @@ class Law:
         if self.bonded is not None:  # of them, that they are pressed together
             seen = np.where(self.bonded[:, None, None], 0.0, seen)
             seen[self.bonded, 0, 0] = 1.0
-        self.kernel(
-            seen, self.alpha, self.stiffness, self.table, w, jacobian, opening, slips, energy
-        )
+        made = self._kernel(seen, self.alpha, self.stiffness, self.table)
+        w, jacobian, opening, slips, energy = made
         if self.constant_load:
             jacobian[:, :, :, 0, 1:] = 0.0  # the mean alone bounds friction
             free = opening == ALWAYS
@@ -118,7 +102,7 @@ class Law:
         return self._with_elements(deviation, u, omega) if self.elements else deviation
 
     @property
-    def kernel(self) -> Any:
+    def _kernel(self) -> Any:
         """What evaluates it."""
         if self.isotropic:
             return isotropic_located_law
@@ -139,14 +123,14 @@ class Law:
             d = len(element.places)
             k = self.stiffness[i, :d]
             counts = _COUNTS * float((k * np.abs(u[i, :d]).max(axis=1)).max())
-            found = periodic_force(element, u[i, :d], omega, samples, counts)
+            force, by_u, by_rate = periodic_force(element, u[i, :d], omega, samples, counts)
             w[i], jacobian[i] = 0.0, 0.0
-            w[i, :d] = u[i, :d] - found.force / k[:, None]
-            jacobian[i, :d, :, :d] = -found.jacobian / k[:, None, None, None]
+            w[i, :d] = u[i, :d] - force / k[:, None]
+            jacobian[i, :d, :, :d] = -by_u / k[:, None, None, None]
             for j in range(d):
                 jacobian[i, j, :, j] += np.eye(u.shape[2])
-            by_omega[i, :d] = -found.by_omega / k[:, None]
-            deviation.dissipation[i] = _work(to_complex(u[i, :d]), to_complex(found.force))
+            by_omega[i, :d] = -by_rate / k[:, None]
+            deviation.dissipation[i] = _work(to_complex(u[i, :d]), to_complex(force))
         state = np.where(self._is_element, ELEMENT, deviation.state)
         return replace(deviation, state=state, by_omega=by_omega)
 
@@ -162,19 +146,11 @@ def _work(q: Complex, f: Complex) -> float:
 class Deviation:
     """How contacts deviate from the stuck state.
 
-    Attributes
-    ----------
-    w : (c, 3, 2H + 1) float
-        Coefficients of w, m.
-    jacobian : (c, 3, 2H + 1, 3, 2H + 1) float
-        dw/du of each contact.
-    state : (c,) int
-        STUCK, SLIP, OPEN or SLIP_OPEN; ELEMENT for what follows a law of its own.
-    dissipation : (c,) float
-        Friction work ∫ μ n |dw| in a period, of both directions or of the path in the plane, J; of
-        an element, its work.
-    by_omega : (c, 3, 2H + 1) float, optional
-        dw/dω, u held, where elements know velocities, m s.
+    `w` (c, 3, 2H + 1): coefficients of w, m; `jacobian` (c, 3, 2H + 1, 3, 2H + 1): dw/du of each
+    contact; `state` (c,): STUCK, SLIP, OPEN or SLIP_OPEN; ELEMENT for what follows a law of its
+    own; `dissipation` (c,): friction work ∫ μ n |dw| in a period, of both directions or of the path
+    in the plane, J; of an element, its work; `by_omega` (c, 3, 2H + 1): dw/dω, u held, where
+    elements know velocities, m s.
     """
 
     w: Floats

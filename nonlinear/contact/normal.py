@@ -1,11 +1,24 @@
 """The normal direction of the contact law: a spring that lifts off."""
 
+from typing import TypeAlias
+
 import numpy as np
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.nonlinear.fourier import TURN, add_integrals, gram, kernel, value
 
 CLOSED, PARTLY, ALWAYS = 0, 1, 2  # how much of a period a contact is open
+
+
+Evaluated: TypeAlias = tuple[Floats, Floats, Integers, Booleans, Floats]
+
+
+@kernel
+def stuck(u: Floats) -> Evaluated:
+    """W, dw/du, how much contacts are open, whether they slip, and their work, all of them zero."""
+    c, _, m = u.shape
+    w, jacobian = np.zeros(u.shape), np.zeros((c, 3, m, 3, m))
+    return w, jacobian, np.zeros(c, np.int64), np.zeros(c, np.bool_), np.zeros(c)
 
 
 @kernel

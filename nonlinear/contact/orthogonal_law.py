@@ -20,8 +20,17 @@ import math
 
 import numpy as np
 
-from vanelock.common.arrays import Booleans, Floats, Integers
-from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED, PARTLY, add_normal, place, scale
+from vanelock.common.arrays import Floats
+from vanelock.nonlinear.contact.normal import (
+    ALWAYS,
+    CLOSED,
+    PARTLY,
+    Evaluated,
+    add_normal,
+    place,
+    scale,
+    stuck,
+)
 from vanelock.nonlinear.fourier import (
     TURN,
     add_integrals,
@@ -207,22 +216,14 @@ def _march(
 
 
 @kernel
-def sampled_law(
-    u: Floats,
-    alpha: Floats,
-    stiffness: Floats,
-    table: Floats,
-    w: Floats,
-    jacobian: Floats,
-    opening: Integers,
-    slips: Booleans,
-    energy: Floats,
-) -> None:
+def sampled_law(u: Floats, alpha: Floats, stiffness: Floats, table: Floats) -> Evaluated:
     """The law on plain samples, contact by contact."""
+    w, jacobian, opening, slips, energy = stuck(u)
     for c in range(u.shape[0]):
         opening[c], slips[c], energy[c] = _sampled_contact(
             u[c], alpha[c], stiffness[c], table, w[c], jacobian[c]
         )
+    return w, jacobian, opening, slips, energy
 
 
 @kernel
@@ -356,19 +357,9 @@ def _add_slider(
 
 
 @kernel
-def located_law(
-    u: Floats,
-    alpha: Floats,
-    stiffness: Floats,
-    table: Floats,
-    w: Floats,
-    jacobian: Floats,
-    opening: Integers,
-    slips: Booleans,
-    energy: Floats,
-) -> None:
+def located_law(u: Floats, alpha: Floats, stiffness: Floats, table: Floats) -> Evaluated:
     """The law with located events, contact by contact."""
-    m = u.shape[2]
+    m, (w, jacobian, opening, slips, energy) = u.shape[2], stuck(u)
     contact = np.empty(2 * m + 2)
     path = np.empty((6 * contact.size + 2, WIDTH))
     along, across = np.empty((m, m)), np.empty((m, m))
@@ -391,3 +382,4 @@ def located_law(
             place(across, c, d, 0, jacobian)
             slips[c] = slips[c] or slip or (a == 0.0 and m > 1)
             energy[c] += stiffness[c, d] * work
+    return w, jacobian, opening, slips, energy

@@ -66,16 +66,14 @@ class _Hardening:
     friction: Law
     softest: float
 
-    def _share(self, parameter: float) -> float:
-        return float(self.softest ** (1 - min(parameter, 2.0)))
-
     def at(self, parameter: float) -> Balance:
         """The balance, the same for all."""
         return self.balance
 
     def law(self, parameter: float) -> _SoftLaw:
         """The law at a value of the parameter."""
-        return _SoftLaw(**vars(self.friction), share=self._share(parameter))
+        share = float(self.softest ** (1 - min(parameter, 2.0)))
+        return _SoftLaw(**vars(self.friction), share=share)
 
     def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """dW/dp at fixed w, on the given components of w: (W_s - u)/s · ds/dp."""
@@ -209,7 +207,18 @@ def _attempts(
                     solve(way.family, way.start, way.begin, tolerance=tolerance, limit=way.limit)
                 )
                 if begun.converged:
-                    yield from _followed(way, begun, tolerance, effort, most)
+                    arc = follow(
+                        way.family,
+                        begun,
+                        way.target,
+                        tolerance,
+                        limit=600,
+                        effort=min(most, effort.left),
+                        shortest=way.shortest,
+                    )
+                    effort.left -= arc.iterations
+                    if arc.solution is not None:
+                        yield arc.solution
                     break
 
 
@@ -265,20 +274,3 @@ def _raise_force(balance: Balance, law: Law, static: Floats | None) -> list[_Way
     start = np.zeros_like(balance.linear)
     start[:, :, 0] = static[:, :, 0]
     return [_Way(Loads(still, direction, law), start, 0.0, 1.0)]
-
-
-def _followed(
-    way: _Way, begun: Solution, tolerance: float, effort: Effort, most: int
-) -> Iterator[Solution]:
-    arc = follow(
-        way.family,
-        begun,
-        way.target,
-        tolerance,
-        limit=600,
-        effort=min(most, effort.left),
-        shortest=way.shortest,
-    )
-    effort.left -= arc.iterations
-    if arc.solution is not None:
-        yield arc.solution

@@ -32,10 +32,13 @@ import numpy as np
 
 from vanelock.common.arrays import Array, Complex, Floats
 from vanelock.nonlinear.floquet.perturbation import (
+    HALF,
+    LEFT,
+    RIGHT,
     PerturbedStructure,
-    Rectangle,
     Transfer,
     Transferred,
+    outside,
 )
 from vanelock.nonlinear.fourier import TURN
 
@@ -155,9 +158,9 @@ class Series:
         found: Complex = (self(s + step) - self(s - step)) / (2 * step)
         return found
 
-    def polished(self, s: complex, steps: int = 2) -> complex:
-        """A zero of S in full, by Newton's method from one of the series."""
-        for _ in range(steps):
+    def polished(self, s: complex) -> complex:
+        """A zero of S in full, by two of Newton's steps from one of the series."""
+        for _ in range(2):
             left, size, right = np.linalg.svd(self.exact(s))
             s -= complex(size[-1] / (left[:, -1].conj() @ self.slope(s) @ right[-1].conj()))
         return s
@@ -182,7 +185,7 @@ _LARGEST = 500  # modes told apart
 
 @dataclass(frozen=True)
 class Zeros:
-    """Zeros of S in a window.
+    """Zeros of S in the window.
 
     `series`: what S is approximated by; `pairs` list of (complex, (m,) complex): s, amplitudes a of
     unit norm with S(s) a = 0; `complete`: whether the winding of det S counts as many; False
@@ -194,12 +197,10 @@ class Zeros:
     complete: bool
 
 
-def zeros(
-    structure: Callable[[float], PerturbedStructure], law: Transfer, window: Rectangle
-) -> Zeros:
-    """All zeros in a window."""
-    centre = (window.left + window.right) / 2
-    radius = float(np.hypot(window.right - centre, window.half))  # through the corners
+def zeros(structure: Callable[[float], PerturbedStructure], law: Transfer) -> Zeros:
+    """All zeros in the window."""
+    centre = (LEFT + RIGHT) / 2
+    radius = float(np.hypot(RIGHT - centre, HALF))  # through the corners
     series: Series | None = None
     for near, points in _ATTEMPTS:
         characteristic = _Characteristic(structure(near), law)
@@ -212,8 +213,8 @@ def zeros(
     found = [_improved(series, s, a) for s, a in _beyn(series, centre, radius)]
     each = [pair for pair in found if pair is not None]
     known = np.array([s for s, _ in each], complex)
-    inside = [pair for pair in each if window.distance(pair[0]) == 0]
-    complete = series.error < _CONVERGED and _missed(series, window, known) == 0
+    inside = [pair for pair in each if outside(pair[0]) == 0]
+    complete = series.error < _CONVERGED and _missed(series, known) == 0
     return Zeros(series, inside, complete)
 
 
@@ -244,13 +245,13 @@ def _improved(series: Series, s: complex, a: Complex) -> tuple[complex, Complex]
     return s, a
 
 
-def _missed(matrix: _Matrix, window: Rectangle, zeros: Complex) -> int:
-    """Zeros in a window beside the known ones: turns of det S / Π(s - known) along its edge.
+def _missed(matrix: _Matrix, zeros: Complex) -> int:
+    """Zeros in the window beside the known ones: turns of det S / Π(s - known) along its edge.
 
     Without the known zeros it varies slowly; steps are halved until none turns it by a radian.
     """
-    left, right, half = window.left, window.right, 1j * window.half
-    corners = np.array([left - half, right - half, right + half, left + half, left - half])
+    low, high = LEFT + 1j * HALF * np.array([-1, 1]), RIGHT + 1j * HALF * np.array([-1, 1])
+    corners = np.array([low[0], high[0], high[1], low[1], low[0]])
 
     def direction(t: float) -> complex:
         s = complex(np.interp(t, np.arange(5), corners))

@@ -28,10 +28,11 @@ A slider that rests where it once came to, all round the period, is put back by 
 nothing: it is left out, and with it the exponents 0 of its places.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -52,20 +53,17 @@ from vanelock.nonlinear.contact.orthogonal_law import (
 from vanelock.nonlinear.fourier import TURN, add_integrals, grid, kernel, roots, value
 from vanelock.rom.system.system import System
 
+LEFT, RIGHT, HALF = -0.1, 1.0, 0.52
+"""Of s = λ/ω, a window of -0.1 <= Re s <= 1 and |Im s| <= 0.52: motions that shrink to no less than
+0.53 a period and grow to no more than 500, a little higher than the half harmonics at which
+diameters meet."""
 
-@dataclass(frozen=True)
-class Rectangle:
-    """The values of s = λ/ω from `left` to `right` and from -i `half` to i `half`."""
 
-    left: float
-    right: float
-    half: float
-
-    def distance(self, s: Complex | complex) -> Floats:
-        """How far values lie outside."""
-        s = np.asarray(s)
-        beside = np.maximum(np.maximum(self.left - s.real, s.real - self.right), 0.0)
-        return np.hypot(beside, np.maximum(np.abs(s.imag) - self.half, 0.0))
+def outside(s: Complex | complex) -> Floats:
+    """How far values lie outside the window."""
+    s = np.asarray(s)
+    beside = np.maximum(np.maximum(LEFT - s.real, s.real - RIGHT), 0.0)
+    return np.hypot(beside, np.maximum(np.abs(s.imag) - HALF, 0.0))
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,6 @@ class PerturbedStructure:
     diameter: int
     omega: float
     harmonics: int
-    window: Rectangle
     near: float
 
     @cached_property
@@ -100,10 +97,10 @@ class PerturbedStructure:
     @cached_property
     def chosen(self) -> list[tuple[int, int]]:
         """Place of the harmonic and number of the mode of the m near ones."""
-        near = [(self.window.distance(s) < self.near).any(axis=0) for s in self.poles]
+        near = [(outside(s) < self.near).any(axis=0) for s in self.poles]
         for k, modes in enumerate(self.each, -self.harmonics):
             if modes.springs is not None:
-                reach = self.omega * (abs(k) + self.window.half + self.near)
+                reach = self.omega * (abs(k) + HALF + self.near)
                 near[k + self.harmonics] |= modes.poles() < reach
         return [(place, int(r)) for place, one in enumerate(near) for r in np.flatnonzero(one)]
 
@@ -185,70 +182,67 @@ class Transferred(NamedTuple):
     read: Complex
 
 
-class Transfer(Protocol):
+@dataclass(frozen=True)
+class Transfer(ABC):
     """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
 
     Values z that contacts remember over a period are unknowns beside w,
 
         w = Γ u + Y z,      (1 - κ e^{-2πs}) z = C u.
-    """
 
-    @property
-    def components(self) -> Integers:
-        """(o,) which, counted through (c, 3)."""
-
-    @property
-    def partners(self) -> Integers:
-        """(n, o) components of u that each answers to: its own, v, and what else."""
-
-    @property
-    def remembering(self) -> Integers:
-        """(q,) places among `components` of the first of the two that z belongs to."""
-
-    @property
-    def memory(self) -> Floats:
-        """(q,) κ."""
-
-    def at(self, s: complex) -> Transferred:
-        """Γ, Y and C at one s."""
-
-    def onto_open(self, opened: Integers) -> "Transfer":
-        """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
-
-
-@dataclass(frozen=True)
-class _LawTransfer:
-    """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
-
-    `components` (o,): which, counted through (c, 3); `along`, `across` (o, M, M): what does not
-    depend on s: from the component's own u, and from v of its contact; `held` (o, h, 4): where a
-    slider is held: from, to, since when, and the factor c; zeros for none.
+    `components` (o,): which, counted through (c, 3); `static` (n, o, M, M): what does not depend on
+    s, from each of their partners.
     """
 
     components: Integers
-    along: Complex
-    across: Complex
-    held: Floats
+    static: Complex
 
     @property
     def harmonics(self) -> int:
         """P."""
-        return int(self.along.shape[1]) // 2
+        return int(self.static.shape[2]) // 2
 
     @property
     def partners(self) -> Integers:
-        """(2, o) each component itself, and the normal one of its contact."""
+        """(n, o) components of u that each answers to: its own, v, and what else."""
         return np.array([self.components, self.components // 3 * 3])
 
     @property
     def remembering(self) -> Integers:
-        """(0,) since all that is remembered is set anew in every period."""
+        """(q,) places among `components` of the first of the two that z belongs to."""
         return np.zeros(0, np.int64)
 
     @property
     def memory(self) -> Floats:
-        """(0,)."""
+        """(q,) κ."""
         return np.zeros(0)
+
+    @abstractmethod
+    def at(self, s: complex) -> Transferred:
+        """Γ, Y and C at one s."""
+
+    def onto_open(self, opened: Integers) -> Self:
+        """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
+        components = np.union1d(self.components, opened)
+        place = np.searchsorted(components, self.components)
+        static = np.zeros((len(self.static), len(components), *self.static.shape[2:]), complex)
+        static[:, place] = self.static
+        static[0, np.searchsorted(components, opened)] -= np.eye(2 * self.harmonics + 1)
+        return self._among(components, static, place)
+
+    @abstractmethod
+    def _among(self, components: Integers, static: Complex, place: Integers) -> Self:
+        """The law of more components, `place` (o,) those of this one's among them."""
+
+
+@dataclass(frozen=True)
+class _LawTransfer(Transfer):
+    """That of orthogonal friction, all that is remembered set anew in every period.
+
+    `held` (o, h, 4): where sliders are held: from, to, since when, and the factor c; zeros: none.
+    """
+
+    held: Floats
 
     def at(self, s: complex) -> Transferred:
         """Γ(s) from u and from v."""
@@ -260,20 +254,15 @@ class _LawTransfer:
         length = np.where(small, end - begin, passed)
         kept = np.exp(s * since - rate * begin) * length / TURN
         begun = np.exp(1j * k * since)
-        along = self.along + kept.swapaxes(1, 2) @ begun
-        across = self.across + (kept * factor).swapaxes(1, 2) @ begun
+        along = self.static[0] + kept.swapaxes(1, 2) @ begun
+        across = self.static[1] + (kept * factor).swapaxes(1, 2) @ begun
         none = np.zeros((0, 3, 2 * self.harmonics + 1), complex)
         return Transferred((along, across), none[:, :2], none)
 
-    def onto_open(self, opened: Integers) -> "_LawTransfer":
-        """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
-        components = np.union1d(self.components, opened)
-        own = np.searchsorted(components, self.components)
-        along, across = np.zeros((2, len(components), *self.along.shape[1:]), complex)
+    def _among(self, components: Integers, static: Complex, place: Integers) -> "_LawTransfer":
         held = np.zeros((len(components), *self.held.shape[1:]))
-        along[own], across[own], held[own] = self.along, self.across, self.held
-        along[np.searchsorted(components, opened)] -= np.eye(2 * self.harmonics + 1)
-        return _LawTransfer(components, along, across, held)
+        held[place] = self.held
+        return _LawTransfer(components, static, held)
 
 
 def law_transfer(u: Floats, alpha: Floats, harmonics: int) -> _LawTransfer:
@@ -289,8 +278,8 @@ def law_transfer(u: Floats, alpha: Floats, harmonics: int) -> _LawTransfer:
     most = int((held[..., 1] > held[..., 0]).sum(axis=1).max(initial=0))
     lag = np.subtract.outer(np.arange(2 * harmonics + 1), np.arange(2 * harmonics + 1)).T
     each = moments.reshape(-1, 2, 2 * harmonics + 1)[components][..., np.abs(lag)] / TURN
-    along, across = np.moveaxis(np.where(lag < 0, each.conj(), each), 1, 0)
-    return _LawTransfer(components, along, across, held[:, :most])
+    static = np.moveaxis(np.where(lag < 0, each.conj(), each), 1, 0)
+    return _LawTransfer(components, static, held[:, :most])
 
 
 @kernel

@@ -21,7 +21,8 @@ The slider is linearised step by step along its periodic path. Slip is collocate
 steps (`disc_slip`), y = e^{sθ} η being the unknown, so that the matrices do not depend on s.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +48,7 @@ from vanelock.nonlinear.contact.disc_slip import (
     motion_at,
 )
 from vanelock.nonlinear.contact.isotropic_law import slider_pieces
-from vanelock.nonlinear.floquet.perturbation import Transferred, law_transfer
+from vanelock.nonlinear.floquet.perturbation import Transfer, Transferred, law_transfer
 from vanelock.nonlinear.fourier import TURN, grid, kernel
 
 
@@ -219,26 +220,32 @@ _ALONG, _ACROSS, _BESIDE = 0, 1, 2
 
 
 @dataclass(frozen=True)
-class _PlaneTransfer:
-    """Γ(s) of the components of w that a perturbation changes, 2P + 1 = M harmonics.
+class _PlaneTransfer(Transfer):
+    """That of isotropic friction, the other tangential component the third partner.
 
-    `components` (o,): which, counted through (c, 3); `partners` (3, o): the component itself, v of
-    its contact, and the other tangential component; `static` (3, o, M, M): from each of them what
-    does not depend on s; `paths` tuple of (int, float, SliderSteps): place among the components, α
-    and path of each contact that slips; `memory` (q,): κ of those that never open; `harmonics`: P.
+    `paths` tuple of (int, float, SliderSteps): place among the components, α and path of each
+    contact that slips.
     """
 
-    components: Integers
-    partners: Integers
-    static: Complex
     paths: tuple[tuple[int, float, _SliderSteps], ...]
-    memory: Floats
-    harmonics: int
+
+    @property
+    def partners(self) -> Integers:
+        """(3, o)."""
+        row = self.components % 3
+        beside = np.where(row > 0, 3 - row, 0)
+        return np.array([*super().partners, self.components // 3 * 3 + beside])
 
     @property
     def remembering(self) -> Integers:
-        """(q,) places among `components` of the first of the two that z belongs to."""
+        """(q,)."""
         return np.array([place for place, _, path in self.paths if path.remembers], np.int64)
+
+    @cached_property
+    def memory(self) -> Floats:
+        """(q,)."""
+        remember = [(path, alpha) for _, alpha, path in self.paths if path.remembers]
+        return np.array([_passing(*each, 0, 0j)[2][-1].real for each in remember])
 
     def at(self, s: complex) -> Transferred:
         """Γ, Y and C at one s."""
@@ -261,17 +268,9 @@ class _PlaneTransfer:
             np.array(read, complex).reshape(q, 3, M),
         )
 
-    def onto_open(self, opened: Integers) -> "_PlaneTransfer":
-        """The law of w - u instead of w in the (m,) components of contacts open in the modes."""
-        components = np.union1d(self.components, opened)
-        own = np.searchsorted(components, self.components)
-        still = np.zeros((3, len(components), *self.static.shape[2:]), complex)
-        still[:, own] = self.static
-        still[_ALONG, np.searchsorted(components, opened)] -= np.eye(2 * self.harmonics + 1)
-        paths = tuple((int(own[place]), alpha, path) for place, alpha, path in self.paths)
-        return replace(
-            self, components=components, partners=_partners(components), static=still, paths=paths
-        )
+    def _among(self, components: Integers, static: Complex, place: Integers) -> "_PlaneTransfer":
+        paths = tuple((int(place[own]), alpha, path) for own, alpha, path in self.paths)
+        return _PlaneTransfer(components, static, paths)
 
 
 def _harmonics(
@@ -323,12 +322,6 @@ def _still(path: _SliderSteps, alpha: float, harmonics: int) -> Complex:
     return found
 
 
-def _partners(components: Integers) -> Integers:
-    """(3, o) the component itself, v of its contact, and the other tangential component."""
-    contact, row = components // 3 * 3, components % 3
-    return np.array([components, contact, contact + np.where(row > 0, 3 - row, 0)])
-
-
 def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> _PlaneTransfer:
     """Γ about a periodic motion."""
     u, M = np.ascontiguousarray(u), 2 * harmonics + 1
@@ -340,16 +333,12 @@ def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> _PlaneTransfer:
     moved = [c for c, path in enumerate(found) if path is not None]
     planes = np.array([3 * c + i for c in moved for i in (1, 2)], np.int64)
     components = np.union1d(normal.components[opens], planes)
-    still, paths, kept = np.zeros((3, len(components), M, M), complex), [], []
-    still[_ALONG, np.searchsorted(components, normal.components[opens])] = normal.along[opens]
+    still, paths = np.zeros((3, len(components), M, M), complex), []
+    still[_ALONG, np.searchsorted(components, normal.components[opens])] = normal.static[0][opens]
     for c in moved:
         place, path, own = int(np.searchsorted(components, 3 * c + 1)), found[c], float(alpha[c, 0])
         assert path is not None
         still[:, place : place + 2] = _still(path, own, harmonics)
         if np.any(path.pieces[:, 0] != FREE):
             paths.append((place, own, path))
-        if path.remembers:
-            kept.append(_passing(path, own, 0, 0j)[2][-1].real)
-    return _PlaneTransfer(
-        components, _partners(components), still, tuple(paths), np.array(kept), harmonics
-    )
+    return _PlaneTransfer(components, still, tuple(paths))

@@ -20,11 +20,11 @@ from vanelock.common.arrays import Complex, Floats, Integers, as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.balance.stuck_modes import StuckModes, check_uncoupled, stuck_modes
 from vanelock.nonlinear.contact.law import check_friction, contact_law
 from vanelock.nonlinear.continuation.families import fixed
 from vanelock.nonlinear.floquet.exponents import Series, Zeros, zeros
-from vanelock.nonlinear.floquet.perturbation import PerturbedStructure, Rectangle, law_transfer
+from vanelock.nonlinear.floquet.perturbation import HALF, LEFT, PerturbedStructure, law_transfer
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, chosen_points
 from vanelock.nonlinear.fourier import TURN, one_thread, resized, to_real
@@ -32,11 +32,6 @@ from vanelock.nonlinear.newton.newton import scales, solve
 from vanelock.rom.system.coordinates import check, check_ring
 from vanelock.rom.system.system import System
 
-_WINDOW = Rectangle(left=-0.1, right=1.0, half=0.52)
-"""Of s = λ/ω: motions that shrink to no less than 0.53 a period and grow to no more than 500.
-
-A little higher than the half harmonics at which diameters meet.
-"""
 _ALIKE = 1e-3  # of the excitation's frequency, by which two that are listed differ at least
 _SAME = (
     5e-3  # by which the values of s of one motion differ between two diameters that both have it
@@ -90,38 +85,22 @@ class _FloquetMotion:
         return np.array(shown[:count]) * structure.omega / (2 * np.pi)
 
 
-@dataclass(frozen=True)
-class _FloquetMotions:
-    """The motions beside one wave.
-
-    `motions`: the most unstable first; `complete`: whether they are as many as were counted.
-    """
-
-    motions: list[_FloquetMotion]
-    complete: bool
-
-    @property
-    def growth(self) -> float:
-        """Largest Re λ/ω; that of the window's edge where none lies in it."""
-        return self.motions[0].exact.real if self.motions else _WINDOW.left
-
-
 def _motions(
     system: System,
     modes: Mapping[int, StuckModes],
     u: Floats,
     omega: float,
     harmonics: int,
-    friction: str = "orthogonal",
-) -> _FloquetMotions:
-    """The motions beside a wave that are in the window."""
+    friction: str,
+) -> tuple[list[_FloquetMotion], bool]:
+    """The motions beside a wave that are in the window, the most unstable first; if all."""
     transfer = plane_transfer if friction == "isotropic" else law_transfer
     law = transfer(u, system.contacts.alpha, harmonics).onto_open(modes[0].opened)
     found: list[_FloquetMotion] = []
     complete = True
     for n in range(system.sectors // 2 + 1):
-        of_diameter = partial(PerturbedStructure, system, modes, n, omega, harmonics, _WINDOW)
-        here = zeros(of_diameter, law, _WINDOW)
+        of_diameter = partial(PerturbedStructure, system, modes, n, omega, harmonics)
+        here = zeros(of_diameter, law)
         complete &= here.complete
         found += _within(here, system)
     found.sort(key=lambda motion: -motion.s.real)
@@ -129,7 +108,7 @@ def _motions(
     for motion in found:
         if not any(_are_same(motion, other, system) for other in motions):
             motions.append(motion)
-    return _FloquetMotions(motions, complete)
+    return motions, complete
 
 
 def _within(zeros: Zeros, system: System) -> Iterator[_FloquetMotion]:
@@ -148,7 +127,7 @@ def _within(zeros: Zeros, system: System) -> Iterator[_FloquetMotion]:
 
 def _are_same(one: _FloquetMotion, other: _FloquetMotion, system: System) -> bool:
     """Whether two motions are one that two diameters have, or one twice, where these meet."""
-    N, edge = system.sectors, 1 - _WINDOW.half
+    N, edge = system.sectors, 1 - HALF
     if min(abs(one.s.imag), abs(other.s.imag)) < edge:
         return False
     for turn in (-1, 1):
@@ -314,12 +293,7 @@ def _modes(system: System, stuck: Mapping[int, StuckModes]) -> dict[int, StuckMo
     every: dict[int, StuckModes] = {}
     for k in range(system.sectors // 2 + 1):
         every[k] = (stuck[k] if k in stuck else stuck_modes(system, k)).held
-        if every[k].coupled_damping is not None:
-            raise InputError(
-                f"system: nd/{k}/C: given one that couples the modes, joints "
-                f"{'open' if system.opens_in_damping.any() else 'stuck'}: "
-                "stability allows damping/ratio and a C that they leave diagonal"
-            )
+        check_uncoupled(system, every[k], k, "stability")
         every.setdefault((system.sectors - k) % system.sectors, every[k].conjugate())
     return every
 
@@ -345,13 +319,15 @@ def _point_stability(
     if again is not None:
         more = _MORE if finer > response.harmonics else 2 * _MORE
         found.append(_motions(system, modes, again, omega, finer + more, friction))
-    for i, motion in enumerate(found[-1].motions[:count]):
+    motions = found[-1][0]
+    for i, motion in enumerate(motions[:count]):
         exponent[i], diameter[i] = omega * motion.exact, motion.diameter
         seen[i] = motion.frequencies(_FREQUENCIES)
-    growing = sum(motion.s.real > NEUTRAL for motion in found[-1].motions)
-    growth[: len(found)] = [each.growth for each in found]
+    growing = sum(motion.s.real > NEUTRAL for motion in motions)
+    for i, (each, _) in enumerate(found):  # at least that of the window's edge
+        growth[i] = each[0].exact.real if each else LEFT
     verdict = UNDECIDED
-    if all(each.complete for each in found):
+    if all(complete for _, complete in found):
         verdict = UNSTABLE if np.all(growth > NEUTRAL) else verdict
         verdict = STABLE if np.all(growth < -NEUTRAL) else verdict
     return exponent, diameter, growing, verdict, omega * growth, seen

@@ -39,7 +39,9 @@ from vanelock.rom.system.system import System
 
 Joint: TypeAlias = str | Sequence[str] | Booleans | None
 
-_NAMES = {"force": "1", "mu": "1", "interference": "m"}  # parameters and their units
+_NAMES = ("force", "mu", "interference")
+_VARIED = {"mu": "mu", "interference": "v0", "slider": "slider", "worn": "v0"}
+"""What of the contacts a parameter is."""
 
 
 @dataclass(frozen=True)
@@ -47,18 +49,16 @@ class Parameter:
     """One of a system's quantities, to be varied.
 
     `name`: "force": factor of the excitation of all harmonics h >= 1; the static load stays. "mu":
-    coefficient of friction. "interference": v0, m. "slider": way from one place of the sliders, 0,
-    to another, 1. "worn": way from one interference of all contacts to another; `contacts` (c,):
-    contacts whose friction or interference it is; `logarithmic`: whether it is moved along by its
-    logarithm; `sliders` (2, c, 2): the two places, m; `interferences` (2, c): the two
-    interferences, m.
+    coefficient of friction. "interference": v0, m. "slider", "worn": way from one place of the
+    sliders, or one interference of all contacts, 0, to another, 1, `ends` (2, c, ...), m;
+    `contacts` (c,): contacts whose friction or interference it is; `logarithmic`: whether it is
+    moved along by its logarithm.
     """
 
     name: str
     contacts: Booleans
     logarithmic: bool
-    sliders: Floats | None = None
-    interferences: Floats | None = None
+    ends: Floats | None = None
 
     def coordinate(self, value: float) -> float:
         """The value itself, or its logarithm."""
@@ -72,20 +72,13 @@ class Parameter:
                 for h, each in system.force.items()
             }
             return replace(system, force=force)
-        contacts = system.contacts
-        if self.sliders is not None:
-            begin, end = self.sliders
-            slider = (1 - value) * begin + value * end
-            return replace(system, contacts=replace(contacts, slider=slider))
-        if self.interferences is not None:
-            begin, end = self.interferences
-            v0 = (1 - value) * begin + value * end
-            return replace(system, contacts=replace(contacts, v0=v0))
-        if self.name == "mu":
-            mu = np.where(self.contacts, value, contacts.mu)
-            return replace(system, contacts=replace(contacts, mu=mu))
-        v0 = np.where(self.contacts, value, contacts.v0)
-        return replace(system, contacts=replace(contacts, v0=v0))
+        contacts, kind = system.contacts, _VARIED[self.name]
+        if self.ends is not None:
+            begin, end = self.ends
+            moved = (1 - value) * begin + value * end
+        else:
+            moved = np.where(self.contacts, value, getattr(contacts, kind))
+        return replace(system, contacts=replace(contacts, **{kind: moved}))
 
     def structure(self, prepared: Structure, value: float) -> Structure:
         """The prepared system with the parameter at a value."""
@@ -151,9 +144,7 @@ def checked_parameter(name: str, system: System, values: Floats, joint: Joint = 
     contacts = closed_contacts(system.contacts, "all" if joint is None else joint)
     if name != "force" and not contacts.any():
         raise InputError(f"parameter: given {name!r}: the system has no contacts, nothing varies")
-    if name == "interference" and not positive:
-        return Parameter(name, contacts, False)
-    return Parameter(name, contacts, True)
+    return Parameter(name, contacts, logarithmic=positive)
 
 
 def checked_values(values: ArrayLike) -> Floats:

@@ -10,7 +10,7 @@ from vanelock.common.arrays import Array, Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.balance import Structure, whole_residual
-from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK, Deviation
+from vanelock.nonlinear.contact.law import ELEMENT, OPEN, SLIP, SLIP_OPEN, STUCK
 from vanelock.nonlinear.fourier import TURN, basis, to_complex, to_real
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.rom.system.system import Contacts
@@ -322,16 +322,10 @@ def assemble_response(
         converged=np.array([s.converged for s in solutions], bool) & (left <= _BALANCED),
         residual=np.maximum([s.residual for s in solutions], left),
         iterations=np.array([s.iterations for s in solutions], np.int64),
-        active=np.array([_active(s.deviation) for s in solutions], np.int64),
+        active=np.array([s.deviation.w.any(axis=(1, 2)).sum() for s in solutions], np.int64),
         stiffness=system.contacts.stiffness,
         mu=system.contacts.mu,
         harmonic_diameters=np.array(structure.nodal_diameters),
         seconds=np.array([s.seconds for s in solutions], float),
         truncation=np.array([s.truncation for s in solutions], float),
     )
-
-
-def _active(deviation: Deviation) -> int:
-    """Contacts with any w."""
-    deviating = np.asarray(deviation.w.any(axis=(1, 2)))
-    return int(np.count_nonzero(deviating))

@@ -8,7 +8,6 @@ equation; a mode has two more of each. Such a border of k unknowns p and equatio
 """
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,27 +17,10 @@ from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, RingBalance
-from vanelock.nonlinear.newton.preconditioner import Basis, Kept, Preconditioned, slope_of
+from vanelock.nonlinear.newton.preconditioner import Basis, Border, Kept, Preconditioned, slope_of
 
 _DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
 _IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for rounding
-
-
-@dataclass(frozen=True)
-class Border:
-    """k unknowns beside w, and as many equations.
-
-    `rate` (k, n): dW/dp; `normal` (k, n): dg/dw, of a plane its normal; `corner` (k, k): dg/dp.
-    """
-
-    rate: Floats
-    normal: Floats
-    corner: Floats
-
-    @property
-    def count(self) -> int:
-        """Number of unknowns k."""
-        return len(self.corner)
 
 
 @dataclass(frozen=True)
@@ -51,23 +33,6 @@ class KeptBasis(Kept):
     basis: Basis
     matrix: Floats
     factors: tuple[Floats, NDArray[np.int32]]
-
-
-class Linearised(Protocol):
-    """A linearised balance that can be solved."""
-
-    @property
-    def reuse(self) -> Kept | None:
-        """What later ones may start from."""
-
-    def solve(self, gap: Floats, tolerance: float) -> Floats | None:
-        """(dw, dp) for gaps (n,) or, with a border, (n + k,); None where it is singular."""
-
-    def merit(self, gap: Floats) -> float:
-        """Size of a gap as a step: about ‖P⁻¹ gap‖."""
-
-    def orientation(self) -> float:
-        """Sign of the determinant, border and all, after a solution."""
 
 
 def _distinct(ascending: Integers) -> tuple[Integers, Integers]:
@@ -123,11 +88,6 @@ class _Direct:
         self.factors = factors, pivots
         self.singular = info != 0 or not np.isfinite(factors.diagonal().sum())
 
-    def _apply(self, gap: Floats) -> Floats:
-        ahead = gap.copy()  # components outside P count as they are
-        ahead[self.unknowns] = dgetrs(*self.factors, gap[self.unknowns])[0]
-        return ahead
-
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:
         """(dw, dp); None where P is singular."""
         if self.singular:
@@ -138,7 +98,9 @@ class _Direct:
 
     def merit(self, gap: Floats) -> float:
         """‖P⁻¹ gap‖."""
-        return float(np.linalg.norm(self._apply(gap) * self.weight))
+        ahead = gap.copy()  # components outside P count as they are
+        ahead[self.unknowns] = dgetrs(*self.factors, gap[self.unknowns])[0]
+        return float(np.linalg.norm(ahead * self.weight))
 
     def orientation(self) -> float:
         """Sign of the determinant."""
@@ -162,17 +124,13 @@ class _Iterative(Preconditioned):
         reuse: Kept | None,
         stiffness: Floats,
     ) -> None:
-        self.m = deviation.w.shape[2]
-        self.weight, self.border, self.size = weight, border, deviation.w.size
-        active = _distinct(rows // self.m)[0]
+        m = deviation.w.shape[2]
+        active = _distinct(rows // m)[0]
         contacts = _distinct(active // 3)[0]
         self.slope = slope_of(deviation, contacts)
         self.components = self.slope.components
-        self.entries = (self.components[:, None] * self.m + np.arange(self.m)).reshape(-1)
-        self.places = self.entries
-        if border is not None:
-            self.places = np.append(self.entries, self.size + np.arange(border.count))
-            self.rate, self.normal = border.rate[:, self.entries], border.normal[:, self.entries]
+        entries = (self.components[:, None] * m + np.arange(m)).reshape(-1)
+        super().__init__(weight, border, entries, deviation)
         self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
         basis = reuse.basis if isinstance(reuse, KeptBasis) else Basis.strong(balance, stiffness)
@@ -207,15 +165,10 @@ class _Iterative(Preconditioned):
             out[:, k], out[:, k + 1] = moved.real, moved.imag
         return out
 
-    def _operator(self, y: Floats) -> Floats:
-        """P, bordered, on the entries of these contacts."""
-        count = len(self.entries)
-        x = y[:count].reshape(-1, self.m)
-        top = (x - self.slope(self._receptance(x))).reshape(-1)
-        if self.border is None:
-            return top
-        top -= y[count:] @ self.rate
-        return np.append(top, self.normal @ y[:count] + self.border.corner @ y[count:])
+    def _alone(self, x: Floats) -> Floats:
+        """P x."""
+        x = x.reshape(-1, self.m)
+        return np.asarray(x - self.slope(self._receptance(x))).reshape(-1)
 
     def _precondition(self, y: Floats) -> Floats:
         """(I - J L M)⁻¹, bordered."""
@@ -248,7 +201,7 @@ def linearise(
     border: Border | None,
     reuse: Kept | None,
     stiffness: Floats,
-) -> Linearised:
+) -> _Direct | Preconditioned:
     """P at a state, ready to be solved; see `_Direct`."""
     if isinstance(balance, RingBalance):
         return LinearisedRing(balance, deviation, rows, weight, border, reuse)

@@ -26,7 +26,6 @@ is left out, these are the linearised balance itself, and GMRES ends at its firs
 """
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,10 +34,7 @@ from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.balance.receptance_columns import Columns, HeldColumns
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.fourier import to_complex, to_real
-from vanelock.nonlinear.newton.preconditioner import Kept, Preconditioned
-
-if TYPE_CHECKING:
-    from vanelock.nonlinear.newton.linearised import Border
+from vanelock.nonlinear.newton.preconditioner import Border, Kept, Preconditioned
 
 
 class RingColumns(HeldColumns):
@@ -147,26 +143,22 @@ class LinearisedRing(Preconditioned):
         deviation: Deviation,
         rows: Integers,
         weight: Floats,
-        border: "Border | None",
+        border: Border | None,
         reuse: Kept | None,
     ) -> None:
-        self.m, self.sectors = deviation.w.shape[2], balance.sectors
-        self.weight, self.border, self.size = weight, border, deviation.w.size
-        count = len(deviation.w) // self.sectors
-        contacts = np.unique(rows // (3 * self.m) % count)
+        m, self.sectors = deviation.w.shape[2], balance.sectors
+        count, width = len(deviation.w) // self.sectors, 3 * m
+        contacts = np.unique(rows // width % count)
         self.a = len(contacts)
         components = np.asarray(3 * contacts[:, None] + np.arange(3)).reshape(-1)
-        width = 3 * self.m
         blocks = deviation.jacobian.reshape(self.sectors, count, width, width)
         self.blocks = np.ascontiguousarray(blocks[:, contacts])
         self.mean = self.blocks.mean(axis=0)
         self.receptance = balance.ring.among(components)
-        per_sector = components[:, None] * self.m + np.arange(self.m)
-        every = 3 * count * self.m * np.arange(self.sectors)
-        self.entries = (every[:, None] + per_sector.reshape(-1)).reshape(-1)
-        self.places = self.entries
-        if border is not None:
-            self.places = np.append(self.entries, self.size + np.arange(border.count))
+        per_sector = components[:, None] * m + np.arange(m)
+        every = count * width * np.arange(self.sectors)
+        entries = (every[:, None] + per_sector.reshape(-1)).reshape(-1)
+        super().__init__(weight, border, entries, deviation)
         self.reuse: _KeptRing | None = reuse if isinstance(reuse, _KeptRing) else None
         if not (self.reuse and self.reuse.serves(contacts)):
             self.reuse = self._made(contacts)
@@ -176,10 +168,8 @@ class LinearisedRing(Preconditioned):
             near, far = self._components(self.strong), self._components(~self.strong)
             self.coupling = np.ascontiguousarray(self.receptance[:, :, far[:, None], near])
         if border is not None and not self.singular:
-            self._rate = border.rate[:, self.entries]
-            self._normal = border.normal[:, self.entries]
-            self._led = np.array([self._alike(each) for each in self._rate])
-            self._pivot = border.corner + self._normal @ self._led.T
+            self._led = np.array([self._alike(each) for each in self.rate])
+            self._pivot = border.corner + self.normal @ self._led.T
             self.singular |= np.linalg.slogdet(self._pivot)[0] == 0.0
 
     def _made(self, contacts: Integers) -> _KeptRing | None:
@@ -236,14 +226,11 @@ class LinearisedRing(Preconditioned):
         x[:, strong] = np.fft.irfft(solved.conj(), N, axis=0).reshape(right.shape)
         return x.reshape(-1)
 
-    def _operator(self, y: Floats) -> Floats:
-        """P, bordered, on the entries of these contacts."""
-        x, p = np.split(y, [len(self.entries)])
+    def _alone(self, x: Floats) -> Floats:
+        """P x."""
         u = _passed(self.receptance, x.reshape(self.sectors, -1, self.m))
-        top = x - (self.blocks @ u.reshape(self.sectors, self.a, 3 * self.m, 1)).reshape(-1)
-        if self.border is None:
-            return np.asarray(top)
-        return np.append(top - p @ self._rate, self._normal @ x + self.border.corner @ p)
+        moved = self.blocks @ u.reshape(self.sectors, self.a, 3 * self.m, 1)
+        return np.asarray(x - moved.reshape(-1))
 
     def _precondition(self, y: Floats) -> Floats:
         """The same of the ring of alike sectors, inverted."""
@@ -251,7 +238,7 @@ class LinearisedRing(Preconditioned):
             return self._alike(y)
         x, p = np.split(y, [len(self.entries)])
         ahead = self._alike(x)
-        moved = np.linalg.solve(self._pivot, p - self._normal @ ahead)
+        moved = np.linalg.solve(self._pivot, p - self.normal @ ahead)
         return np.append(ahead + moved @ self._led, moved)
 
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:

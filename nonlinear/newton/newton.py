@@ -19,8 +19,8 @@ import numpy as np
 from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
-from vanelock.nonlinear.newton.linearised import Border, linearise
-from vanelock.nonlinear.newton.preconditioner import Kept, response_to
+from vanelock.nonlinear.newton.linearised import linearise
+from vanelock.nonlinear.newton.preconditioner import Border, Kept, response_to
 
 TOLERANCE = 1e-10
 _ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers
@@ -90,32 +90,14 @@ class CuttingPlane:
 class Solution:
     """A state of the balance, converged or the best that was reached.
 
-    Attributes
-    ----------
-    omega : float
-        rad/s.
-    parameter : float
-        Of the family.
-    w, u : (c, 3, 2H + 1) float
-        Deviation and relative displacement, m.
-    residual : float
-        Largest |w - W(u)| of each harmonic over that harmonic's scale.
-    iterations : int
-        Newton steps, of failed attempts at the point too.
-    converged : bool
-        Whether the residual is below the tolerance.
-    deviation : Deviation
-        The law at u.
-    reuse : Kept or None
-        Preconditioner for the solutions that follow.
-    seconds : float
-        Processor time spent, where it was taken.
-    truncation : float
-        Error of the displacements by modes that count by their static part alone.
-    continued : bool
-        Whether it was reached from its neighbour by solutions that nowhere turned back.
-    beside : tuple of float
-        The family's other unknowns.
+    `omega`: rad/s; `parameter`: of the family; `w`, `u` (c, 3, 2H + 1): deviation and relative
+    displacement, m; `residual`: largest |w - W(u)| of each harmonic over that harmonic's scale;
+    `iterations`: Newton steps, of failed attempts at the point too; `converged`: whether the
+    residual is below the tolerance; `deviation`: the law at u; `reuse`: preconditioner for the
+    solutions that follow; `seconds`: processor time spent, where it was taken; `truncation`: error
+    of the displacements by modes that count by their static part alone; `continued`: whether it was
+    reached from its neighbour by solutions that nowhere turned back; `beside`: the family's other
+    unknowns.
     """
 
     omega: float

@@ -75,10 +75,8 @@ class _Slope:
 
 def slope_of(deviation: Deviation, contacts: Integers) -> _Slope:
     """The linearised law of some contacts."""
-    m = deviation.w.shape[2]
-    blocks = deviation.jacobian if len(contacts) == len(deviation.w) else None
-    if blocks is None:
-        blocks = deviation.jacobian[contacts]
+    m, jacobian = deviation.w.shape[2], deviation.jacobian
+    blocks = jacobian if len(contacts) == len(deviation.w) else jacobian[contacts]
     return _Slope(contacts, blocks.reshape(len(contacts), 3 * m, 3, m))
 
 
@@ -92,6 +90,23 @@ def response_to(deviation: Deviation, rows: Integers, moved: Floats) -> Floats:
 
 _WEAK = 0.35  # singular values below this are left to the iteration
 _SKETCH = 64
+
+
+@dataclass(frozen=True)
+class Border:
+    """k unknowns beside w, and as many equations.
+
+    `rate` (k, n): dW/dp; `normal` (k, n): dg/dw, of a plane its normal; `corner` (k, k): dg/dp.
+    """
+
+    rate: Floats
+    normal: Floats
+    corner: Floats
+
+    @property
+    def count(self) -> int:
+        """Number of unknowns k."""
+        return len(self.corner)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,28 +189,16 @@ def _by_harmonic(factors: Sequence[Array], w: Floats) -> Floats:
     return np.concatenate(parts)
 
 
-@dataclass(frozen=True)
-class _Reached:
-    """What GMRES found.
-
-    `solution` (n,); `residual`: norm of what is left, over that of the right-hand side;
-    `iterations`: dimension of the subspace; `hessenberg` (k, k): the operator restricted to the
-    subspace.
-    """
-
-    solution: Floats
-    residual: float
-    iterations: int
-    hessenberg: Floats
-
-
 def _gmres(
     operator: Callable[[Floats], Floats], right: Floats, tolerance: float, limit: int
-) -> _Reached:
-    """Solve A x = b by minimal residuals, from zero, without restart (Saad and Schultz, 1986)."""
+) -> tuple[Floats, float, int, Floats]:
+    """Solve A x = b by minimal residuals, from zero, without restart (Saad and Schultz, 1986).
+
+    Returns x, what is left over the size of b, the dimension k of the subspace, and A (k, k) in it.
+    """
     size = sqrt(right @ right)
     if size == 0.0:
-        return _Reached(np.zeros_like(right), 0.0, 0, np.empty((0, 0)))
+        return np.zeros_like(right), 0.0, 0, np.empty((0, 0))
     basis = np.empty((limit + 1, len(right)))
     basis[0] = right / size
     hessenberg = np.zeros((limit + 1, limit))
@@ -232,35 +235,54 @@ def _gmres(
             break
         basis[k] = following / norm
     if k == 0:
-        return _Reached(np.zeros_like(right), 1.0, 0, np.empty((0, 0)))
+        return np.zeros_like(right), 1.0, 0, np.empty((0, 0))
     shares = np.linalg.solve(upper[:k, :k], left[:k])
-    return _Reached(shares @ basis[:k], abs(left[k]) / size, k, hessenberg[:k, :k])
+    return shares @ basis[:k], abs(left[k]) / size, k, hessenberg[:k, :k]
 
 
 class Preconditioned(ABC):
-    """P and what it is preconditioned by.
+    """P and what it is preconditioned by, on the `entries` of the contacts that deviate.
 
-    `weight` (n,): of each component in the norm; `places` (k,): components that P is of; `reuse`:
-    what preconditions; None where P is singular; `hessenberg` (j, j): P M⁻¹ in the subspace of the
-    last solution.
+    `weight` (n,): of each component in the norm; `places` (k,): components that P is of, a border's
+    behind the entries; `reuse`: what preconditions; None where P is singular; `hessenberg` (j, j):
+    P M⁻¹ in the subspace of the last solution.
     """
 
     LIMIT: ClassVar[int]
     """Dimension of GMRES' subspace, at most."""
     STALE: ClassVar[int]
     """Iterations for each digit after which what is kept is made anew."""
-    weight: Floats
-    places: Integers
     reuse: Kept | None
     hessenberg: Floats
 
+    def __init__(
+        self, weight: Floats, border: Border | None, entries: Integers, deviation: Deviation
+    ) -> None:
+        self.weight, self.border, self.entries = weight, border, entries
+        self.m, self.places = deviation.w.shape[2], entries
+        if border is not None:
+            self.places = np.append(entries, deviation.w.size + np.arange(border.count))
+            self.rate, self.normal = border.rate[:, entries], border.normal[:, entries]
+
     @abstractmethod
-    def _operator(self, y: Floats) -> Floats:
-        """P y, (k,)."""
+    def _alone(self, x: Floats) -> Floats:
+        """P x, without a border."""
 
     @abstractmethod
     def _precondition(self, y: Floats) -> Floats:
         """M⁻¹ y, (k,), M close to P."""
+
+    @abstractmethod
+    def orientation(self) -> float:
+        """Sign of the determinant, border and all, after a solution."""
+
+    def _operator(self, y: Floats) -> Floats:
+        """P y, (k,)."""
+        x, p = np.split(y, [len(self.entries)])
+        top = self._alone(x)
+        if self.border is None:
+            return top
+        return np.append(top - p @ self.rate, self.normal @ x + self.border.corner @ p)
 
     def solve(self, gap: Floats, tolerance: float) -> Floats | None:
         """(dw, dp); None where the iteration does not get there."""
@@ -271,15 +293,15 @@ class Preconditioned(ABC):
             return self._operator(self._precondition(z / weight)) * weight
 
         with np.errstate(all="ignore"):
-            reached = _gmres(scaled, inner * weight, tolerance, self.LIMIT)
-        self.hessenberg = reached.hessenberg
-        if not reached.residual < max(tolerance, 0.1):
+            found = _gmres(scaled, inner * weight, tolerance, self.LIMIT)
+        solution, residual, iterations, self.hessenberg = found
+        if not residual < max(tolerance, 0.1):
             return None
-        if reached.iterations > self.STALE * max(1.0, -np.log10(tolerance)):
+        if iterations > self.STALE * max(1.0, -np.log10(tolerance)):
             assert self.reuse is not None
             self.reuse = replace(self.reuse, stale=True)
         step = np.zeros_like(gap)
-        step[self.places] = self._precondition(reached.solution / weight)
+        step[self.places] = self._precondition(solution / weight)
         return step
 
     def merit(self, gap: Floats) -> float:

@@ -38,7 +38,7 @@ import numpy as np
 
 from vanelock.common.arrays import Array, Booleans, Complex, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.balance.stuck_modes import StuckModes, check_uncoupled, stuck_modes
 from vanelock.nonlinear.contact.disc_slider import HELD, RATES, TO, pursue
 from vanelock.nonlinear.fourier import kernel
 from vanelock.rom.system.coordinates import ROUND_OFF, check, check_ring
@@ -139,12 +139,7 @@ def ring(system: System, every: bool = False) -> FullRing:
     system = replace(system, diameters={**system.diameters, **standing})
     modes = tuple(stuck_modes(system, k) for k in diameters)
     for k, found in zip(diameters, modes, strict=True):
-        if found.coupled_damping is not None:
-            raise InputError(
-                f"system: nd/{k}/C: given one that couples the modes, joints "
-                f"{'open' if system.opens_in_damping.any() else 'stuck'}: "
-                "time integration allows damping/ratio and a C that they leave diagonal"
-            )
+        check_uncoupled(system, found, k, "time integration")
     sectors = 1 if alike else N
     order = np.array(diameters)
     shift = np.exp(-2j * np.pi * np.outer(order, np.arange(sectors)) / N)
@@ -181,12 +176,10 @@ def _slider_in_plane(
     r_before: float,
     r: float,
     slider: Floats,
-    following: Floats,
-    rates: Floats,
 ) -> None:
     """Place w of a slider at the end of a step, u = free + flexibility w."""
     x, y, before = slider[0], slider[1], math.inf
-    centre = u_before.copy()
+    centre, following, rates = u_before.copy(), np.empty(2), np.empty((2, RATES))
     for _ in range(_ITERATIONS):
         centre[0] = free[0] + flexibility[0, 0] * x + flexibility[0, 1] * y
         centre[1] = free[1] + flexibility[1, 0] * x + flexibility[1, 1] * y
@@ -214,12 +207,6 @@ def _slider_in_plane(
         x += (m11 * fx - m01 * fy) / det
         y += (m00 * fy - m10 * fx) / det
     slider[0], slider[1] = following[0], following[1]
-
-
-@kernel
-def _normal_deviation(free: float, flexibility: float) -> float:
-    """Deviation w = min(v, 0) where v = free + flexibility w."""
-    return min(free, 0.0) / (1.0 - flexibility)
 
 
 @kernel
@@ -262,38 +249,6 @@ def _spread(
 
 
 @kernel
-def _in_plane(
-    u: Floats,
-    w: Floats,
-    u_before: Floats,
-    w_before: Floats,
-    coupling: Floats,
-    radius: tuple[float, float],
-    a: int,
-    slider: Floats,
-) -> None:
-    """Place (2,) of a slider in the plane of columns a and a + 1; its radii at both ends."""
-    known, own = np.empty(2), np.empty((2, 2))
-    for i in range(2):
-        known[i] = u[a + i]
-        for k in range(2):
-            own[i, k] = coupling[a + k, a + i]
-            known[i] -= own[i, k] * w[a + k]
-        slider[i] = w[a + i]
-    _slider_in_plane(
-        known,
-        own,
-        w_before[a : a + 2],
-        u_before[a : a + 2],
-        radius[0],
-        radius[1],
-        slider,
-        np.empty(2),
-        np.empty((2, RATES)),
-    )
-
-
-@kernel
 def sweep(
     u: Floats,
     w: Floats,
@@ -305,7 +260,7 @@ def sweep(
     listed: Integers,
 ) -> float:
     """Solve the listed contacts once, one after the other; the largest change of a deviation."""
-    largest, places = 0.0, np.empty(3)
+    largest, places, free = 0.0, np.empty(3), np.empty(2)
     for j in range(u.shape[0]):
         for c in listed:
             for e in range(3):
@@ -314,15 +269,24 @@ def sweep(
                 known = u[j, a] - own * w[j, a]
                 v_before, v = u_before[j, 3 * c], u[j, 3 * c]
                 if e == 0:
-                    places[0] = _normal_deviation(known, own)
+                    places[0] = min(known, 0.0) / (1.0 - own)
                 elif not isotropic:
                     places[e] = _slider_place(
                         known, own, w_before[j, a], u_before[j, a], v_before, v, alpha[c, e - 1]
                     )
                 elif e == 1:
-                    radius = alpha[c, 0] * v_before, alpha[c, 0] * v
-                    _in_plane(
-                        u[j], w[j], u_before[j], w_before[j], coupling[0], radius, a, places[1:]
+                    here, plane = w[j, a : a + 2], coupling[0, a : a + 2, a : a + 2].T
+                    for i in range(2):
+                        free[i] = u[j, a + i] - plane[i, 0] * here[0] - plane[i, 1] * here[1]
+                    places[1:] = here
+                    _slider_in_plane(
+                        free,
+                        plane,
+                        w_before[j, a : a + 2],
+                        u_before[j, a : a + 2],
+                        alpha[c, 0] * v_before,
+                        alpha[c, 0] * v,
+                        places[1:],
                     )
                 change = places[e] - w[j, a]
                 if change != 0.0:

@@ -20,51 +20,38 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as la
 
-from vanelock.common.arrays import Booleans, Complex, Floats
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier import TURN, to_real
 from vanelock.nonlinear.transient.full_ring import FullRing, follow
-from vanelock.nonlinear.transient.time_marching import march
+from vanelock.nonlinear.transient.time_marching import RingMotion, Stepping, march
 
 _RESOLVED = 1.0  # largest turn of a mode in a step, rad, up to which it is integrated exactly
 _SMALL = 1e-9
 """Change of a deviation at which a step counts as solved, relative to the linear vibration."""
 
 
-@dataclass(frozen=True)
-class _Steps:
-    """One step of n modes.
-
-    `transition` (4, 4, n): E; `hold` (4, n): response to the load at the beginning; `rise` (4, n):
-    response to its change.
-    """
-
-    transition: Floats
-    hold: Floats
-    rise: Floats
-
-
 def _steps_of(
     compliance: Floats, damping: Floats, step: float, static: Floats | None = None
-) -> _Steps:
-    """The step of modes with compliance Λ, s²/rad², and damping D, s/rad; `step` in s.
+) -> tuple[Floats, Floats, Floats]:
+    """E (4, 4, n), hold and rise (4, n) of modes with Λ, s²/rad², and D, s/rad; `step` in s.
 
     A is 1 if `static` is not given. Given, the load is that of springs as well, which their own
     motion sets: through r itself chords are drawn then, since what the past corrects might grow.
     """
     n = len(compliance)
     corrected, static = static is None, np.ones(n) if static is None else static
-    transition, hold, rise = np.zeros((4, 4, n)), np.zeros((4, n)), np.zeros((4, n))
+    steps = np.zeros((4, 4, n)), np.zeros((4, n)), np.zeros((4, n))
     slow = compliance * _RESOLVED**2 >= static * step**2
-    if np.any(slow):
-        exact = _exact(compliance[slow] / step**2, static[slow], damping[slow] / step, corrected)
-        transition[:, :, slow], hold[:, slow], rise[:, slow] = exact
-    if not np.all(slow):
-        implicit = _implicit(compliance[~slow] / step**2, static[~slow], damping[~slow] / step)
-        transition[:, :, ~slow], hold[:, ~slow], rise[:, ~slow] = implicit
-    return _Steps(transition, hold, rise)
+    for which in (slow, ~slow):
+        if np.any(which):
+            mode = compliance[which] / step**2, static[which], damping[which] / step
+            parts = _exact(*mode, corrected) if which is slow else _implicit(*mode)
+            for array, part in zip(steps, parts, strict=True):
+                array[..., which] = part
+    return steps
 
 
 def _exact(
@@ -108,26 +95,6 @@ def _implicit(compliance: Floats, static: Floats, damping: Floats) -> tuple[Floa
     return transition, load, load.copy()
 
 
-@dataclass
-class RingMotion:
-    """Where the ring is; moved on by `Integrator.period`.
-
-    `state` (k, 4, n) is what `_Steps` keep of each mode, y first, by diameter; `load` (k, n)
-    and `static` (k, 3c) the modal loads of the deviations and their displacements through modes
-    without inertia; `resting` (k, 3c) the contacts' displacements beside the steady vibration; `u`
-    and `w` (N, 3c), m, their relative displacements and deviations from sticking; `awake` (c,)
-    contacts whose deviations change.
-    """
-
-    state: Complex
-    load: Complex
-    static: Complex
-    resting: Complex
-    u: Floats
-    w: Floats
-    awake: Booleans
-
-
 @dataclass(frozen=True)
 class Period:
     """Histories of one period, s steps, the last of which ends where the next period begins.
@@ -147,38 +114,28 @@ class Period:
 
 @dataclass(frozen=True)
 class Integrator:
-    """A ring at one frequency, in `steps` steps a period; arrays as `time_marching` takes them."""
+    """A ring at one frequency, rad/s, and what its steps take."""
 
     ring: FullRing
     omega: float
-    linear: Floats
-    rows: Complex
-    transition: Floats
-    hold: Floats
-    rise: Floats
-    rigid: Complex
-    response: Complex
-    coupling: Floats
-    alpha: Floats
-    isotropic: bool
-    small: float
+    arrays: Stepping
 
     @property
     def steps(self) -> int:
         """Steps a period."""
-        return len(self.linear)
+        return len(self.arrays.linear)
 
     def stuck(self) -> RingMotion:
         """Steady linear vibration with all contacts stuck as they were assembled."""
-        diameters, d, n = self.rows.shape
+        diameters, d, n = self.arrays.rows.shape
         return RingMotion(
             state=np.zeros((diameters, 4, n), complex),
             load=np.zeros((diameters, n), complex),
             static=np.zeros((diameters, d), complex),
             resting=np.zeros((diameters, d), complex),
-            u=self.linear[-1].copy(),
+            u=self.arrays.linear[-1].copy(),
             w=np.zeros((self.ring.sectors, d)),
-            awake=np.zeros(len(self.alpha), bool),
+            awake=np.zeros(len(self.arrays.alpha), bool),
         )
 
     def balanced(self, response: Response, point: int) -> RingMotion:
@@ -202,19 +159,19 @@ class Integrator:
         u = sum(self.ring.travelling(h, q[h], angles) for h in range(response.harmonics + 1))
         path = np.ascontiguousarray(u)
         begun = path[:-2]
-        if self.isotropic:  # what a closed contact was long ago it may remember for long
+        if self.arrays.isotropic:  # what a closed contact was long ago it may remember for long
             begun = path[-3:-2]
             motion.w[:] = self._places(q, begun[0], float(angles[-3]))
         past: list[Complex] = []
         for piece in (begun, path[-3:-1], path[-2:]):  # places at the last three instants
-            follow(piece, self.alpha, self.isotropic, motion.w)
-            past.append(self.pulling(piece[-1], motion.w, self.linear[len(past) - 3]))
+            follow(piece, self.arrays.alpha, self.arrays.isotropic, motion.w)
+            past.append(self.pulling(piece[-1], motion.w, self.arrays.linear[len(past) - 3]))
         motion.u[:] = path[-1]
-        motion.resting[:] = self.ring.by_diameter(path[-1] - self.linear[-1])
+        motion.resting[:] = self.ring.by_diameter(path[-1] - self.arrays.linear[-1])
         motion.load[:] = self._loads(past[2])
-        motion.static[:] = np.einsum("kad,ka->kd", self.rigid, past[2])
+        motion.static[:] = np.einsum("kad,ka->kd", self.arrays.rigid, past[2])
         change, before = self._loads(past[2] - past[1]), self._loads(past[1] - past[0])
-        corrected = self.rise[:, 3] > 0
+        corrected = self.arrays.rise[:, 3] > 0
         motion.state[:, 2] = np.where(corrected, (before - change) / 12, motion.state[:, 2])
         motion.state[:, 3] = np.where(corrected, change, 0.0)
         return motion
@@ -227,7 +184,7 @@ class Integrator:
         w = np.minimum(u, 0.0)
         for j in range(self.ring.sectors):
             turned = to_real(q * self.ring.lag(np.arange(len(q)))[:, [j]])
-            for c, alpha in enumerate(self.alpha[:, 0]):
+            for c, alpha in enumerate(self.arrays.alpha[:, 0]):
                 at = np.array([angle])
                 own = slice(3 * c, 3 * c + 3)
                 w[j, own][1:] = slider_places(turned[own], float(alpha), at)[0]
@@ -241,7 +198,9 @@ class Integrator:
 
     def _loads(self, deviations: Complex) -> Complex:
         """Modal loads (k, n) of deviations (k, 3c)."""
-        loads: Complex = np.einsum("kdn,kd->kn", self.rows.conj(), deviations * self.ring.stiffness)
+        loads: Complex = np.einsum(
+            "kdn,kd->kn", self.arrays.rows.conj(), deviations * self.ring.stiffness
+        )
         return loads
 
     def period(self, motion: RingMotion) -> Period:
@@ -250,33 +209,7 @@ class Integrator:
         u, w = np.empty((self.steps, sectors, d)), np.empty((self.steps, sectors, d))
         y = np.empty((self.steps, *motion.load.shape), complex)
         began, before = motion.u.copy(), motion.w.copy()
-        unsolved = march(
-            self.linear,
-            self.rows,
-            self.transition,
-            self.hold,
-            self.rise,
-            self.rigid,
-            self.response,
-            self.coupling,
-            self.ring.shift,
-            self.ring.weight,
-            self.ring.stiffness,
-            self.alpha,
-            self.isotropic,
-            self.ring.modes[0].opened,
-            self.small,
-            motion.state,
-            motion.load,
-            motion.static,
-            motion.resting,
-            motion.u,
-            motion.w,
-            motion.awake,
-            u,
-            w,
-            y,
-        )
+        unsolved = march(self.arrays, motion, u, w, y)
         moved = np.any(w != before, axis=(0, 1)).reshape(-1, 3).any(axis=1)
         motion.awake[:] = moved
         largest = max(np.ptp(u, axis=0).max(initial=0.0) / 2, np.finfo(float).tiny)
@@ -300,13 +233,12 @@ def integrator(
     response = np.zeros_like(rigid)
     for k, (kept, found) in enumerate(zip(counts, ring.modes, strict=True)):
         static = None if found.springs is None else found.static[:kept]
-        mode = _steps_of(found.compliance[:kept], found.damping[:kept], step, static)
-        transition[k, :, :, :kept], hold[k, :, :kept] = mode.transition, mode.hold
-        rise[k, :, :kept] = mode.rise
+        steps_of = _steps_of(found.compliance[:kept], found.damping[:kept], step, static)
+        transition[k, :, :, :kept], hold[k, :, :kept], rise[k, :, :kept] = steps_of
         near, far = found.rows[:, :kept], found.rows[:, kept:]
         rows[k, :, :kept] = near
         rigid[k] = (((far / found.static[kept:]) @ far.conj().T) * ring.stiffness).T
-        response[k] = rigid[k] + (((near * mode.rise[0]) @ near.conj().T) * ring.stiffness).T
+        response[k] = rigid[k] + (((near * rise[k, 0, :kept]) @ near.conj().T) * ring.stiffness).T
         own = found.opened
         if len(own):  # their springs answer within the step
             yields = np.eye(len(own)) + response[k][np.ix_(own, own)]
@@ -318,9 +250,7 @@ def integrator(
     for h, amplitude in ring.linear(omega).items():
         linear += ring.travelling(h, ring.rows(h) @ amplitude, angles)
     vibration = np.abs(linear - linear.mean(axis=0)).max(initial=0.0)
-    return Integrator(
-        ring=ring,
-        omega=omega,
+    arrays = Stepping(
         linear=linear,
         rows=rows,
         transition=transition,
@@ -329,10 +259,15 @@ def integrator(
         rigid=rigid,
         response=response,
         coupling=coupling,
+        shift=ring.shift,
+        weight=ring.weight,
+        stiffness=ring.stiffness,
         alpha=contacts.alpha,
         isotropic=isotropic,
+        opened=ring.modes[0].opened,
         small=_SMALL * float(vibration or np.abs(linear).max(initial=1.0)),
     )
+    return Integrator(ring, omega, arrays)
 
 
 def check_start(

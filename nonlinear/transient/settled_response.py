@@ -19,7 +19,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from vanelock.common.arrays import Array, Floats, as_whole
+from vanelock.common.arrays import Floats, as_whole
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.contact.law import check_friction
@@ -28,7 +28,8 @@ from vanelock.nonlinear.forced_response.options import check_band
 from vanelock.nonlinear.forced_response.response import Response, check_contacts
 from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.nonlinear.transient.full_ring import ring
-from vanelock.nonlinear.transient.integration import Integrator, RingMotion, check_start, integrator
+from vanelock.nonlinear.transient.integration import Integrator, check_start, integrator
+from vanelock.nonlinear.transient.time_marching import RingMotion
 from vanelock.nonlinear.transient.time_response import departure, output_history
 from vanelock.rom.system.system import System
 
@@ -112,17 +113,6 @@ class SettledResponse(Product):
         return self.verdict == STEADY and bool(self.departure[-1] < _SAME)
 
 
-@dataclass(frozen=True)
-class _Chapter:
-    """Some periods, and the motion at their end."""
-
-    motion: tuple[Array, ...]
-    amplitude: Floats
-    defect: Floats
-    departure: Floats
-    unsolved: int
-
-
 @one_thread
 def settled_response(
     system: System,
@@ -189,67 +179,6 @@ def settled_response(
         missing, the stuck modes do not diagonalise a given C, an option is out of range, or no
         growth is given and `stability` is not of such a response.
     """
-    _check(system, response, point, steps, periods, least, tolerance, disturbance, seed, modes)
-    system = replace(system, contacts=replace(system.contacts, mu=response.mu))
-    frequency = float(response.frequency[point])
-    whole = ring(system, every=True)
-    check_start(whole, frequency, response.friction, response, point)
-    if growth is None:
-        growths = stability(system, response, [point]).growth
-        growth = min((float(each) for each in growths[0] if each > 0), default=0.0)
-    if growth > 0:
-        decades = np.log(1 / max(disturbance, _REPEATED))
-        least = max(least, int(min(np.ceil(2 * decades * frequency / growth), periods + 1)))
-    stepped = integrator(whole, TURN * frequency, steps, modes, response.friction == "isotropic")
-    motion = stepped.balanced(response, point)
-    _disturb(stepped, motion, response, point, disturbance, seed)
-    chapters: list[_Chapter] = []
-    done, ahead, verdict = 0, min(_FIRST, periods), UNSETTLED
-    while done < periods and verdict == UNSETTLED:
-        found = _followed(stepped, motion, (response, point), done, ahead, periods, progress)
-        motion = RingMotion(*(each.copy() for each in found.motion))
-        chapters.append(found)
-        done, ahead = ahead, min(int(_MORE * ahead), periods)
-        amplitude, defect, departed = (
-            np.concatenate([getattr(each, name) for each in chapters])
-            for name in ("amplitude", "defect", "departure")
-        )
-        if not np.isfinite(amplitude).all():
-            break
-        if done >= least:
-            verdict = _verdict(amplitude, defect, tolerance)
-    window = max(done // 3, 1)
-    mean, largest, smallest = _statistics(amplitude[-window:])
-    return SettledResponse(
-        frequency=frequency,
-        verdict=verdict,
-        amplitude=amplitude,
-        balance=response.amplitude[point],
-        mean=mean,
-        largest=largest,
-        smallest=smallest,
-        window=window,
-        defect=defect,
-        departure=departed,
-        disturbance=disturbance,
-        steps=steps,
-        unsolved=sum(each.unsolved for each in chapters),
-    )
-
-
-def _check(
-    system: System,
-    response: Response,
-    point: int,
-    steps: int,
-    periods: int,
-    least: int,
-    tolerance: float,
-    disturbance: float,
-    seed: int,
-    modes: int | None,
-) -> None:
-    """Refuse what cannot be followed."""
     for name, value, lowest in (
         ("point", point, 0),
         ("steps", steps, 4 * response.harmonics + 4),
@@ -263,6 +192,61 @@ def _check(
     for name, part in (("tolerance", tolerance), ("disturbance", disturbance)):
         if not 0 <= part < 1:
             raise InputError(f"{name}: given {part}: allowed: from 0 to below 1")
+    _check(system, response, point)
+    system = replace(system, contacts=replace(system.contacts, mu=response.mu))
+    frequency = float(response.frequency[point])
+    whole = ring(system, every=True)
+    check_start(whole, frequency, response.friction, response, point)
+    if growth is None:
+        growths = stability(system, response, [point]).growth
+        growth = min((float(each) for each in growths[0] if each > 0), default=0.0)
+    if growth > 0:
+        decades = np.log(1 / max(disturbance, _REPEATED))
+        least = max(least, int(min(np.ceil(2 * decades * frequency / growth), periods + 1)))
+    stepped = integrator(whole, TURN * frequency, steps, modes, response.friction == "isotropic")
+    motion = stepped.balanced(response, point)
+    _disturb(stepped, motion, response, point, disturbance, seed)
+    outputs = whole.sectors, len(system.output_names), 3
+    amplitudes, defects, departures = list[Floats](), list[float](), list[float]()
+    judged, unsolved, verdict = _FIRST, 0, UNSETTLED
+    for done in range(1, periods + 1):
+        found = stepped.period(motion)
+        output = output_history(stepped, found)
+        defects.append(found.defect)
+        departures.append(departure(stepped, found, output, response, point))
+        amplitudes.append(_half_range(output).reshape(outputs))
+        unsolved += found.unsolved
+        if progress is not None:
+            progress(done, periods, found.defect)
+        if done < judged:
+            continue
+        judged = min(int(_MORE * judged), periods)
+        amplitude, defect = np.array(amplitudes), np.array(defects)
+        if not np.isfinite(amplitude).all():
+            break
+        if done >= least and (verdict := _verdict(amplitude, defect, tolerance)) != UNSETTLED:
+            break
+    window = max(done // 3, 1)
+    mean, largest, smallest = _statistics(amplitude[-window:])
+    return SettledResponse(
+        frequency=frequency,
+        verdict=verdict,
+        amplitude=amplitude,
+        balance=response.amplitude[point],
+        mean=mean,
+        largest=largest,
+        smallest=smallest,
+        window=window,
+        defect=defect,
+        departure=np.array(departures),
+        disturbance=disturbance,
+        steps=steps,
+        unsolved=unsolved,
+    )
+
+
+def _check(system: System, response: Response, point: int) -> None:
+    """Refuse what cannot be followed."""
     if point >= response.points:
         raise InputError(f"point: given {point}: there are {response.points}, counted from 0")
     if not response.converged[point]:
@@ -292,39 +276,6 @@ def _disturb(
         push[k, : found.rigid] = 0.0  # what nothing holds would not come back
         push[k, len(found.compliance) :] = 0.0
     rates += size * TURN / stepped.steps * speed * push
-
-
-def _followed(
-    stepped: Integrator,
-    motion: RingMotion,
-    start: tuple[Response, int],
-    begin: int,
-    end: int,
-    periods: int,
-    progress: _Progress | None,
-) -> _Chapter:
-    """The periods from `begin` to `end`; `motion` moves on."""
-    amplitude, defects, departures, unsolved = [], [], [], 0
-    outputs = stepped.ring.sectors, len(stepped.ring.system.output_names), 3
-    for done in range(begin + 1, end + 1):
-        found = stepped.period(motion)
-        output = output_history(stepped, found)
-        defects.append(found.defect)
-        departures.append(departure(stepped, found, output, *start))
-        amplitude.append(_half_range(output).reshape(outputs))
-        unsolved += found.unsolved
-        if progress is not None:
-            progress(done, periods, defects[-1])
-    state = (
-        motion.state,
-        motion.load,
-        motion.static,
-        motion.resting,
-        motion.u,
-        motion.w,
-        motion.awake,
-    )
-    return _Chapter(state, np.array(amplitude), np.array(defects), np.array(departures), unsolved)
 
 
 def _half_range(history: Floats) -> Floats:

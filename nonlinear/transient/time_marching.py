@@ -1,5 +1,7 @@
 """Contacts and structure stepped through a period together, compiled."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from vanelock.common.arrays import Booleans, Complex, Floats, Integers
@@ -9,12 +11,57 @@ from vanelock.nonlinear.transient.full_ring import awaken, sweep
 _SWEEPS = 400  # a step that takes more is counted as not solved
 
 
+class Stepping(NamedTuple):
+    """What stays as it is while a ring is stepped at one frequency, by diameter k and sector.
+
+    `linear` (s, N, d): steady linear vibration, m; `rows` (k, d, n): of the modes with inertia;
+    `transition` (k, 4, 4, n), `hold`, `rise` (k, 4, n): their steps; `rigid`, `response` (k, d, d):
+    what a deviation moves through the other modes, and through all within a step, row by row;
+    `coupling` (N, d, d): the latter, between sectors; `shift`, `weight`, `stiffness`: as of
+    `FullRing`; `opened`: components open in the modes; `small`: change, m, of a solved step.
+    """
+
+    linear: Floats
+    rows: Complex
+    transition: Floats
+    hold: Floats
+    rise: Floats
+    rigid: Complex
+    response: Complex
+    coupling: Floats
+    shift: Complex
+    weight: Floats
+    stiffness: Floats
+    alpha: Floats
+    isotropic: bool
+    opened: Integers
+    small: float
+
+
+class RingMotion(NamedTuple):
+    """Where the ring is; `march` moves it on.
+
+    `state` (k, 4, n) is what steps keep of each mode, y first, by diameter; `load` (k, n) and
+    `static` (k, 3c) the modal loads of the deviations and their displacements through modes without
+    inertia; `resting` (k, 3c) the contacts' displacements beside the steady vibration; `u` and `w`
+    (N, 3c), m, their relative displacements and deviations from sticking; `awake` (c,) contacts
+    whose deviations change.
+    """
+
+    state: Complex
+    load: Complex
+    static: Complex
+    resting: Complex
+    u: Floats
+    w: Floats
+    awake: Booleans
+
+
 @kernel
 def _gather(moved: Complex, free: Floats, shift: Complex, weight: Floats, u: Floats) -> None:
     """Displacements u (N, d): what is known plus amplitudes (k, d) by diameter."""
+    u[:] = free
     for j in range(u.shape[0]):
-        for a in range(u.shape[1]):
-            u[j, a] = free[j, a]
         for k in range(moved.shape[0]):
             turn = weight[k] * shift[k, j]
             for a in range(u.shape[1]):
@@ -86,30 +133,24 @@ def _add(columns: Complex, change: Complex, changed: Integers, count: int, out: 
 @kernel
 def _commit(
     predicted: Complex,
-    rows: Complex,
-    rise: Floats,
-    stiffness: Floats,
+    ring: Stepping,
     change: Complex,
     changed: Integers,
     count: int,
-    state: Complex,
-    load: Complex,
+    now: RingMotion,
     push: Complex,
 ) -> None:
     """States and loads at the end of the step."""
-    modes = state.shape[2]
-    for k in range(state.shape[0]):
-        for m in range(modes):
-            push[m] = 0.0
+    for k in range(predicted.shape[0]):
+        push[:] = 0.0
         for i in range(count):
             a = changed[i]
-            size = stiffness[a] * change[k, a]
-            for m in range(modes):
-                push[m] += np.conj(rows[k, a, m]) * size
-        for m in range(modes):
-            load[k, m] += push[m]
-            for e in range(4):
-                state[k, e, m] = predicted[k, e, m] + rise[k, e, m] * push[m]
+            size = ring.stiffness[a] * change[k, a]
+            for m in range(push.size):
+                push[m] += np.conj(ring.rows[k, a, m]) * size
+        now.load[k] += push
+        for e in range(4):
+            now.state[k, e] = predicted[k, e] + ring.rise[k, e] * push
 
 
 @kernel
@@ -142,97 +183,40 @@ def _pull(
             count += 1
         for k in range(resting.shape[0]):
             change[k, a] -= moved[k, a] - resting[k, a]
-    for k in range(resting.shape[0]):
-        for a in range(resting.shape[1]):
-            resting[k, a] = moved[k, a]
+    resting[:] = moved
     return count
 
 
 @kernel
-def _copy(source: Floats, target: Floats) -> None:
-    """Copy (N, d)."""
-    for j in range(source.shape[0]):
-        for a in range(source.shape[1]):
-            target[j, a] = source[j, a]
-
-
-@kernel
-def _list(awake: Booleans, listed: Integers) -> int:
-    """Write the contacts that are awake; how many."""
-    count = 0
-    for c in range(awake.size):
-        if awake[c]:
-            listed[count] = c
-            count += 1
-    return count
-
-
-@kernel
-def march(
-    linear: Floats,
-    rows: Complex,
-    transition: Floats,
-    hold: Floats,
-    rise: Floats,
-    rigid: Complex,
-    response: Complex,
-    coupling: Floats,
-    shift: Complex,
-    weight: Floats,
-    stiffness: Floats,
-    alpha: Floats,
-    isotropic: bool,
-    opened: Integers,
-    small: float,
-    state: Complex,
-    load: Complex,
-    static: Complex,
-    resting: Complex,
-    u: Floats,
-    w: Floats,
-    awake: Booleans,
-    path: Floats,
-    places: Floats,
-    motion: Complex,
-) -> int:
+def march(ring: Stepping, now: RingMotion, path: Floats, places: Floats, motion: Complex) -> int:
     """One period of all sectors; returns how many steps were not solved."""
-    predicted = np.empty_like(state)
-    known, moved, change = np.empty_like(static), np.empty_like(static), np.empty_like(static)
-    push = np.empty_like(load[0])
-    u_before, w_before = np.empty_like(u), np.empty_like(w)
-    changed, listed = np.empty(w.shape[1], np.int64), np.empty(awake.size, np.int64)
-    unsolved = 0
-    for i in range(linear.shape[0]):
-        _copy(u, u_before)
-        _copy(w, w_before)
-        _predict(state, load, transition, hold, predicted)
-        _contacts(predicted, rows, static, known)
-        _hold(opened, resting, known, change)
-        _add(response, change, opened, opened.size, known)
-        _gather(known, linear[i], shift, weight, u)
+    predicted, push = np.empty_like(now.state), np.empty_like(now.load[0])
+    known, moved = np.empty_like(now.static), np.empty_like(now.static)
+    change, changed = np.empty_like(now.static), np.empty(now.w.shape[1], np.int64)
+    u, w, unsolved = now.u, now.w, 0
+    for i in range(ring.linear.shape[0]):
+        u_before, w_before = u.copy(), w.copy()
+        _predict(now.state, now.load, ring.transition, ring.hold, predicted)
+        _contacts(predicted, ring.rows, now.static, known)
+        _hold(ring.opened, now.resting, known, change)
+        _add(ring.response, change, ring.opened, ring.opened.size, known)
+        _gather(known, ring.linear[i], ring.shift, ring.weight, u)
         while True:
-            awake_count = _list(awake, listed)
-            sweeps = 1
-            while sweeps < _SWEEPS and small < sweep(
-                u, w, u_before, w_before, coupling, alpha, isotropic, listed[:awake_count]
+            listed, sweeps = np.flatnonzero(now.awake), 1
+            while sweeps < _SWEEPS and ring.small < sweep(
+                u, w, u_before, w_before, ring.coupling, ring.alpha, ring.isotropic, listed
             ):
                 sweeps += 1
-            count = _changes(w, w_before, shift, change, changed)
-            for k in range(known.shape[0]):
-                for a in range(known.shape[1]):
-                    moved[k, a] = known[k, a]
-            _add(response, change, changed, count, moved)
-            _gather(moved, linear[i], shift, weight, u)
-            if not awaken(u, w, alpha, isotropic, awake):
+            count = _changes(w, w_before, ring.shift, change, changed)
+            moved[:] = known
+            _add(ring.response, change, changed, count, moved)
+            _gather(moved, ring.linear[i], ring.shift, ring.weight, u)
+            if not awaken(u, w, ring.alpha, ring.isotropic, now.awake):
                 break
         if sweeps == _SWEEPS:
             unsolved += 1
-        count = _pull(opened, resting, moved, change, changed, count)
-        _add(rigid, change, changed, count, static)
-        _commit(predicted, rows, rise, stiffness, change, changed, count, state, load, push)
-        _copy(u, path[i])
-        _copy(w, places[i])
-        for k in range(state.shape[0]):
-            for m in range(state.shape[2]):
-                motion[i, k, m] = state[k, 0, m]
+        count = _pull(ring.opened, now.resting, moved, change, changed, count)
+        _add(ring.rigid, change, changed, count, now.static)
+        _commit(predicted, ring, change, changed, count, now, push)
+        path[i], places[i], motion[i] = u, w, now.state[:, 0]
     return unsolved

@@ -45,8 +45,8 @@ def departure(
 
 def output_history(stepped: Integrator, period: Period) -> Floats:
     """(s, N, 3o) displacement of the output nodes."""
-    whole, n = stepped.ring, stepped.rows.shape[2]
-    deviations = stepped.pulling(period.u, period.w, stepped.linear)
+    whole, n = stepped.ring, stepped.arrays.rows.shape[2]
+    deviations = stepped.pulling(period.u, period.w, stepped.arrays.linear)
     moved = []
     rows = [
         np.zeros((0, len(m.shapes))) if out is None else out.reshape(-1, len(m.shapes)) @ m.shapes
@@ -236,10 +236,10 @@ def time_response(
 
 def _coordinates(stepped: Integrator, period: Period, harmonics: int) -> dict[int, Array]:
     """Travelling part of every harmonic in all coordinates of its diameter."""
-    whole, n = stepped.ring, stepped.rows.shape[2]
+    whole, n = stepped.ring, stepped.arrays.rows.shape[2]
     linear = whole.linear(stepped.omega)
     y = np.fft.fft(np.roll(period.y, 1, axis=0), axis=0) / stepped.steps
-    pulling = stepped.pulling(period.u, period.w, stepped.linear)
+    pulling = stepped.pulling(period.u, period.w, stepped.arrays.linear)
     deviations = np.fft.fft(np.roll(pulling, 1, axis=1), axis=1) / stepped.steps
     x: dict[int, Array] = {}
     for h in range(harmonics + 1):

@@ -18,7 +18,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.following.bounds.rest_states import Joints, RestStates, rest_states
-from vanelock.nonlinear.following.bounds.slider_search import Ends, Progress, Search, Tally
+from vanelock.nonlinear.following.bounds.slider_search import Progress, Search, Tally
 from vanelock.nonlinear.following.parameter_response import joined
 from vanelock.nonlinear.following.peak import CONDITION
 from vanelock.nonlinear.following.peak_tracking import named_component
@@ -96,13 +96,12 @@ def static_bounds(
             known = ", ".join(dict.fromkeys(system.contacts.joints)) or "none"
             raise InputError(f"of: given {name!r}: joints are {known}")
         found.append([_end(states, mask, sign) for sign in (1.0, 0.0, -1.0)])
-    return StaticBounds(
-        joints=tuple(names),
-        rest_load=np.array([[end[1] for end in ends] for ends in found]).reshape(-1, 3),
-        slider=np.array([[end[0] for end in ends] for ends in found]),
-        converged=np.array([[end[2] for end in ends] for ends in found]).reshape(-1, 3),
-        proved=np.array([[end[3] for end in ends] for ends in found]).reshape(-1, 3),
+    slider, load, converged, proved = (
+        np.array([[end[i] for end in ends] for ends in found]) for i in range(4)
     )
+    shape = (len(names), 3)
+    load, converged, proved = (each.reshape(shape) for each in (load, converged, proved))
+    return StaticBounds(tuple(names), load, slider, converged, proved)
 
 
 def _end(states: RestStates, mask: Booleans, sign: float) -> tuple[Floats, float, bool, bool]:
@@ -237,17 +236,11 @@ def peak_bounds(
         raise InputError("options: bounds are of coupled balances with located events")
     hertz = checked_range(near, "near")
     states = rest_states(system, joints, share, options, modes)
-    at_zero = states.system
-    component = named_component(at_zero.output_names, output)
-    ready = options.prepare(at_zero, hertz, 1000, states.modes)
-    search = Search(ready, states, hertz, component, Tally(progress))
-    return _collected(search.extremes(starts, tolerance, np.random.default_rng(seed)))
-
-
-def _collected(ends: Ends) -> PeakBounds:
-    """Put three places into arrays."""
-    search, places = ends.search, ends.places
-    states, system = search.states, search.states.system
+    system = states.system
+    component = named_component(system.output_names, output)
+    ready = options.prepare(system, hertz, 1000, states.modes)
+    begun = Search(ready, states, hertz, component, Tally(progress))
+    search, places, drawn = begun.extremes(starts, tolerance, np.random.default_rng(seed))
     joints = tuple(dict.fromkeys(system.contacts.joints))
     masks = np.array([system.contacts.of(joint) for joint in joints])
     at_rest = [states.solved(place.slider) for place in places]
@@ -271,7 +264,7 @@ def _collected(ends: Ends) -> PeakBounds:
         found_by=tuple(place.found_by for place in places),
         stationary=np.array([place.stationary for place in places]),
         converged=known[0] & known[1:] & response.converged & ((distance < CONDITION) | sharp),
-        drawn=np.array(ends.drawn),
+        drawn=np.array(drawn),
         solved=search.tally.solved,
         response=response,
     )

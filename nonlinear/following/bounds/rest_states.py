@@ -188,15 +188,15 @@ class RestStates:
         """(c, 2) sliders at zero."""
         return np.zeros_like(self.system.contacts.kt)
 
-    def least_load(self, mask: Booleans, sign: float = 1.0) -> Floats | None:
-        """(c, 2) sliders, m, at which the load of some contacts is least, or with -1 largest.
-
-        None where it has no end.
-        """
-        return self.extreme(*self._normal(mask, sign, *self.stretch, 0.0 if sign > 0 else -np.inf))
+    def most_load(self, mask: Booleans) -> Floats | None:
+        """(c, 2) sliders, m, at which the load of some contacts is largest; None: has no end."""
+        return self.extreme(*self._normal(mask, -1.0, *self.stretch, -np.inf))
 
     def proved_load(self, mask: Booleans, sign: float) -> tuple[Floats | None, bool]:
-        """As `least_load`, and whether no state has another end, whichever contacts are open."""
+        """Sliders at which the load of some contacts is least, or with -1 largest; if proved.
+
+        None where it has no end; proved where no state has another, whichever contacts are open.
+        """
         objective, floor = self._normal(mask, sign, *self.stretch, 0.0 if sign > 0 else -np.inf)
         if self._fixed(objective):
             return self.zero, True
@@ -294,10 +294,6 @@ class RestStates:
             states, found = other, reached
         return states, found
 
-    def closed_at(self, slider: Floats) -> Booleans:
-        """(c,) contacts that are closed at rest with sliders assembled at (c, 2), m."""
-        return _closed(self.solved(slider))
-
     def solved(self, slider: Floats) -> Response:
         """The state at rest with sliders assembled at (c, 2), m."""
         contacts = replace(self.system.contacts, slider=slider)
@@ -323,7 +319,7 @@ def rest_states(
     return RestStates(
         system=system,
         nominal=nominal,
-        closed=_closed(nominal),
+        closed=closed_at_rest(nominal),
         share=np.where(closed_contacts(contacts, joints), float(share), 0.0),
         linear=balance.linear[:, :, 0].reshape(-1),
         receptance=balance.columns.all(0).real,
@@ -332,6 +328,6 @@ def rest_states(
     )
 
 
-def _closed(state: Response) -> Booleans:
+def closed_at_rest(state: Response) -> Booleans:
     """(c,) contacts that are closed."""
     return np.asarray(state.contact[0, 0, :, 0].real > 0)

@@ -11,7 +11,7 @@ from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.following.amplitude_gradient import amplitude_gradient
-from vanelock.nonlinear.following.bounds.rest_states import RestStates
+from vanelock.nonlinear.following.bounds.rest_states import RestStates, closed_at_rest
 from vanelock.nonlinear.following.parameter_response import Parameter
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
@@ -144,7 +144,7 @@ class Search:
                 break
             gradient = np.zeros((len(here.slider), 3))
             gradient[:, 1:] = sign * found.by_slider()
-            closed = self.states.closed_at(here.slider)
+            closed = closed_at_rest(self.states.solved(here.slider))
             uphill = partial(self.states.extreme, -gradient.reshape(-1), closed=closed)
             end = _found(uphill)
             if end is None:
@@ -172,7 +172,7 @@ class Search:
         for joint in dict.fromkeys(contacts.joints):
             mask = contacts.of(joint)
             if (slips & mask).any():
-                most = partial(self.states.least_load, mask, -1.0)
+                most = partial(self.states.most_load, mask)
                 for end in (_found(most), _found(partial(self.states.widest, mask))):
                     if end is not None:
                         ways.append(self.along(begin, end, "load"))
@@ -185,8 +185,13 @@ class Search:
                 ways.append(self.along(begin, end, "random"))
         return [[*way[:-1], self.exact(way[-1])] for way in ways if way]
 
-    def extremes(self, count: int, tolerance: float, random: np.random.Generator) -> "Ends":
-        """The least and the largest peak, from so many random starts."""
+    def extremes(
+        self, count: int, tolerance: float, random: np.random.Generator
+    ) -> tuple["Search", list[_PlacedPeak], list[float]]:
+        """The least peak, that with sliders at zero and the largest, from so many random starts.
+
+        Also the search with its output chosen, and the peaks at random places, m.
+        """
         zero = self.states.zero
         what = "near: no largest amplitude was found in it with sliders assembled at zero"
         track = self._way(zero, zero, CONDITION)
@@ -200,7 +205,7 @@ class Search:
         nominal = _PlacedPeak(zero, self.tally(peak), _ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
             known = replace(nominal, stationary=True)
-            return Ends(search, (known, known, known), [])
+            return search, [known, known, known], []
         ways = search.starts(nominal, count, random)
         drawn = [way[-1].peak.amplitude for way in ways if way[-1].found_by == "random"]
         lows = search.end([nominal], ways, -1.0, tolerance)
@@ -208,7 +213,7 @@ class Search:
         low, high = (
             choose(found, key=lambda placed: placed.peak.amplitude) for choose in (min, max)
         )
-        return Ends(search, (low, nominal, high), drawn)
+        return search, [low, nominal, high], drawn
 
     def end(
         self,
@@ -269,19 +274,6 @@ class Search:
             if (track.amplitudes(0.0, solved)[:, *self.component] > size).any():
                 return True
         return False
-
-
-@dataclass(frozen=True)
-class Ends:
-    """What a search found.
-
-    `places` are the least peak, that with sliders at zero and the largest; `drawn` peaks at random
-    places, m.
-    """
-
-    search: Search
-    places: tuple[_PlacedPeak, _PlacedPeak, _PlacedPeak]
-    drawn: list[float]
 
 
 def _found(end: Callable[[], Floats | None]) -> Floats | None:

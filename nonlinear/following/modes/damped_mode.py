@@ -167,9 +167,14 @@ def damped_mode(
     wanted = _checked_amplitudes(amplitudes)
     check_option("self_excitation", self_excitation, ("fundamental", "all"))
     system = _turned(system, options, nodal_diameter)
-    ready = _prepared(system, options, modes)
+    made = structure(system, options.highest, options.harmonic_diameters, modes)
+    ready = PreparedSystem(replace(options, harmonics=options.highest), made)
     rest, linear = _begun(ready, as_whole(mode, "mode"))
-    starting = _mode_at_rest(ready, rest, linear, self_excitation == "all")
+    # Where the balance of the mean is apart, it vibrates about that at rest.
+    mean = None if options.coupling == "coupled" else rest.u[:, :, 0]
+    everywhere = self_excitation == "all"
+    held = HeldVibration(made, linear.shape, linear.omega, linear.xi, mean, everywhere)
+    starting = Mode(held, ready.law(made.harmonics))
     first = _BEGIN * linear.onset
     floor = first if np.isfinite(first) else 0.0
     if wanted is not None:
@@ -220,14 +225,6 @@ def _turned(system: System, options: Options, nodal_diameter: int | None) -> Sys
     return replace(system, engine_order=k, force=force)
 
 
-def _prepared(
-    system: System, options: Options, modes: Mapping[int, StuckModes] | None
-) -> PreparedSystem:
-    """The system ready to be solved."""
-    made = structure(system, options.highest, options.harmonic_diameters, modes)
-    return PreparedSystem(replace(options, harmonics=options.highest), made)
-
-
 def _begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
     """The state at rest, and the linear mode about it."""
     made, tolerance = ready.structure, ready.options.tolerance
@@ -251,16 +248,6 @@ def _begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
             "system's reduced parts answer (its band)"
         )
     return rest, linear
-
-
-def _mode_at_rest(
-    ready: PreparedSystem, rest: Solution, linear: LinearMode, everywhere: bool
-) -> Mode:
-    """A linear mode's vibration, about the mean at rest where that balance is apart."""
-    mean = None if ready.options.coupling == "coupled" else rest.u[:, :, 0]
-    made = ready.structure
-    held = HeldVibration(made, linear.shape, linear.omega, linear.xi, mean, everywhere)
-    return Mode(held, ready.law(made.harmonics))
 
 
 def _smallest(mode: Mode, rest: Solution, amplitude: float, tolerance: float) -> ModePoint:

@@ -35,9 +35,8 @@ from vanelock.nonlinear.contact.law import STUCK, Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import polished
 from vanelock.nonlinear.continuation.path import Carried, SolutionPath, StepUnits
 from vanelock.nonlinear.fourier import TURN
-from vanelock.nonlinear.newton.linearised import Border
 from vanelock.nonlinear.newton.newton import Solution, refined
-from vanelock.nonlinear.newton.preconditioner import response_to
+from vanelock.nonlinear.newton.preconditioner import Border, response_to
 
 _UNIT = 0.2
 """What a step of length 1 is: of ln a, of the contacts' vibration as a whole, and of the damping

@@ -27,16 +27,17 @@ friction is isotropic; where it is orthogonal, of both directions one by one, |d
 which is up to √2 of the path in the plane.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import Floats, as_array
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
+from vanelock.nonlinear.balance.stuck_modes import stuck_modes
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.following.parameter_response import Parameter, Tracer
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
@@ -122,14 +123,6 @@ def _positive(value: object, name: str) -> float:
     return float(found)
 
 
-def checked_dwells(dwells: Dwell | Sequence[Dwell]) -> tuple[Dwell, ...]:
-    """One dwell or several as a tuple."""
-    given = (dwells,) if isinstance(dwells, Dwell) else dwells
-    if not given:
-        raise InputError(f"dwells: given {dwells!r}: needs a Dwell, or a list of them")
-    return tuple(given)
-
-
 _POINTS = 1000  # about how many frequencies are solved while the peak of a range is followed
 
 
@@ -207,7 +200,7 @@ class Vibrations:
 
     def _way(self, begin: Floats, end: Floats) -> Parameter:
         """The way from one interference, 0, to another, 1."""
-        return Parameter("worn", np.ones(len(end), bool), False, None, np.array([begin, end]))
+        return Parameter("worn", np.ones(len(end), bool), False, np.array([begin, end]))
 
     def _held(
         self,
@@ -244,25 +237,11 @@ def _at_peak(
     return Vibration(v0, peak, track.component, swept)
 
 
-@dataclass(frozen=True)
-class Archard:
-    """The law of wear of c contacts with friction coefficients `mu`, (c,).
-
-    `depth` (c,), 1/N, is k / A, by normal load and slip distance; 0 for what does not wear.
-    """
-
-    depth: Floats
-    mu: Floats
-
-    def rate(self, deviation: Deviation) -> Floats:
-        """(c,) depth worn in a period, both surfaces together, m."""
-        worn = self.depth > 0
-        slid = np.zeros(len(worn))
-        np.divide(deviation.dissipation, self.mu, out=slid, where=worn)
-        return np.where(worn, self.depth * np.maximum(slid, 0.0), 0.0)
+Law: TypeAlias = Callable[[Deviation], Floats]
+"""(c,) depth worn in a period, both surfaces together, m, by how contacts deviate."""
 
 
-def checked_archard(contacts: Contacts, coefficient: ArrayLike, area: ArrayLike) -> Archard:
+def archard(contacts: Contacts, coefficient: ArrayLike, area: ArrayLike) -> Law:
     """The law of wear of these contacts."""
     k = _of_contacts(coefficient, "coefficient", "m²/N", contacts.count)
     A = _of_contacts(area, "area", "m²", contacts.count)
@@ -277,7 +256,14 @@ def checked_archard(contacts: Contacts, coefficient: ArrayLike, area: ArrayLike)
             f"coefficient: given {k[i]:g} m²/N of contact {i}, whose mu is 0: "
             "wear follows from friction work; needs mu > 0 or a coefficient of 0"
         )
-    return Archard(k / A, contacts.mu)
+    depth, wears = k / A, k > 0
+
+    def rate(deviation: Deviation) -> Floats:
+        slid = np.zeros(len(depth))
+        np.divide(deviation.dissipation, contacts.mu, out=slid, where=wears)
+        return np.where(wears, depth * np.maximum(slid, 0.0), 0.0)
+
+    return rate
 
 
 def _of_contacts(values: ArrayLike, name: str, unit: str, count: int) -> Floats:
@@ -293,8 +279,7 @@ def _of_contacts(values: ArrayLike, name: str, unit: str, count: int) -> Floats:
     return np.broadcast_to(found, count).astype(float)
 
 
-@dataclass(frozen=True)
-class Rest:
+class Rest(NamedTuple):
     """Joints at rest: by joint (j,) the sum of the normal forces of its contacts in a sector, N.
 
     `approach` (j,), m, is the largest normal displacement among them; none is closed below zero.
@@ -305,36 +290,25 @@ class Rest:
     converged: bool
 
 
-@dataclass(frozen=True)
-class Preload:
-    """Finds joints at rest, all that consist of contacts, by the interference of all contacts.
+def preload(system: System, options: Options) -> tuple[tuple[str, ...], Callable[[Floats], Rest]]:
+    """The joints that consist of contacts, and what finds them at rest by the interference of all.
 
-    Of `modes` those of nodal diameter 0, which wear does not change.
+    Stuck modes do not change with wear.
     """
+    contacts, modes = system.contacts, {0: stuck_modes(system, 0)}
+    named = zip(contacts.joints, contacts.springs, strict=True)
+    joints = tuple(dict.fromkeys(joint for joint, spring in named if spring))
+    members = [contacts.of(joint) & contacts.springs for joint in joints]
 
-    system: System
-    options: Options
-    joints: tuple[str, ...]
-    modes: dict[int, StuckModes]
-
-    def at(self, v0: Floats) -> Rest:
-        """The joints at an interference, (c,) m."""
-        contacts = replace(self.system.contacts, v0=v0)
-        found = static_response(replace(self.system, contacts=contacts), self.options, self.modes)
+    def at(v0: Floats) -> Rest:
+        found = static_response(replace(system, contacts=replace(contacts, v0=v0)), options, modes)
         v = found.contact[0, 0, :, 0].real
         n = contacts.kn * np.maximum(v, 0.0)
-        members = [contacts.of(joint) & contacts.springs for joint in self.joints]
         load = np.array([n[each].sum() for each in members])
         approach = np.array([v[each].max() for each in members])
         return Rest(load, approach, bool(found.converged[0]))
 
-
-def preload(system: System, options: Options) -> Preload:
-    """What finds the joints of a system at rest."""
-    contacts = system.contacts
-    named = zip(contacts.joints, contacts.springs, strict=True)
-    joints = tuple(dict.fromkeys(joint for joint, spring in named if spring))
-    return Preload(system, options, joints, {0: stuck_modes(system, 0)})
+    return joints, at
 
 
 _CHANGE = 0.25
@@ -371,20 +345,20 @@ class WearStep:
 
 def stepped(
     begin: Vibration,
-    law: Archard,
+    law: Law,
     cycles: float,
     share: float,
     following: Callable[[Vibration, Floats], Vibration | None],
 ) -> WearStep | None:
     """One step of so many cycles or fewer; None where no vibration is found after the shortest."""
-    rate, solved, h = law.rate(begin.solution.deviation), 0, cycles
+    rate, solved, h = law(begin.solution.deviation), 0, cycles
     enough = min(_CHANGE, _FINER * share)
     while True:
         last = h <= _SHORTEST * cycles
         guess = following(begin, begin.v0 - h * rate)
         solved += 1
         if guess is not None:
-            other = law.rate(guess.solution.deviation)
+            other = law(guess.solution.deviation)
             largest = max(rate.max(initial=0.0), other.max(initial=0.0))
             change = np.abs(other - rate).max(initial=0.0)
             if last or change <= enough * largest:

@@ -13,15 +13,13 @@ from vanelock.common.product import Product
 from vanelock.nonlinear.following.parameter_response import Parameter, joined
 from vanelock.nonlinear.following.peak_tracking import named_component
 from vanelock.nonlinear.following.wear.step import (
-    Archard,
     Dwell,
-    Preload,
+    Law,
     Rest,
     Vibration,
     Vibrations,
     WearStep,
-    checked_archard,
-    checked_dwells,
+    archard,
     preload,
     stepped,
     vibrations,
@@ -176,17 +174,19 @@ def wear_history(
         As of `frequency_response`, or if an argument is not possible, or the first dwell has no
         vibration to begin with.
     """
-    given = checked_dwells(dwells)
-    law = checked_archard(system.contacts, coefficient, area)
+    given = (dwells,) if isinstance(dwells, Dwell) else tuple(dwells)
+    if not given:
+        raise InputError(f"dwells: given {dwells!r}: needs a Dwell, or a list of them")
+    law = archard(system.contacts, coefficient, area)
     share = as_array(step, "step")
     if share.shape != () or not 0 < share <= _COARSEST:
         raise InputError(f"step: given {step!r}: must be one number > 0 and <= {_COARSEST:g}")
     if options.harmonics == 0:
         raise InputError("harmonics: given 0: vibration needs at least 1")
     component = named_component(system.output_names, output)
-    found = _History(law, preload(system, options), float(share), given, progress)
-    found.run(system, options, component)
-    return found.collected(system)
+    found = _History(law, float(share), given, system, options, progress)
+    found.run(component)
+    return found.collected()
 
 
 @dataclass(frozen=True)
@@ -208,26 +208,29 @@ class _History:
 
     def __init__(
         self,
-        law: Archard,
-        preload: Preload,
+        law: Law,
         share: float,
         dwells: tuple[Dwell, ...],
+        system: System,
+        options: Options,
         progress: _Progress | None,
     ) -> None:
-        self.law, self.preload, self.share, self.dwells = law, preload, share, dwells
+        self.law, self.share, self.dwells = law, share, dwells
+        self.system, self.options = system, options
+        self.joints, self.at_rest = preload(system, options)
         self.progress, self.total = progress, float(sum(each.cycles for each in dwells))
         self.states: list[_WornState] = []
         self.status, self.cycles_to_loss, self.solved = DONE, np.nan, 0
 
-    def run(self, system: System, options: Options, component: tuple[int, int] | None) -> None:
+    def run(self, component: tuple[int, int] | None) -> None:
         """Pass through the dwells until one ends early."""
         now: Vibration | None = None
         at: Vibrations | None = None
         for i, dwell in enumerate(self.dwells):
             if now is None or at is None or not dwell.continues(self.dwells[i - 1]):
-                v0 = system.contacts.v0 if now is None else now.v0
+                v0 = self.system.contacts.v0 if now is None else now.v0
                 component = component if now is None else now.component
-                at = vibrations(system, dwell, options)
+                at = vibrations(self.system, dwell, self.options)
                 begun = at.first(v0, component)
                 self.solved += 1
                 if begun is None and now is None:
@@ -237,7 +240,7 @@ class _History:
                     self.status = _LOST
                     return
                 cycles = self.states[-1].cycles if self.states else 0.0
-                if not self._add(cycles, i, begun, self.preload.at(begun.v0), at):
+                if not self._add(cycles, i, begun, self.at_rest(begun.v0), at):
                     return
                 now = begun
             now = self._dwelt(i, dwell, at)
@@ -262,7 +265,7 @@ class _History:
                 return last.vibration
             self.solved += taken.solved
             passed = dwell.cycles if taken.cycles == left else passed + taken.cycles
-            rest = self.preload.at(taken.end.v0)
+            rest = self.at_rest(taken.end.v0)
             if rest.converged and (opened := self._opened(rest)).any():
                 self._opens(last, taken, opened, vibrations, i)
                 return self.states[-1].vibration
@@ -282,7 +285,7 @@ class _History:
         if not rest.converged:
             self.status = _LOST
             return False
-        rate = self.law.rate(vibration.solution.deviation)
+        rate = self.law(vibration.solution.deviation)
         whole = vibrations.at(vibration.v0).response([vibration.solution])
         self.states.append(_WornState(cycles, dwell, vibration, rate, rest, whole, jumped))
         if self.progress is not None:
@@ -312,7 +315,7 @@ class _History:
         found = vibrations.following(last.vibration, v0)
         self.solved += 1
         if found is not None:
-            self._add(self.cycles_to_loss, i, found, self.preload.at(v0), vibrations, taken.jumped)
+            self._add(self.cycles_to_loss, i, found, self.at_rest(v0), vibrations, taken.jumped)
             self.status = PRELOAD
 
     def _ended(self, last: _WornState, cycles: float) -> None:
@@ -322,7 +325,7 @@ class _History:
         def straight(share: float) -> Floats:
             return np.asarray(last.vibration.v0 - share * cycles * last.rate)
 
-        opened = self._opened(self.preload.at(straight(1.0)))
+        opened = self._opened(self.at_rest(straight(1.0)))
         if opened.any():
             self.status = PRELOAD
             self.cycles_to_loss = last.cycles + self._where(straight, opened) * cycles
@@ -332,12 +335,13 @@ class _History:
         from scipy.optimize import brentq  # loaded by those alone who ask: it loads CHOLMOD
 
         def approach(share: float) -> float:
-            return float(self.preload.at(v0(share)).approach[opened].min())
+            return float(self.at_rest(v0(share)).approach[opened].min())
 
         return float(brentq(approach, 0.0, 1.0, xtol=1e-10)) if approach(0.0) > 0 else 0.0
 
-    def collected(self, system: System) -> WearHistory:
+    def collected(self) -> WearHistory:
         """The states as arrays."""
+        system = self.system
         node, direction = self.states[0].vibration.component
         each = [state.response for state in self.states]
         higher = [
@@ -350,7 +354,7 @@ class _History:
         return WearHistory(
             output=system.output_names[node],
             direction=direction,
-            joints=self.preload.joints,
+            joints=self.joints,
             cycles=np.array([each.cycles for each in self.states]),
             dwell=np.array([each.dwell for each in self.states], np.int64),
             frequency=np.array([each.vibration.frequency for each in self.states]),

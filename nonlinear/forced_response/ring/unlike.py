@@ -226,18 +226,6 @@ class Unlike(OfKind, Product):
         names = ("interference", "slider", *_RELATIVE)
         return replace(self, **{name: part * getattr(self, name) for name in names})
 
-    def turned(self, steps: int) -> Self:
-        """The same ring, sector j what sector j - steps was."""
-        names = ("interference", "slider", *_RELATIVE)
-        return replace(
-            self,
-            **{
-                name: np.roll(value, steps, axis=0) if value.size else value
-                for name in names
-                for value in [getattr(self, name)]
-            },
-        )
-
 
 def _shares(
     where: str, deviations: float | ArrayLike, shape: tuple[int, int], rng: np.random.Generator

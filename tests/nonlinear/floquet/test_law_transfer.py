@@ -75,7 +75,7 @@ def test_growing_perturbation_by_quadrature():
     s, k = 0.2 + 0.31j, np.arange(-P, P + 1)
     still = law_transfer(to_real(q), alpha, P)
     along, _ = law.at(s).parts
-    apart = along - still.along
+    apart = along - still.static[0]
     for i in range(len(law.components)):
         expected = np.zeros((2 * P + 1, 2 * P + 1), complex)
         for begin, end, since, _ in law.held[i]:

@@ -22,7 +22,7 @@ def test_place_at_the_end_of_a_step_solves_its_equations():
         own = root @ root.T
         own *= rng.uniform(0, 0.98) / np.linalg.norm(own, 2)
         place, out = held.copy(), np.empty(2)
-        _slider_in_plane(known, own, held, before, r_before, r, place, out, rates)
+        _slider_in_plane(known, own, held, before, r_before, r, place)
         # The map of the plane does not move places apart, so that repeating it leads there, too.
         again = held
         for _ in range(1500):

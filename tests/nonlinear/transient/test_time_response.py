@@ -22,24 +22,24 @@ from vanelock.nonlinear.transient.integration import _steps_of
 def test_modes_step_exactly_or_settle():
     # A slow mode, followed through its free decay; a fast one, under a load that rises steadily.
     omega, ratio, step = 2.0, 0.1, 0.3
-    slow = _steps_of(np.array([omega**-2]), np.array([2 * ratio / omega]), step)
+    transition, _, _ = _steps_of(np.array([omega**-2]), np.array([2 * ratio / omega]), step)
     state = np.array([1.0, 0.0, 0.0, 0.0])
     for _ in range(7):
-        state = slow.transition[:, :, 0] @ state
+        state = transition[:, :, 0] @ state
     rate = omega * np.sqrt(1 - ratio**2)
     t = 7 * step
     decay = np.exp(-ratio * omega * t) * (
         np.cos(rate * t) + ratio * omega / rate * np.sin(rate * t)
     )
     assert state[0] == pytest.approx(decay, abs=1e-13)
-    fast = _steps_of(np.array([1e-6]), np.array([1e-5]), step)
+    transition, hold, rise = _steps_of(np.array([1e-6]), np.array([1e-5]), step)
     state = np.zeros(4)
     for i in range(40):
-        state = fast.transition[:, :, 0] @ state + fast.hold[:, 0] * i + fast.rise[:, 0]
+        state = transition[:, :, 0] @ state + hold[:, 0] * i + rise[:, 0]
     # Λ y'' + D y' + y = t/τ settles at t/τ - D/τ.
     assert state[0] == pytest.approx(40 - 1e-5 / step, abs=1e-9)
-    assert np.all(0 <= fast.rise[0])
-    assert np.all(fast.rise[0] < 1)
+    assert np.all(0 <= rise[0])
+    assert np.all(rise[0] < 1)
 
 
 def single(mu, force, v0):
@@ -54,13 +54,13 @@ def test_a_load_that_curves_is_followed_to_third_order():
     errors = []
     for count in (50, 100):
         step = 5.0 / count
-        mode = _steps_of(np.array([1 / 9]), np.zeros(1), step)
+        transition, hold, rise = _steps_of(np.array([1 / 9]), np.zeros(1), step)
         load = np.cos(step * np.arange(-2, count + 1))
         change = np.diff(load)
         state = np.array([0.0, 0.0, -(change[1] - change[0]) / 12, change[1]])
         for i in range(2, count + 2):
-            state = mode.transition[:, :, 0] @ state
-            state += mode.hold[:, 0] * load[i] + mode.rise[:, 0] * change[i]
+            state = transition[:, :, 0] @ state
+            state += hold[:, 0] * load[i] + rise[:, 0] * change[i]
         errors.append(abs(state[0] - 9 / 8 * (np.cos(5.0) - np.cos(15.0))))
     assert errors[1] < 2e-4
     assert errors[1] < errors[0] / 6

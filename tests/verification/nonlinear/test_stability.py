@@ -32,7 +32,6 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.floquet.exponents import zeros
 from vanelock.nonlinear.floquet.perturbation import PerturbedStructure, law_transfer
-from vanelock.nonlinear.floquet.stability import _WINDOW
 from vanelock.nonlinear.fourier import to_real
 from vanelock.rom.system.system import Contacts, Diameter, Force
 from vanelock.stages.parts.segment import Joint, Segment
@@ -236,9 +235,9 @@ def test_as_many_grow_as_the_determinant_turns(record_property):
         u, N = to_real(response.contact[0]), system.sectors
         modes = {k: stuck_modes(system, k) for k in range(N)}
         n, omega = int(rng.integers(N // 2 + 1)), 2 * np.pi * frequency
-        structure = partial(PerturbedStructure, system, modes, n, omega, 5, _WINDOW)
+        structure = partial(PerturbedStructure, system, modes, n, omega, 5)
         alpha = (system.contacts.mu * system.contacts.kn)[:, None] / system.contacts.kt
-        found = zeros(structure, law_transfer(u, alpha, 5), _WINDOW)
+        found = zeros(structure, law_transfer(u, alpha, 5))
         assert found.complete, seed
         growing = np.array([s.real > 0 and abs(s.imag) < EDGE for s, _ in found.pairs], bool)
         assert growing.sum() == turns_of_determinant(system, u, frequency, n, 5), seed
