@@ -76,7 +76,7 @@ class Surface:
     cyclic: NDArray[np.bool_]
 
 
-def surface(part: Part, bend: float = BEND, corners_only: bool = False) -> Surface:
+def surface(part: Part, corners_only: bool = False) -> Surface:
     """Extract the skin of a part of tetrahedra or hexahedra, linear or quadratic."""
     if part.cell_type not in _FACES:
         allowed = ", ".join(_FACES)
@@ -95,7 +95,7 @@ def surface(part: Part, bend: float = BEND, corners_only: bool = False) -> Surfa
     return Surface(
         nodes=nodes,
         triangles=numbered,
-        outline=bent_edges(part.points[nodes], numbered, bend),
+        outline=bent_edges(part.points[nodes], numbered),
         mesh_edges=_mesh_edges(place[skin], corners),
         cyclic=np.tile(_cyclic(part, skin[:, :corners]), len(drawn)),
     )
