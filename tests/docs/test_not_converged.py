@@ -86,7 +86,7 @@ def test_what_the_page_looks_closer_with_takes_the_system_of_the_case(
     results.path.parent.mkdir(parents=True)
     with results.edit("system", "response/mu=0.15") as file:
         results.put_system(file, "system", first)
-        results.put(file, "response/mu=0.15", replace(found, converged=converged), {})
+        results.put(file, "response/mu=0.15", replace(found, converged=converged))
         results.put_system(file, "response/mu=0.15/system", second)
     results.flush()
     monkeypatch.chdir(tmp_path)

@@ -16,7 +16,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from vanelock.common.errors import MOST_MISTAKES, InputError, cut_short, printable
-from vanelock.common.quantities import bounds, meant, typical
+from vanelock.common.quantities import bounds, is_number, meant, typical
 from vanelock.common.tables import counted
 
 Location = tuple[int | str, ...]
@@ -163,7 +163,7 @@ def reason(details: ErrorDetails, schema: Schema, given: object = None) -> str:
 
 def _suggested(given: object, unit: str, field: FieldInfo | None, bound: str, limit: float) -> str:
     """The number with the unit in which it would be allowed."""
-    if isinstance(given, bool) or not isinstance(given, int | float) or field is None:
+    if not is_number(given) or field is None:
         return ""
     allowed = bounds(field)
     if bound in ("gt", "ge"):

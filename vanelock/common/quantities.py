@@ -8,7 +8,7 @@ import math
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Any, get_args
+from typing import Annotated, Any, TypeGuard, get_args
 
 from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator
@@ -84,10 +84,14 @@ Density = Annotated[float, quantity("kg/m^3")]
 Force = Annotated[float, quantity("N")]
 Frequency = Annotated[float, quantity("Hz")]
 Stiffness = Annotated[float, quantity("N/m")]
-Bedding = Annotated[float, quantity("N/m^3")]  # a stiffness per area
 Revolutions = Annotated[float, BeforeValidator(rpm)]
 Unbalance = Annotated[float, quantity("kg*m")]
 Wear = Annotated[float, quantity("m^2/N")]  # volume per force and slip distance
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether a value is a number; true is none, though Python counts with it."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def number(value: object, field: FieldInfo) -> float:
@@ -95,7 +99,7 @@ def number(value: object, field: FieldInfo) -> float:
     for each in metadata(field):
         if isinstance(each, BeforeValidator):
             value = each.func(value)  # type: ignore[call-arg]
-    if isinstance(value, bool) or not isinstance(value, int | float):
+    if not is_number(value):
         raise ValueError("expected a number")
     return float(value)
 
@@ -106,7 +110,7 @@ class Bounds:
 
     low: float
     high: float
-    above: bool
+    above: bool = False
 
 
 def bounds(field: FieldInfo) -> Bounds:
@@ -130,12 +134,8 @@ def metadata(field: FieldInfo) -> list[Any]:
     return [inner for each in found for inner in getattr(each, "metadata", None) or [each]]
 
 
-@dataclass(frozen=True)
-class Usual:
+class Usual(Bounds):
     """Of a field's metadata: between which values it nearly always lies, in its unit."""
-
-    low: float
-    high: float
 
 
 OTHERS = {
@@ -152,7 +152,7 @@ OTHERS = {
 """Units that a number was meant in where it makes no sense in the one of its key."""
 
 
-def meant(value: float, unit: str, allowed: Bounds, near: float | None = None) -> str:
+def meant(value: float, unit: str, allowed: Bounds, near: float | None) -> str:
     """A number with the unit in which it lies within bounds, "" if there is none."""
     found = []
     for other in OTHERS.get(unit, ()):
@@ -168,5 +168,4 @@ def typical(field: FieldInfo) -> float | None:
     value = field.default
     while isinstance(value, tuple) and value:
         value = value[0]
-    plain = isinstance(value, int | float) and not isinstance(value, bool)
-    return float(value) if plain else None
+    return float(value) if is_number(value) else None

@@ -7,10 +7,10 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from vanelock.common.checked import field_at, show, subject_and_unit
-from vanelock.common.quantities import Bounds, Usual, meant, metadata, number, typical
+from vanelock.common.quantities import Usual, is_number, meant, metadata, number, typical
 from vanelock.input.cases.names import scaled
 from vanelock.input.cases.values import Given, path_of
-from vanelock.input.schema.structure.structure import PER_AREA
+from vanelock.input.schema.structure.structure import PER_AREA, leaves
 from vanelock.input.schema.study import Study
 
 Flat = dict[str, Any]
@@ -58,16 +58,9 @@ def same(one: Any, other: Any) -> bool:
     return bool(one == other)
 
 
-def flattened(table: Mapping[str, Any], prefix: str = "") -> Flat:
+def flattened(tables: dict[str, Any]) -> Flat:
     """Dotted keys and values of nested tables; the sweep's keys are dotted already."""
-    found: Flat = {}
-    for key, value in table.items():
-        name = f"{prefix}{key}"
-        if isinstance(value, Mapping):
-            found |= flattened(value, f"{name}.")
-        else:
-            found[name] = list(value) if isinstance(value, tuple) else value
-    return found
+    return {key: list(v) if isinstance(v, tuple) else v for key, v in leaves(tables)}
 
 
 def meaning(key: str, schema: type[Given]) -> str:
@@ -77,12 +70,17 @@ def meaning(key: str, schema: type[Given]) -> str:
 
 def settings(given: Given) -> list[Setting]:
     """All keys of a study or scene, in the order of its file."""
-    dumped = given.model_dump(mode="json")
+    schema, dumped = type(given), given.model_dump(mode="json")
+    defaults: Flat = {}
     if isinstance(given, Study):
-        return _settings_of(dumped, type(given))
+        plain = type(given)()
+        defaults = flattened(plain.model_dump(mode="json"))
+        defaults["excitation.force"] = plain.excitation.force_per_node  # what "not set" stands for
+    else:
+        dumped = _numbered(dumped)
     return [
-        Setting(key, value, _default(key, type(given)), type(given))
-        for key, value in flattened(_numbered(dumped)).items()
+        Setting(key, value, defaults[key] if key in defaults else _default(key, schema), schema)
+        for key, value in flattened(dumped).items()
     ]
 
 
@@ -106,8 +104,7 @@ def unusual(given: Given) -> tuple[str, ...]:
             if size == 0 or usual.low <= size <= usual.high:
                 continue
             subject, unit = subject_and_unit(field)
-            allowed = Bounds(usual.low, usual.high, above=False)
-            other = meant(size, unit, allowed, typical(field))
+            other = meant(size, unit, usual, typical(field))
             found.append(
                 f"{where}{f'[{i}]' if isinstance(value, list) else ''} = {size:.6g} {unit}: "
                 f"{subject} is hardly ever outside {usual.low:g} to {usual.high:g} {unit}"
@@ -127,17 +124,6 @@ def _numbered(table: Any) -> Any:
                 found[key] = _numbered(value)
         return found
     return table
-
-
-def _settings_of(dumped: Mapping[str, Any], schema: type[Study]) -> list[Setting]:
-    """All keys of a study as its results hold it."""
-    plain = schema()
-    defaults = flattened(plain.model_dump(mode="json"))
-    defaults["excitation.force"] = plain.excitation.force_per_node  # what "not set" stands for
-    return [
-        Setting(key, value, defaults[key] if key in defaults else _default(key, schema), schema)
-        for key, value in flattened(dumped).items()
-    ]
 
 
 def _default(key: str, schema: type[Given]) -> Any:
@@ -179,15 +165,11 @@ def as_text(key: str, value: Any, schema: type[Given] = Study) -> str:
         return "not set"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if isinstance(value, int | float):
+    if is_number(value):
         return _number([value], unit)
-    if isinstance(value, list) and value and all(_is_number(v) for v in value):
+    if isinstance(value, list) and value and all(map(is_number, value)):
         return _number(value, unit)
     return value if isinstance(value, str) else show(value)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _number(values: list[float], unit: str) -> str:

@@ -15,15 +15,15 @@ import hashlib
 import json
 import os
 import zlib
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib import import_module
 from pathlib import Path
 from secrets import token_hex
 from struct import Struct
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import h5py
 import numpy as np
@@ -40,13 +40,14 @@ HEAD = b"vanelock-points 1\n"
 _BEFORE = Struct("<QI")
 
 
-class _PointsFile:
+class PointsFile:
     """Solved points by label, see `vanelock.nonlinear.forced_response.options`."""
 
     def __init__(self, path: Path, notice: Callable[[str], None]) -> None:
         self._path, self._notice = path, notice
         self._known: dict[str, tuple[list[float], Floats]] = {}
         with writing(path):
+            path.parent.mkdir(parents=True, exist_ok=True)
             self._file = path.open("a+b", buffering=0)
             self._writes = True
             try:
@@ -102,18 +103,6 @@ class _PointsFile:
         self._file.close()
 
 
-@contextmanager
-def points_file(path: Path, notice: Callable[[str], None]) -> Generator[_PointsFile, None, None]:
-    """The points of a stage, open while it is computed."""
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-    opened = _PointsFile(path, notice)
-    try:
-        yield opened
-    finally:
-        opened.close()
-
-
 P = TypeVar("P", bound=Product)
 SHARD = 2
 """Letters of a key that name its entry's folder: among 256 folders a name is found fast."""
@@ -121,17 +110,8 @@ CODE = {".py", ".html", ".css", ".js"}
 """Endings of the files that say what the program does."""
 
 
-@dataclass(frozen=True)
-class Entry(Generic[P]):
-    """A product out of the cache.
-
-    Attributes
-    ----------
-    product : Product
-        The product.
-    seconds, cpu : float
-        What computing it took, and took of processor time.
-    """
+class Entry(NamedTuple, Generic[P]):
+    """A product out of the cache; seconds that computing it took, and took of processor time."""
 
     product: P
     seconds: float
@@ -186,9 +166,9 @@ class Cache:
                 temporary.unlink(missing_ok=True)
         return entry
 
-    def points(self, stage: str, key: str) -> AbstractContextManager[_PointsFile]:
+    def points(self, stage: str, key: str) -> closing[PointsFile]:
         """Where a stage that takes long writes down its points until its product is stored."""
-        return points_file(self._points(stage, key), self.notice)
+        return closing(PointsFile(self._points(stage, key), self.notice))
 
     def held(self) -> Callable[[str, str], bool]:
         """What says whether there is an entry, intact or not, of any number as they are now."""

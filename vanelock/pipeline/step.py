@@ -121,7 +121,7 @@ class Stages:
         made = step.kept and self.elsewhere is not None and self.elsewhere(step.key)
         entry = self.cache.load(step.stage, step.key, kind) if step.kept else None
         if entry is not None:
-            product, seconds, cpu = cast(P, entry.product), entry.seconds, entry.cpu
+            product, seconds, cpu = cast(P, entry.product), *entry[1:]
         else:
             product, seconds, cpu = self._computed(step)
         if step.key not in self.done:

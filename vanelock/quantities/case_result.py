@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Audit, Response
 from vanelock.quantities.contacts import EnergyBalance, Wear, balance, bandwidth_ratio, wear
-from vanelock.quantities.products import Curves, Drawn, Products, as_drawn
+from vanelock.quantities.products import Curves, Drawn, Products
 from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.quantities.stress.fields import ModeShapes, NodalFields
 from vanelock.quantities.stress.locations import SurfaceLocations, locations_of
@@ -118,8 +118,7 @@ class CaseResult:
     @property
     def response(self) -> Response:
         """Its response, that with the higher peak."""
-        found: Response = self.products.get("response")
-        return found
+        return cast(Response, self.products.get("response"))
 
     @property
     def responses(self) -> list[Response]:
@@ -129,20 +128,17 @@ class CaseResult:
     @property
     def static(self) -> Response:
         """Its state at rest."""
-        found: Response = self.products.get("preload")
-        return found
+        return cast(Response, self.products.get("preload"))
 
     @property
     def system(self) -> System:
         """Its system."""
-        found: System = self.products.get("system")
-        return found
+        return cast(System, self.products.get("system"))
 
     @property
     def limits(self) -> Limits:
         """Its linear modes."""
-        found: Limits = self.products.get("limits")
-        return found
+        return cast(Limits, self.products.get("limits"))
 
     @property
     def has_meshes(self) -> bool:
@@ -187,19 +183,18 @@ class CaseResult:
 
     @property
     def _curves(self) -> Curves:
-        found: Curves = self.products.get("curves")
-        return found
+        return cast(Curves, self.products.get("curves"))
 
     @property
     def curves(self) -> dict[str, Drawn]:
         """Its responses by direction, "" where there is but one; the higher one first."""
         own = self._curves
-        return {name: as_drawn(own.curve[i]) for i, name in enumerate(own.names)}
+        return {name: _as_drawn(own.curve[i]) for i, name in enumerate(own.names)}
 
     @property
     def ends(self) -> tuple[Drawn, ...]:
         """Curves between which it may lie."""
-        return tuple(map(as_drawn, self._curves.ends.values()))
+        return tuple(map(_as_drawn, self._curves.ends.values()))
 
     @property
     def verdicts(self) -> dict[str, NDArray[np.int64]]:
@@ -282,14 +277,12 @@ class CaseResult:
     @property
     def fields(self) -> NodalFields:
         """Stress cycles and displacement of all nodes."""
-        found: NodalFields = self.products.get(self._at("fields"))
-        return found
+        return cast(NodalFields, self.products.get(self._at("fields")))
 
     @property
     def mode_shapes(self) -> ModeShapes:
         """The mode of interest."""
-        found: ModeShapes = self.products.get("mode_shapes")
-        return found
+        return cast(ModeShapes, self.products.get("mode_shapes"))
 
     @property
     def locations(self) -> dict[str, SurfaceLocations]:
@@ -328,10 +321,8 @@ class CaseResult:
     @property
     def wear(self) -> Wear:
         """Wear indicators of the contacts."""
-        at = self.places
-        return self.products.once(
-            self._at("indicators"), lambda: wear(self.top, 0, at.area, at.coefficient)
-        )
+        area, coefficient = self.places.area, self.places.coefficient
+        return self.products.once(self._at("indicators"), lambda: wear(self.top, area, coefficient))
 
     @property
     def balance(self) -> EnergyBalance:
@@ -341,8 +332,7 @@ class CaseResult:
     @property
     def bandwidth(self) -> float:
         """Damping ratio by the half-power bandwidth; NaN where the curve is too short."""
-        frequency, amplitude, converged = self.drawn
-        return bandwidth_ratio(frequency, np.where(converged, amplitude, np.nan))
+        return bandwidth_ratio(*self.line)
 
     @property
     def audit(self) -> Audit | None:
@@ -353,3 +343,9 @@ class CaseResult:
     def sensitivities(self) -> Sensitivities | None:
         """What moves the peak."""
         return self.products.get("sensitivities") if "sensitivities" in self.products else None
+
+
+def _as_drawn(rows: Floats) -> Drawn:
+    """A curve from its rows."""
+    frequency, amplitude, converged = rows
+    return frequency, amplitude, converged.astype(bool)

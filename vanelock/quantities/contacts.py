@@ -192,38 +192,21 @@ class Wear:
         return self.volume_per_hour / self.area
 
 
-def wear(
-    response: Response,
-    point: int = 0,
-    area: Floats | None = None,
-    coefficient: Floats | None = None,
-    samples: int = SAMPLES,
-) -> Wear:
-    """Wear indicators of every contact at a converged point."""
-    count = len(response.mu)
-    unknown = np.full(count, np.nan)
-    slip, touching = unknown.copy(), response.state[point] != ELEMENT
-    has_friction = touching & (response.mu > 0)
+def wear(response: Response, area: Floats, coefficient: Floats) -> Wear:
+    """Wear indicators of every contact at the first point of a response, which has converged."""
+    slip, touching = np.full(len(response.mu), np.nan), response.state[0] != ELEMENT
+    energy = response.dissipation[0].copy()
     work = np.where(touching, 0.0, np.nan)
-    np.divide(response.dissipation[point], response.mu, out=work, where=has_friction)
-    mean, largest = _loads(response, point)
+    np.divide(energy, response.mu, out=work, where=touching & (response.mu > 0))
+    mean, largest = _loads(response)
     if exact(response):
         slip[touching] = 0.0
-        slides = touching & (response.dissipation[point] > 0)  # the others only round off
-        for i in np.flatnonzero(slides):
-            displacement, force = contact_loop(response, point, i, samples)
+        for i in np.flatnonzero(touching & (energy > 0)):  # the others only round off
+            displacement, force = contact_loop(response, 0, i, SAMPLES)
             slip[i] = travel(displacement, force, response.stiffness[i])
             mean[i], largest[i] = force[:, 0].mean(), force[:, 0].max()
-    return Wear(
-        frequency=float(response.frequency[point]),
-        energy=response.dissipation[point].copy(),
-        slip=slip,
-        work=work,
-        mean_load=mean,
-        largest_load=largest,
-        area=unknown if area is None else area,
-        coefficient=unknown if coefficient is None else coefficient,
-    )
+    frequency = float(response.frequency[0])
+    return Wear(frequency, energy, slip, work, mean, largest, area, coefficient)
 
 
 def exact(response: Response) -> bool:
@@ -240,9 +223,9 @@ def travel(displacement: Floats, force: Floats, stiffness: Floats) -> float:
     return float(moved[(n > 0) & (after > 0)].sum())
 
 
-def _loads(response: Response, point: int) -> tuple[Floats, Floats]:
+def _loads(response: Response) -> tuple[Floats, Floats]:
     """Mean and largest normal force from the balanced coefficients, N."""
-    coefficients = response.force[point, :, :, 0]
+    coefficients = response.force[0, :, :, 0]
     H = len(coefficients) - 1
     angle = 2 * np.pi * np.arange(32 * (H + 1)) / (32 * (H + 1))
     history = (np.exp(1j * np.outer(angle, np.arange(H + 1))) @ coefficients).real

@@ -254,12 +254,6 @@ class Curves(Product):
     ends: Mapping[int, Floats] = field(default_factory=dict)
 
 
-def as_drawn(rows: Floats) -> Drawn:
-    """A curve from its rows."""
-    frequency, amplitude, converged = rows
-    return frequency, amplitude, converged.astype(bool)
-
-
 def with_curves(case: "CaseResult", products: "StepProducts") -> "CaseResult":
     """A case with its curves, and what its analyses have to say of them and of its summary."""
     responses = case.responses

@@ -7,7 +7,6 @@ sweep jumps, and what the sweep in the other direction reached, is among them.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from vanelock.common.arrays import Floats
@@ -332,12 +331,6 @@ def _same(one: Summary, other: Summary) -> bool:
 
 MOST = 4
 """Jumps of a sweep that are named, the largest ones."""
-
-
-def rows(sweep: Sweep) -> NDArray[np.float64]:
-    """(j, 4) frequencies before and after each jump, Hz, and amplitudes, m."""
-    found = [(*each.frequency, *each.amplitude) for each in sweep.jumps]
-    return np.array(found, float).reshape(-1, 4)
 
 
 def notes(sweeps: Sequence[Sweep]) -> Iterator[str]:

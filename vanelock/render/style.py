@@ -138,6 +138,12 @@ def show(axes: Axes, picture: Any) -> None:
     axes.imshow(picture, aspect="auto", interpolation="nearest")
 
 
+def heading(figure: Figure, left: float, bottom: float, text: str) -> None:
+    """A heading at a place given in inches."""
+    across, up = figure.get_size_inches()
+    figure.text(left / across, bottom / up, text, fontsize=12.5)
+
+
 def colour_bar(axes: Axes, colours: Colormap, low: float, high: float, label: str) -> Any:
     """Vertical colour bar that fills `axes`, with its label beside it."""
     shown = mpl.cm.ScalarMappable(mpl.colors.Normalize(low, high), colours)

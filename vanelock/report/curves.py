@@ -8,6 +8,7 @@ import numpy as np
 
 from vanelock.render import style
 from vanelock.render.plots.curve import (
+    AXES,
     MICROMETRES,
     Band,
     Curve,
@@ -33,26 +34,25 @@ def curve_plot(
     data: Sequence[Path] = (),
 ) -> Plot:
     """The curves of a picture, see `render.response_curves`."""
-    unit = MICROMETRES
-    traces = [] if band is None else list(_shaded(band, unit.factor))
+    traces = [] if band is None else list(_shaded(band))
     for curve, look in looks(curves):
-        traces += _traces(curve, look, unit.factor)
-    return Plot(traces, unit.across, unit.up, title, caption, data=data)
+        traces += _traces(curve, look)
+    return Plot(traces, *AXES, title, caption, data=data)
 
 
-def _traces(curve: Curve, look: CurveLook, factor: float) -> Iterator[Trace]:
+def _traces(curve: Curve, look: CurveLook) -> Iterator[Trace]:
     """A curve, and its points that did not converge."""
     frequency = np.asarray(curve.frequency, float)
-    amplitude = factor * np.asarray(curve.amplitude, float)
+    amplitude = MICROMETRES * np.asarray(curve.amplitude, float)
     solved, order = converged(curve), np.argsort(frequency, kind="stable")
     joined: Mode = "lines" if curve.joined else "lines+markers"
     if (around := curve.envelope) is not None:
         across = np.append(around.frequency, around.frequency[::-1])
-        ends = factor * np.append(around.low, around.high[::-1])
+        ends = MICROMETRES * np.append(around.low, around.high[::-1])
         name = f"{curve.label}: bounds"
         yield Trace(across, ends, name, group=name, colour=look.colour, fill=0.14)
         for x, y in around.outlines:
-            yield Trace(x, factor * y, name, group=name, colour=look.colour, width=1.0)
+            yield Trace(x, MICROMETRES * y, name, group=name, colour=look.colour, width=1.0)
     shown, pieces = np.where(solved, amplitude, np.nan), curve.pieces
     for verdict, run in pieces:
         points = np.arange(len(frequency))[run] if len(pieces) > 1 else order
@@ -73,9 +73,9 @@ def _traces(curve: Curve, look: CurveLook, factor: float) -> Iterator[Trace]:
         yield Trace(*lost, name, mode="markers", colour=style.VERMILION)
 
 
-def _shaded(band: Band, factor: float) -> Iterator[Trace]:
+def _shaded(band: Band) -> Iterator[Trace]:
     """Percentiles of many curves: two bands, the wider one below, and the median."""
-    levels = factor * band.levels
+    levels = MICROMETRES * band.levels
     around = np.append(band.frequency, band.frequency[::-1])
     for i, (low, high, opacity) in enumerate(((5, 95, 0.15), (25, 75, 0.3))):
         outline = np.append(levels[i], levels[-1 - i][::-1])

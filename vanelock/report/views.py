@@ -26,8 +26,7 @@ from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import annulus
-from vanelock.render.scenes import views as cameras
-from vanelock.render.scenes.scene import Camera
+from vanelock.render.scenes.scene import Camera, ring_camera, sector_camera
 from vanelock.render.scenes.surface import surface
 from vanelock.report.blocks import Body, Motion, View
 
@@ -239,11 +238,11 @@ def _ring_camera(points: Floats) -> dict[str, Any]:
     low, high = points[:, 2].min(), points[:, 2].max()
     radius = float(np.hypot(points[:, 0], points[:, 1]).max())
     middle = np.array([0.0, 0.0, (low + high) / 2])
-    return _framed(_rows(cameras.ring_camera(points)), middle, radius)
+    return _framed(_rows(ring_camera(points)), middle, radius)
 
 
 def _sector_camera(points: Floats) -> dict[str, Any]:
-    rows = _rows(cameras.sector_camera(points))
+    rows = _rows(sector_camera(points))
     seen = points @ rows.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     radius = 1.1 * float((high - low)[:2].max()) / 2  # room for its motion

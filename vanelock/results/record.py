@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import numpy as np
 
 import vanelock
 from vanelock.common.arrays import Floats
@@ -18,16 +19,16 @@ from vanelock.pipeline.progress import Done
 from vanelock.pipeline.step import Stages
 from vanelock.pipeline.tasks import Failure
 from vanelock.quantities import warnings
-from vanelock.quantities.case_result import CaseResult
+from vanelock.quantities.case_result import CaseResult, Numbers
 from vanelock.quantities.products import structure_steps
 from vanelock.quantities.run_result import RunResult
-from vanelock.results.files import writer
 from vanelock.results.files.results_file import NAME, as_json
 from vanelock.results.files.writer import Results
 from vanelock.rom import Component
+from vanelock.stages.parts.outputs import Strain
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import LIMITS, Limit
-from vanelock.stages.response.summary import figures
+from vanelock.stages.response.summary import Sweep, figures
 from vanelock.stages.structure import Linear
 
 LIBRARIES = (
@@ -90,7 +91,7 @@ class Record:
     def product(self, where: str, product: Product) -> None:
         """A product of its own."""
         with self._file.edit(where) as file:
-            self._file.put(file, where, product, {})
+            self._file.put(file, where, product)
 
     def begun(self, run: RunResult, first: Planned) -> None:
         """What all cases share, and meshes, reduced parts and system of the first one."""
@@ -118,7 +119,7 @@ class Record:
         if isinstance(product, Component):
             self._file.put_component(file, path, product)
         else:
-            self._file.put(file, path, product, {})
+            self._file.put(file, path, product)
 
     def linear(
         self, linear: Linear, curves: Mapping[Limit, tuple[Floats, Floats]], whole: bool = True
@@ -134,7 +135,8 @@ class Record:
                 file[places[0]].create_dataset(f"{which}_curve", data=curve)
             for name, which in named.items():
                 response = self._stages.get(linear.responses[which])
-                self._file.put(file, f"response/{name}", response, {"linear": which})
+                self._file.put(file, f"response/{name}", response)
+                file[f"response/{name}"].attrs["linear"] = which
 
     def case(self, case: CaseResult) -> None:
         """Everything that is known of a case, at once; what was asked of it since, later."""
@@ -143,12 +145,12 @@ class Record:
             places = self._write(file, case, f"/{where}")
             if case.name not in self._written:
                 self._written[case.name] = len(self._written)
-                writer.put_jumps(file, where, case.summary.sweeps)
+                _put_jumps(file, where, case.summary.sweeps)
                 if (strain := case.strain) is not None:
-                    writer.put_strain(file, where, strain)
-            if case.numbers:
-                writer.put_answers(file, where, case.numbers)
+                    _put_strain(file, where, strain)
             group = file[where]
+            if case.numbers:
+                put_answers(group, case.numbers)
             group.attrs.update(_attributes(case))
             if "about" in group:
                 del group["about"]
@@ -175,7 +177,7 @@ class Record:
             elif place == "system":
                 self._file.put_system(file, path, product)
             else:
-                self._file.put(file, path, product, {})
+                self._file.put(file, path, product)
             places[place] = path, key
         return places | {which: ("", products.key(which)) for which in LIMITS}
 
@@ -255,3 +257,34 @@ def _attributes(case: CaseResult) -> dict[str, Any]:
     if case.summary.wave is not None:
         values["wave"] = case.summary.wave.verdict
     return values | figures(case.summary)
+
+
+def _put_strain(file: h5py.File, where: str, strain: Strain) -> None:
+    """Write what strain gauges read in a response beside it, as `gauge`."""
+    dataset = file[where].create_dataset("gauge", data=strain.harmonics)
+    dataset.attrs["unit"] = "1"
+    dataset.attrs["name"] = list(strain.gauges.names)
+    dataset.attrs["position"] = strain.gauges.positions
+    dataset.attrs["direction"] = strain.gauges.directions
+
+
+def _put_jumps(file: h5py.File, where: str, sweeps: Sequence[Sweep]) -> None:
+    """Write where a response jumps, and the lower one, beside each as `jumps`."""
+    for sweep, place in zip(sweeps, (where, f"{where}/lower"), strict=False):
+        found = [(*jump.frequency, *jump.amplitude) for jump in sweep.jumps]
+        dataset = file[place].create_dataset("jumps", data=np.array(found, float).reshape(-1, 4))
+        dataset.attrs["columns"] = [
+            "frequency before (Hz)",
+            "frequency after (Hz)",
+            "amplitude before (m)",
+            "amplitude after (m)",
+        ]
+
+
+def put_answers(group: h5py.Group, numbers: Numbers) -> None:
+    """Write what a case answers at its peak into its group: values and their units."""
+    answers = group.require_group("answers")
+    for name, (value, unit) in numbers.items():
+        answers.attrs[name] = value
+        if unit:
+            answers.attrs[f"{name} unit"] = unit

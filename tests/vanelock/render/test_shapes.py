@@ -120,7 +120,7 @@ def test_mode_picture_does_not_depend_on_the_scale_and_an_unwritable_place_is_re
 def test_response_picture_shows_every_phase(parts, tmp_path):
     """Radial wave of one nodal diameter: each sixth of the cyclic map colours a sixth of it."""
     waves = [radial_wave(part, 1, 2e-5) for part in parts]
-    path = response_picture(tmp_path / "response.png", parts, waves, 1, "Response", component=0)
+    path = response_picture(tmp_path / "response.png", parts, waves, 1, "Response")
     right = imread(path)[:, 915:1620, :3]
     for degrees in (-120, -60, 0, 60, 120):
         wanted = np.array(style.PHASE_MAP((degrees + 180) / 360)[:3])
@@ -156,19 +156,10 @@ def test_scale_and_largest_amplitude_are_stated_and_end_the_bars(
     ]
 
 
-@pytest.mark.parametrize(
-    ("bad", "message"),
-    [
-        (lambda w: w[:1], "given 1: 2, one for each part, needed"),
-        (lambda w: [w[0][:-1], w[1]], r"vane: shape of \(\d+, 3\): \(\d+, 3\) is needed"),
-        (lambda w: [np.nan * w[0], w[1]], "vane: shape holds values that are not finite"),
-        (lambda w: [0 * one for one in w], "zero everywhere"),
-    ],
-)
-def test_shapes_that_do_not_fit_are_refused(parts, tmp_path, bad, message):
-    waves = [radial_wave(part, 1, 1.0) for part in parts]
-    with pytest.raises(InputError, match=message):
-        mode_picture(tmp_path / "mode.png", parts, bad(waves), 1, "Mode")
+def test_a_shape_of_zeros_is_refused(parts, tmp_path):
+    waves = [np.zeros(part.points.shape, complex) for part in parts]
+    with pytest.raises(InputError, match="zero everywhere"):
+        mode_picture(tmp_path / "mode.png", parts, waves, 1, "Mode")
 
 
 FIRST, SECOND = 1e-4, 3e-5
@@ -202,7 +193,8 @@ def test_the_frames_divide_the_period_and_the_file_holds_them(two_waves, tmp_pat
         move(self, scene)
 
     monkeypatch.setattr(Window, "move", heard)
-    path = response_animation(tmp_path / "wave.gif", [part], waves, "Wave", frames=6)
+    monkeypatch.setattr(animation, "FRAMES", 6)
+    path = response_animation(tmp_path / "wave.gif", [part], waves, "Wave")
     moving = animation.moving_parts([part], waves)
     split = moving[0].skin.split
     start = np.tile(moving[0].skin.points[split], (16, 1))
@@ -236,9 +228,10 @@ def test_a_mode_is_drawn_as_large_as_in_its_picture(sector, tmp_path, monkeypatc
     monkeypatch.setattr(style, "figure", noted)
     reached: list[np.ndarray] = []
     monkeypatch.setattr(Window, "move", lambda _, scene: reached.append(scene.bodies[0].points))
+    monkeypatch.setattr(animation, "FRAMES", 4)
     for scale in (1.0, 1e-6):
         wave = [radial_wave(part, 2, scale)]
-        mode_animation(tmp_path / "mode.gif", [part], wave, 2, "Mode", "Free", frames=4)
+        mode_animation(tmp_path / "mode.gif", [part], wave, 2, "Mode", "Free")
     assert texts == ["Free. Largest displacement drawn as 30 mm."] * 2
     for one, other in zip(reached[:4], reached[4:], strict=True):
         np.testing.assert_allclose(one, other, atol=1e-12)
@@ -267,12 +260,6 @@ def test_a_thinned_skin_has_fewer_triangles_over_the_same_body(sector):
     expected, border = measured(whole, shown)
     assert area == pytest.approx(expected, rel=5e-3)
     np.testing.assert_array_equal(edge, border)
-
-
-def test_a_static_part_is_no_wave(two_waves, tmp_path):
-    part, waves = two_waves
-    with pytest.raises(InputError, match="harmonic: given 0: must be at least 1"):
-        response_animation(tmp_path / "a.gif", [part], [Wave(0, 0, waves[0].shapes)], "Wave")
 
 
 def test_pixels_of_a_gif_are_those_given(tmp_path):
@@ -347,7 +334,7 @@ def test_colours_follow_the_stress_and_single_nodes_do_not_set_the_scale(sector,
     assert np.mean(np.abs(imread(path) - imread(same)) > 0.05) < 5e-3
 
 
-def test_colour_bars_are_in_mpa_and_stresses_that_do_not_fit_are_refused(sector, tmp_path, bars):
+def test_colour_bars_are_in_mpa(sector, tmp_path, bars):
     part = sector("vane", 0.4, 0.55, 0.08, 12, (3, 4, 2))
     total, vibration = np.full(len(part.points), 40e6), np.full(len(part.points), 7e6)
     stress_picture(tmp_path / "a.png", part, total, vibration, "Stress")
@@ -355,8 +342,3 @@ def test_colour_bars_are_in_mpa_and_stresses_that_do_not_fit_are_refused(sector,
         (0, pytest.approx(40), "von Mises stress (MPa)"),
         (0, pytest.approx(7), "von Mises stress (MPa)"),
     ]
-    part = sector()
-    good = np.ones(len(part.points))
-    for bad in (good[1:], good * np.nan):
-        with pytest.raises(InputError, match="casing: stresses of shape"):
-            stress_picture(tmp_path / "a.png", part, good, bad, "Stress")

@@ -9,6 +9,7 @@ from playwright.sync_api import expect
 
 from tests.vanelock.report.pixels import colours, read, seen
 from vanelock import report
+from vanelock.common.cyclic import phase_factor
 from vanelock.render.scenes import annulus
 from vanelock.report import views
 
@@ -295,9 +296,9 @@ def test_graphics_card_moves_the_ring_as_the_pictures_do(page, sample, body, mot
     shape = wave.shapes[body]
     largest = max(annulus.peak(s).max() for s in wave.shapes)
     for j in range(given.sectors):
-        moved = annulus.sector_points(given.points, j, given.sectors) + scale * annulus.at(
-            annulus.sector_shape(shape, j, given.sectors, wave.nodal_diameter), alpha
-        )
+        lag = phase_factor(wave.nodal_diameter * j, given.sectors)
+        points = given.points + scale * annulus.at(lag * shape, alpha)
+        moved = annulus.sector_points(points, j, given.sectors)
         # 16 bits: a body of 0.25 m to 2 µm, a displacement drawn as 0.1 m to 2 µm.
         np.testing.assert_allclose(found[j, :, :3], moved[split], atol=1e-5)
         np.testing.assert_allclose(found[j, :, 3], annulus.peak(shape)[split] / largest, atol=1e-4)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, field_validator
 
 from vanelock.common.checked import OTHER, PLAIN, Check
-from vanelock.common.quantities import Force, Frequency, Revolutions, si
+from vanelock.common.quantities import Force, Frequency, Revolutions, is_number, si
 from vanelock.input.schema.structure.structure import KeyTable, leaves, sequence
 
 if TYPE_CHECKING:
@@ -60,10 +60,7 @@ class CampbellKeys(KeyTable):
     )
     modes: int = Field(default=4, ge=1, le=40, description="number of modes of a nodal diameter")
 
-    @field_validator("speeds")
-    @classmethod
-    def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        return _ascending(value)
+    _low_high = field_validator("speeds")(_ascending)
 
     @field_validator("engine_orders")
     @classmethod
@@ -93,10 +90,7 @@ class MeasuredCurve(KeyTable):
         default=None, description="force that a response per force is multiplied by [N]"
     )
 
-    @field_validator("range")
-    @classmethod
-    def _low_high(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-        return _ascending(value)
+    _low_high = field_validator("range")(_ascending)
 
 
 def curves(value: object) -> object:
@@ -155,12 +149,9 @@ class Varied(KeyTable):
             low, high = (si(each, UNITS.get(key.rpartition(".")[2], "")) for each in pair)
         except ValueError as error:
             raise ValueError(f'"{key}" = {list(pair)}: {error}') from None
-        numbers = all(
-            isinstance(each, int | float) and not isinstance(each, bool) for each in (low, high)
-        )
-        if not numbers or not low < high:  # type: ignore[operator]
+        if not is_number(low) or not is_number(high) or not low < high:
             raise ValueError(f'"{key}" = {list(pair)}: expected [low, high] with low < high')
-        return float(low), float(high)  # type: ignore[arg-type]
+        return float(low), float(high)
 
 
 class Fit(Varied):

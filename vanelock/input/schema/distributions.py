@@ -6,12 +6,13 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
+from vanelock.common.quantities import is_number
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 
 def _quantity(value: object) -> object:
     """Pass a number in the key's unit, or text with its own; converted when the key is known."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
+    if not is_number(value) and not isinstance(value, str):
         raise ValueError("expected a number, or text with a unit")
     return value
 
@@ -82,7 +83,7 @@ class Scatter(KeyTable):
 def _deviation(value: object) -> object:
     """A standard deviation, or deviations of all segments, relative."""
     each = value if isinstance(value, list | tuple) else (value,)
-    if not each or any(isinstance(v, bool) or not isinstance(v, int | float) for v in each):
+    if not each or not all(map(is_number, each)):
         raise ValueError("expected a number, such as 0.01 for 1 %, or a list with one a segment")
     if isinstance(value, list | tuple):
         if not all(-1 < v <= 10 for v in each):

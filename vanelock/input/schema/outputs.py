@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_validator
 
 from vanelock.common.cyclic import COMPONENTS
-from vanelock.common.quantities import Length, si
+from vanelock.common.quantities import Length, is_number, si
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 MONITOR = (
@@ -27,7 +27,7 @@ def _direction(value: object) -> object:
         angle = si(value, "deg")
     except ValueError:
         angle = None
-    if isinstance(angle, bool) or not isinstance(angle, int | float) or not -180 <= angle <= 180:
+    if not is_number(angle) or not -180 <= angle <= 180:
         raise ValueError(
             'gauge direction must be "span", "chord" or the angle from the former to the latter, '
             "-180 to 180 deg"

@@ -22,36 +22,27 @@ from vanelock.common.cyclic import rotation
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, VaneDimensions
 from vanelock.mesh.geometry.aerofoil import angles, around, ends, outline
-from vanelock.render.scenes.surface import surface
+from vanelock.render.scenes.surface import BEND, skin_edges, surface
 
-SHARP = 35.0
-"""Degrees by which the skin turns at an edge: a meshed fillet turns by less in one step."""
 READ_OUT = 0.4
 """Of the wall's thickness, the least distance from a corner at which a stress is read."""
 
 
-def reentrant_edges(part: Part, bend: float = SHARP) -> Floats:
+def reentrant_edges(part: Part) -> Floats:
     """Ends (k, 2, 3) of the skin's edges that are sharp and re-entrant, m.
 
-    Edges of the sector's left and right faces are none: the part goes on there.
+    An edge is sharp where the skin turns by more than a meshed fillet does in one step. Edges of
+    the sector's left and right faces are none: the part goes on there.
     """
     skin = surface(part)
     points, triangles = part.points[skin.nodes], skin.triangles[~skin.cyclic]
-    corners = points[triangles]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1)
-    normals /= np.where(length > 0, length, 1.0)[:, None]
-    edges = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
-    owner = np.tile(np.arange(len(triangles)), 3)
-    edges.sort(axis=1)
-    order = np.lexsort((edges[:, 1], edges[:, 0]))
-    edges, owner = edges[order], owner[order]
-    same = np.flatnonzero(np.all(edges[1:] == edges[:-1], axis=1))
-    one, other = owner[same], owner[same + 1]
-    turned = np.einsum("ij,ij->i", normals[one], normals[other]) < np.cos(np.radians(bend))
-    towards = corners[other].mean(axis=1) - points[edges[same, 0]]
-    inwards = np.einsum("ij,ij->i", towards, normals[one]) > 0
-    return np.asarray(points[edges[same][turned & inwards]])
+    edges, mates, cosine = skin_edges(points, triangles)
+    sharp = (mates[:, 0] >= 0) & (cosine < np.cos(np.radians(BEND)))
+    edges, (one, other) = edges[sharp], mates[sharp].T
+    a, b, c = (points[triangles[one, i]] for i in range(3))
+    towards = points[triangles[other]].mean(axis=1) - points[edges[:, 0]]
+    inwards = np.einsum("ij,ij->i", towards, np.cross(b - a, c - a)) > 0
+    return np.asarray(points[edges[inwards]])
 
 
 def within(points: Floats, edges: Floats, distance: float) -> NDArray[np.bool_]:

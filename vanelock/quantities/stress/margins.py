@@ -97,25 +97,19 @@ class Margins:
 
 
 def margins(
-    study: Study, cycles: NodalFields, at: dict[str, SurfaceLocations], gauges: tuple[str, ...] = ()
+    study: Study, cycles: NodalFields, at: dict[str, SurfaceLocations], gauges: tuple[str, ...]
 ) -> Margins:
     """Margins of a study's parts; its `gauges` by their names."""
-    worst = {
-        part: _margins(at[part], part, getattr(cycles, part), strength(study, part))
-        for part in PARTS
-    }
+    worst, features = {}, {}
+    for part in PARTS:
+        of = part, at[part], getattr(cycles, part), strength(study, part)
+        worst[part], features[part] = _margins(*of), _features(*of)
     if cycles.gauges is not None:
-        found = (
-            _margin(
-                "vane", f"gauge {g + 1}", None, name, "", cycles.gauges, g, strength(study, "vane")
-            )
-            for g, name in enumerate(gauges)
+        bears = strength(study, "vane")
+        worst["vane"] += tuple(
+            _margin("vane", f"gauge {i + 1}", None, name, "", cycles.gauges, i, bears)
+            for i, name in enumerate(gauges)
         )
-        worst["vane"] = (*worst["vane"], *found)
-    features = {
-        part: _features(at[part], part, getattr(cycles, part), strength(study, part))
-        for part in PARTS
-    }
     return Margins(cycles, at, worst, features)
 
 
@@ -135,26 +129,17 @@ def _margin(
     i: int,
     bears: Strength,
 ) -> Margin:
-    return Margin(
-        part=part,
-        what=what,
-        node=node,
-        where=where,
-        doubt=doubt,
-        amplitude=float(found.amplitude[i]),
-        mean=float(found.mean[i]),
-        mean_mises=float(found.mean_mises[i]),
-        chord=float(found.chord[i]),
-        strength=bears,
-    )
+    stresses = found.amplitude, found.mean, found.mean_mises, found.chord
+    amplitude, mean, mean_mises, chord = (float(each[i]) for each in stresses)
+    return Margin(part, what, node, where, doubt, amplitude, mean, mean_mises, chord, bears)
 
 
 def _worst(
     part: str,
-    what: str,
     at: SurfaceLocations,
     found: Cycle,
     bears: Strength,
+    what: str,
     chosen: NDArray[np.bool_],
 ) -> list[Margin]:
     """The worst of some nodes, if there are any."""
@@ -166,20 +151,20 @@ def _worst(
     return [_margin(part, what, node, at.words(node), at.doubt(node), found, node, bears)]
 
 
-def _margins(at: SurfaceLocations, part: str, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+def _margins(part: str, at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     aerofoil = np.char.startswith(at.feature, "aerofoil")
-    every = np.ones(len(aerofoil), bool)
-    return (
-        *_worst(part, "all nodes", at, found, bears, every),
-        *_worst(part, "clear of corners and point forces", at, found, bears, at.clear),
-        *_worst(part, "aerofoils with their roots", at, found, bears, aerofoil),
-        *_worst(part, "aerofoils, clear", at, found, bears, aerofoil & at.clear),
-    )
+    groups = {
+        "all nodes": np.ones(len(aerofoil), bool),
+        "clear of corners and point forces": at.clear,
+        "aerofoils with their roots": aerofoil,
+        "aerofoils, clear": aerofoil & at.clear,
+    }
+    return tuple(m for what in groups for m in _worst(part, at, found, bears, what, groups[what]))
 
 
-def _features(at: SurfaceLocations, part: str, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+def _features(part: str, at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
     """The worst clear place of each feature, the worst first."""
     made: list[Margin] = []
     for name in dict.fromkeys(sorted(at.feature.tolist())):
-        made += _worst(part, name, at, found, bears, at.clear & (at.feature == name))
+        made += _worst(part, at, found, bears, name, at.clear & (at.feature == name))
     return tuple(sorted(made, key=lambda m: m.reserve))

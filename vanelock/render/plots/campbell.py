@@ -11,12 +11,12 @@ from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
 from vanelock.render import style
 
 FREE: Final = (0, (5, 2.5))
@@ -115,10 +115,8 @@ def campbell_picture(
     Raises
     ------
     InputError
-        If there is nothing to draw or the file cannot be written.
+        If the file cannot be written.
     """
-    if len(speeds) < 2 or not families or not orders:
-        raise InputError("Campbell diagram: needs speeds, natural frequencies and engine orders")
     top = max(_top(each, speeds) for each in families)
     steepest = max(orders) * float(speeds[-1]) / 60
     height = min(_ROOM * top, steepest)
@@ -129,11 +127,8 @@ def campbell_picture(
         axes.set_xlim(float(speeds[0]), float(speeds[-1]))
         axes.set_ylim(0, height)
         axes.xaxis.set_major_formatter("{x:,.0f}")
-        colours = dict(
-            zip(
-                (each.nodal_diameter for each in families), style.series(len(families)), strict=True
-            )
-        )
+        diameters = (each.nodal_diameter for each in families)
+        colours = dict(zip(diameters, style.series(len(families)), strict=True))
         handles = [_family(axes, speeds, each, colours) for each in families]
         if any(each.stuck is not None for each in families):
             handles += [_key("-", "interlock stuck"), _key(FREE, "interlock free")]
@@ -220,7 +215,7 @@ def _circles(axes: Axes, circles: Circles) -> list[Line2D]:
         own = (circles.nonlinear == nonlinear) & (areas >= _LEAST)
         if not own.any():
             continue
-        face = (*_rgb(colour), 0.30)
+        face = to_rgba(colour, 0.30)
         axes.scatter(
             circles.speed[own],
             circles.frequency[own],
@@ -239,11 +234,6 @@ def _circles(axes: Axes, circles: Circles) -> list[Line2D]:
 
 def _circle(face: Any, edge: str, size: float, label: str) -> Line2D:
     return Line2D([], [], ls="", marker="o", ms=size, mfc=face, mec=edge, mew=0.8, label=label)
-
-
-def _rgb(colour: str) -> tuple[float, float, float]:
-    r, g, b = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return r, g, b
 
 
 def _dots(axes: Axes, dots: Dots, largest: float | None) -> Line2D:
@@ -298,15 +288,5 @@ def _crossings(axes: Axes, found: Crossings, colours: dict[int, str]) -> list[Li
         label.set_path_effects([withStroke(linewidth=3, foreground="white")])
     if not len(of_interest):
         return []
-    return [
-        Line2D(
-            [],
-            [],
-            ls="",
-            marker="*",
-            ms=15,
-            mfc="white",
-            mec=style.BLACK,
-            label="crossing of interest",
-        )
-    ]
+    look: dict[str, Any] = {"ls": "", "marker": "*", "ms": 15, "mfc": "white", "mec": style.BLACK}
+    return [Line2D([], [], **look, label="crossing of interest")]

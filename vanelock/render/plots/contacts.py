@@ -11,10 +11,9 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
 from vanelock.render import style
 
@@ -27,22 +26,22 @@ _COLOURS: Final = (style.BLUE, style.VERMILION, style.GREY)
 
 def loop_picture(
     path: style.PathLike,
-    displacement: ArrayLike,
-    force: ArrayLike,
+    displacement: Floats,
+    force: Floats,
+    load: Floats,
     mu: float,
     title: str,
     subtitle: str = "",
-    direction: int | None = None,
-    bounding: ArrayLike | None = None,
     isotropic: bool = False,
     tangents: tuple[str, str] = TANGENTS,
 ) -> Path:
     """Draw a contact's hysteresis loop with its normal and friction force, and return the path.
 
-    Left: friction force over relative displacement. Right: normal force, and friction force with
-    its bounds ±μn, over the period; where friction is isotropic, what the other direction leaves of
-    them. Colours show where the contact sticks, slips or is open. The
-    energy that friction takes in a cycle and the shares of the period stand under the title.
+    Of the friction direction that takes more energy. Left: friction force over relative
+    displacement. Right: normal force, and friction force with its bounds ±μn, over the period;
+    where friction is isotropic, what the other direction leaves of them. Colours show where the
+    contact sticks, slips or is open. The energy that friction takes in a cycle and the shares of
+    the period stand under the title.
 
     Parameters
     ----------
@@ -52,14 +51,12 @@ def loop_picture(
         v, u1, u2 at s equal steps of one period, without the repeated end, m.
     force : (s, 3) float
         n, t1, t2 at the same instants, N.
+    load : (s,) float
+        The normal force that bounds friction, N.
     mu : float
         Friction coefficient.
     title, subtitle : str
         Heading, such as "Contact 3 at 252.3 Hz", and a line before the numbers.
-    direction : {1, 2}, optional
-        The friction direction shown; by default the one that takes more energy.
-    bounding : (s,) float, optional
-        The normal force that bounds friction; by default n.
     isotropic : bool
         Whether |t| <= μ n in the plane of both directions, or in each by itself.
     tangents : (str, str)
@@ -68,9 +65,9 @@ def loop_picture(
     Raises
     ------
     InputError
-        If the arrays do not fit together or the file cannot be written.
+        If the file cannot be written.
     """
-    found = _period(displacement, force, mu, direction, bounding, isotropic, tangents)
+    found = _period(displacement, force, load, mu, isotropic, tangents)
     text = "; ".join([found.taken, f"{found.shares} of the period"])
     with style.applied():
         figure = style.figure(6.75, title, f"{subtitle}. {text}" if subtitle else text)
@@ -79,28 +76,15 @@ def loop_picture(
         normal = style.axes(figure, 6.9, 3.55, 4.75, 2.0)
         friction = style.axes(figure, 6.9, 0.85, 4.75, 2.0)
         _histories(normal, friction, found)
-        legend(loop, found, isotropic)
+        _legend(loop, found, isotropic)
         return style.write(figure, path)
 
 
 @dataclass(frozen=True)
 class _LoopPeriod:
-    """What is shown of a contact's period, at s equal steps of it.
+    """What is shown of a contact's period in a direction, at equal steps, m and N.
 
-    Attributes
-    ----------
-    direction : str
-        What it is called.
-    sliding, friction : (s,) float
-        In that direction, m and N.
-    normal : (s,) float
-        N.
-    bound : (s,) float
-        Of friction in that direction, N.
-    state : (s,) int
-        STICKS, SLIPS or OPEN.
-    taken : str
-        The energy that friction takes, in words.
+    Its `state` is STICKS, SLIPS or OPEN; `taken` says the energy that friction takes.
     """
 
     direction: str
@@ -119,24 +103,11 @@ class _LoopPeriod:
 
 
 def _period(
-    displacement: ArrayLike,
-    force: ArrayLike,
-    mu: float,
-    direction: int | None = None,
-    bounding: ArrayLike | None = None,
-    isotropic: bool = False,
-    tangents: tuple[str, str] = TANGENTS,
+    u: Floats, f: Floats, load: Floats, mu: float, isotropic: bool, tangents: tuple[str, str]
 ) -> _LoopPeriod:
-    """A contact's period, its parameters as of `loop_picture`."""
-    u, f = np.asarray(displacement, float), np.asarray(force, float)
-    if u.ndim != 2 or u.shape[1:] != (3,) or u.shape != f.shape or len(u) < 4:
-        raise InputError(
-            f"loop: displacement of shape {u.shape} and force of shape {f.shape}: both must be "
-            "(s, 3), s at least 4"
-        )
+    """A contact's period in the direction that takes more energy, as of `loop_picture`."""
     energy = [dissipated(u[:, k], f[:, k]) for k in (1, 2)]
-    k = direction if direction in (1, 2) else 1 + int(energy[1] > energy[0])
-    load = f[:, 0] if bounding is None else np.asarray(bounding, float)
+    k = 1 + int(energy[1] > energy[0])
     if isotropic:
         state = states(load, np.hypot(f[:, 1], f[:, 2]), mu)
         bound = np.sqrt(np.maximum((mu * load) ** 2 - f[:, 3 - k] ** 2, 0.0))
@@ -170,32 +141,21 @@ def _energy(joules: float) -> str:
     return f"{style.number(1e9 * joules)} nJ"
 
 
-def _coloured(axes: Axes, x: Floats, y: Floats, state: NDArray[np.int64], width: float) -> Any:
+def _coloured(axes: Axes, x: Floats, y: Floats, state: NDArray[np.int64], width: float) -> None:
     """Broken line whose pieces have the colour of the state at their ends (the later one's)."""
     points = np.column_stack([x, y])
     pieces = np.stack([points[:-1], points[1:]], axis=1)
+    colours = [_COLOURS[s] for s in state[1:]]
     line = LineCollection(
-        list(pieces), colors=_colours(state[1:]), linewidths=width, capstyle="round", zorder=3
+        list(pieces), colors=colours, linewidths=width, capstyle="round", zorder=3
     )
     axes.add_collection(line)
     axes.autoscale_view()
-    return line
-
-
-def _colours(state: NDArray[np.int64]) -> list[str]:
-    """Colour of each state."""
-    return [_COLOURS[s] for s in state]
 
 
 def closed(values: Any) -> Any:
     """Values of a period with the first one repeated at the end."""
     return np.append(values, values[:1])
-
-
-def label(axes: Axes, direction: str) -> None:
-    """Name the axes of a loop."""
-    axes.set_xlabel(f"relative displacement, {direction} (µm)")
-    axes.set_ylabel(f"friction force, {direction} (N)")
 
 
 def _loop(axes: Axes, found: _LoopPeriod) -> None:
@@ -204,7 +164,8 @@ def _loop(axes: Axes, found: _LoopPeriod) -> None:
         bound = sign * closed(found.bound)
         axes.plot(micrometres, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
     _coloured(axes, micrometres, closed(found.friction), closed(found.state), 2.8)
-    label(axes, found.direction)
+    axes.set_xlabel(f"relative displacement, {found.direction} (µm)")
+    axes.set_ylabel(f"friction force, {found.direction} (N)")
     axes.margins(0.06)
 
 
@@ -227,7 +188,7 @@ def _history(axes: Axes, force: Floats, state: NDArray[np.int64], title: str, la
     axes.set(xlim=(0, 1), ylabel=label, title=title)
 
 
-def legend(axes: Axes, found: _LoopPeriod, isotropic: bool) -> None:
+def _legend(axes: Axes, found: _LoopPeriod, isotropic: bool) -> None:
     """Say above the axes what the colours and the broken lines are."""
     present = np.unique(found.state)
     shown = [Line2D([], [], color=_COLOURS[s], lw=3, label=_NAMES[s]) for s in present]
@@ -246,13 +207,10 @@ def legend(axes: Axes, found: _LoopPeriod, isotropic: bool) -> None:
 
 def preload_picture(
     path: style.PathLike,
-    force: ArrayLike,
-    mu: ArrayLike,
+    normal: Floats,
+    used: Floats,
     joints: Sequence[str],
-    title: str = "Preload of the contacts",
     subtitle: str = "",
-    opened: ArrayLike | None = None,
-    isotropic: bool = False,
 ) -> Path:
     """Draw the static contact forces joint by joint, and return the path.
 
@@ -263,33 +221,20 @@ def preload_picture(
     ----------
     path : path
         PNG file to write.
-    force : (c, 3) float
-        n, t1, t2 of each contact, N.
-    mu : (c,) float or float
-        Friction coefficient.
+    normal : (c,) float
+        Normal force of each contact, N.
+    used : (c,) float
+        Its `utilisation`, NaN where it is open.
     joints : sequence of c str
         The joint that each contact belongs to.
-    title, subtitle : str
-        Heading and the line under it.
-    opened : (c,) bool, optional
-        Which contacts are open, whatever round-off their forces show; by default those that do
-        not press.
-    isotropic : bool
-        Whether |t| is that of the plane, or the larger one of both directions.
+    subtitle : str
+        A line under the heading.
 
     Raises
     ------
     InputError
-        If the arrays do not fit together or the file cannot be written.
+        If the file cannot be written.
     """
-    f = np.asarray(force, float)
-    if f.ndim != 2 or f.shape != (len(joints), 3) or not len(joints):
-        raise InputError(f"preload: force of shape {f.shape}: ({len(joints)}, 3) is needed")
-    apart = f[:, 0] <= 0 if opened is None else np.asarray(opened, bool)
-    if apart.shape != (len(f),):
-        raise InputError(f"preload: opened of shape {apart.shape}: ({len(f)},) is needed")
-    f = np.where(apart[:, None], 0.0, f)
-    used = utilisation(f, np.broadcast_to(np.asarray(mu, float), len(f)), isotropic)
     names = list(dict.fromkeys(joints))
     counts = [sum(joint == name for joint in joints) for name in names]
     room = 10.6 - 0.75 * (len(names) - 1)
@@ -297,16 +242,15 @@ def preload_picture(
     share = np.maximum(counts, 0.3 * max(counts))
     widths = room * share / share.sum()
     with style.applied():
-        figure = style.figure(6.9, title, subtitle)
+        figure = style.figure(6.9, "Preload of the contacts", subtitle)
         left = 1.0
         for position, (name, width) in enumerate(zip(names, widths, strict=True)):
             chosen = np.array([joint == name for joint in joints])
             upper = style.axes(figure, left, 3.4, width, 2.15)
             lower = style.axes(figure, left, 1.05, width, 1.7)
-            _bars(upper, f[chosen, 0], used[chosen])
-            upper.set_title(
-                f"{name}: {counted(int(chosen.sum()), 'contact')}\n{_range(f[chosen, 0])}"
-            )
+            _bars(upper, normal[chosen], used[chosen])
+            count = counted(int(chosen.sum()), "contact")
+            upper.set_title(f"{name}: {count}\n{_range(normal[chosen])}")
             _ratios(lower, used[chosen])
             if position == 0:
                 upper.set_ylabel("normal force n (N)")
@@ -326,7 +270,7 @@ def preload_picture(
         return style.write(figure, path)
 
 
-def utilisation(force: Floats, mu: Floats, isotropic: bool = False) -> Floats:
+def utilisation(force: Floats, mu: Floats, isotropic: bool) -> Floats:
     """(c,) |t|, or the larger of |t1|, |t2|, over μn, at most 1; NaN where the contact is open.
 
     A bound of 0 is always reached: without friction what is left of t is round-off.

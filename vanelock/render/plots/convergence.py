@@ -54,9 +54,7 @@ class Panel:
     values: tuple[MeasuredValue, ...]
 
 
-def convergence_picture(
-    path: style.PathLike, panels: Sequence[Panel], title: str, subtitle: str = ""
-) -> Path:
+def convergence_picture(path: style.PathLike, panels: Sequence[Panel], title: str) -> Path:
     """Draw errors of peak amplitude and frequency against cost, and return the path.
 
     A full marker is the study's own value. A value whose error is not known, such as the finest,
@@ -72,7 +70,7 @@ def convergence_picture(
     rows = -(-len(panels) // _COLUMNS)
     height = 1.35 + rows * (_PANEL[1] + _GAP[1])
     with style.applied():
-        words = subtitle or "each setting raised alone; errors below 1e-7 are drawn there"
+        words = "each setting raised alone; errors below 1e-7 are drawn there"
         made = style.figure(height, title, words)
         for i, panel in enumerate(panels):
             row, column = divmod(i, _COLUMNS)

@@ -7,7 +7,6 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.common.errors import InputError
 from vanelock.render import style
 
 Kind = Literal["nonlinear", "free", "stuck", "measured"]
@@ -15,6 +14,9 @@ Dash = Literal["solid", "dash", "dot", "dashdot"]
 DASHES: Final[tuple[Dash, ...]] = ("solid", "dash", "dot", "dashdot")
 """The most harmonics get the full line."""
 
+MICROMETRES: Final = 1e6
+"""What amplitudes, m, are multiplied by where they are drawn."""
+AXES: Final = ("excitation frequency (Hz)", "amplitude (µm)")
 LIMITS: Final = {"free": "linear, free", "stuck": "linear, stuck"}
 """What the legend calls the linear limits."""
 
@@ -26,6 +28,11 @@ class MarkedPeak:
     frequency: float
     amplitude: float
     at_edge: bool
+
+    @property
+    def place(self) -> str:
+        """Where it is, in words."""
+        return f"{style.number(MICROMETRES * self.amplitude)} µm at {self.frequency:.1f} Hz"
 
 
 @dataclass(frozen=True)
@@ -161,46 +168,12 @@ def peak(curve: Curve) -> MarkedPeak | None:
     return MarkedPeak(float(frequency[at]), float(amplitude[at]), at_edge)
 
 
-def check(curve: Curve) -> None:
-    """Refuse a curve whose arrays do not fit together."""
-    frequency, amplitude = np.asarray(curve.frequency), np.asarray(curve.amplitude)
-    if frequency.ndim != 1 or not len(frequency) or amplitude.shape != frequency.shape:
-        raise InputError(
-            f"curve {curve.label}: frequency of shape {frequency.shape} and amplitude of shape "
-            f"{amplitude.shape}: two equal lists are needed"
-        )
-    if curve.converged is not None and np.shape(curve.converged) != frequency.shape:
-        raise InputError(
-            f"curve {curve.label}: converged of shape {np.shape(curve.converged)}: "
-            f"{frequency.shape} is needed"
-        )
-
-
 def converged(curve: Curve) -> NDArray[np.bool_]:
     """(p,) points that converged and have an amplitude."""
     known: NDArray[np.bool_] = np.isfinite(np.asarray(curve.amplitude, float))
     if curve.converged is not None:
         known &= np.asarray(curve.converged, bool)
     return known
-
-
-@dataclass(frozen=True)
-class CurveUnit:
-    """How amplitudes are shown: in what, by which axes and texts."""
-
-    factor: float
-    across: str
-    up: str
-    text: str
-
-    def place(self, top: MarkedPeak) -> str:
-        """A peak in words."""
-        return self.text.format(style.number(self.factor * top.amplitude), top.frequency)
-
-
-MICROMETRES: Final = CurveUnit(
-    1e6, "excitation frequency (Hz)", "amplitude (µm)", "{} µm at {:.1f} Hz"
-)
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,11 @@ from matplotlib.ticker import LogFormatter
 from vanelock.common.errors import InputError
 from vanelock.render import style
 from vanelock.render.plots.curve import (
+    AXES,
     MICROMETRES,
     Band,
     Curve,
     CurveLook,
-    CurveUnit,
-    check,
     converged,
     looks,
     peak,
@@ -70,20 +69,17 @@ def response_figure(
     Raises
     ------
     InputError
-        If there is no curve, or its arrays do not fit together.
+        If there is no curve.
     """
     if not curves:
         raise InputError("curves: none given: at least one is needed")
-    for curve in curves:
-        check(curve)
-    unit = MICROMETRES
     with style.applied():
         made = style.figure(6.75, title, f"Monitored: {monitor}" if monitor else "")
         axes = style.axes(made, 0.95, 0.75, 7.3, 4.75)
         looked = looks(curves)
-        shades = [] if band is None else _shade(axes, band, unit)
-        handles = [_draw(axes, curve, look, unit) for curve, look in looked]
-        axes.set(xlabel=unit.across, ylabel=unit.up)
+        shades = [] if band is None else _shade(axes, band)
+        handles = [_draw(axes, curve, look) for curve, look in looked]
+        axes.set(xlabel=AXES[0], ylabel=AXES[1])
         ends = [np.asarray(curve.frequency, float) for curve in curves]
         ends = [np.array([each.min(), each.max()]) for each in ends]
         low, high = float(np.min(ends)), float(np.max(ends))
@@ -97,7 +93,7 @@ def response_figure(
             axes.yaxis.set_minor_formatter(LogFormatter(labelOnlyBase=False))
         else:
             axes.set_ylim(bottom=0)
-        lost = sum(_flag(axes, curve, look, unit) for curve, look in looked)
+        lost = sum(_flag(axes, curve, look) for curve, look in looked)
         handles += [*shades, *([_flag_handle(lost)] if lost else [])]
         if engine_order:
             _speed_axis(axes, abs(engine_order))
@@ -114,23 +110,23 @@ def response_curves(
     Raises
     ------
     InputError
-        If there is no curve, its arrays do not fit together, or the file cannot be written.
+        If there is no curve, or the file cannot be written.
     """
     with style.applied():
         return style.write(response_figure(curves, *shown, **options), path)
 
 
-def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
+def _draw(axes: Axes, curve: Curve, look: CurveLook) -> Line2D:
     """Draw a curve and its peak; return what the legend shows."""
     frequency = np.asarray(curve.frequency, float)
     if curve.kind == "measured":
-        return _draw_measured(axes, curve, look, unit)
+        return _draw_measured(axes, curve, look)
     if (around := curve.envelope) is not None:
-        ends = unit.factor * around.low, unit.factor * around.high
+        ends = MICROMETRES * around.low, MICROMETRES * around.high
         axes.fill_between(around.frequency, *ends, color=look.colour, alpha=0.14, linewidth=0)
         for across, up in around.outlines:
-            axes.plot(across, unit.factor * up, color=look.colour, lw=0.9)
-    shown = unit.factor * np.asarray(curve.amplitude, float)
+            axes.plot(across, MICROMETRES * up, color=look.colour, lw=0.9)
+    shown = MICROMETRES * np.asarray(curve.amplitude, float)
     shown = np.where(converged(curve), shown, np.nan)
     dashes = _LIMITS.get(curve.kind, _DASHES[look.dash]) if curve.joined else ""
     drawn: dict[str, Any] = {"color": look.colour, "ls": dashes, "lw": look.width}
@@ -151,7 +147,7 @@ def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
     else:
         axes.plot(
             top.frequency,
-            unit.factor * top.amplitude,
+            MICROMETRES * top.amplitude,
             look.marker,
             ms=8,
             mfc="white",
@@ -160,13 +156,13 @@ def _draw(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
             zorder=4,
         )
         end = ", end of range" if top.at_edge else ""
-        text += unit.place(top) + end + (f", {curve.outcome}" if curve.outcome else "")
+        text += top.place + end + (f", {curve.outcome}" if curve.outcome else "")
     return Line2D([], [], **drawn, marker=look.marker, ms=8, mfc="white", mew=1.8, label=text)
 
 
-def _shade(axes: Axes, band: Band, unit: CurveUnit) -> list[Any]:
+def _shade(axes: Axes, band: Band) -> list[Any]:
     """Percentiles of many curves: two shades and the median."""
-    levels = unit.factor * band.levels
+    levels = MICROMETRES * band.levels
     look: dict[str, Any] = {"color": style.BLUE, "linewidth": 0, "zorder": 1.5}
     outer = axes.fill_between(band.frequency, levels[0], levels[4], alpha=0.15, **look)
     inner = axes.fill_between(band.frequency, levels[1], levels[3], alpha=0.3, **look)
@@ -177,13 +173,13 @@ def _shade(axes: Axes, band: Band, unit: CurveUnit) -> list[Any]:
     return [outer, inner, middle]
 
 
-def _draw_measured(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> Line2D:
+def _draw_measured(axes: Axes, curve: Curve, look: CurveLook) -> Line2D:
     """Draw a measured curve as dots; return what the legend shows."""
-    shown = unit.factor * np.asarray(curve.amplitude, float)
+    shown = MICROMETRES * np.asarray(curve.amplitude, float)
     dots: dict[str, Any] = {"color": look.colour, "ls": "", "marker": look.marker, "ms": 4.5}
     axes.plot(np.asarray(curve.frequency, float), shown, **dots, mfc="white", mew=1.1, zorder=4.5)
     top = peak(replace(curve, joined=False))
-    text = _wrapped(curve.label) + ("" if top is None else f"\n{unit.place(top)}")
+    text = _wrapped(curve.label) + ("" if top is None else f"\n{top.place}")
     return Line2D([], [], **dots, mfc="white", mew=1.1, label=text)
 
 
@@ -193,11 +189,11 @@ def _wrapped(label: str) -> str:
     return textwrap.fill(kept, 33, break_long_words=False, break_on_hyphens=False)
 
 
-def _flag(axes: Axes, curve: Curve, look: CurveLook, unit: CurveUnit) -> int:
+def _flag(axes: Axes, curve: Curve, look: CurveLook) -> int:
     """Cross out the points that did not converge, and count them."""
     lost = ~converged(curve)
     frequency = np.asarray(curve.frequency, float)[lost]
-    shown = unit.factor * np.asarray(curve.amplitude, float)[lost]
+    shown = MICROMETRES * np.asarray(curve.amplitude, float)[lost]
     low, high = axes.get_ylim()
     placed = np.isfinite(shown) & (shown >= low) & (shown <= 1.5 * high)
     cross: dict[str, Any] = {

@@ -7,7 +7,6 @@ from pathlib import Path
 from matplotlib.axes import Axes
 
 from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
 from vanelock.render import style
 
 _BEFORE, _AFTER = (style.GREY, (0, (5, 2.5))), (style.BLUE, "-")
@@ -45,7 +44,7 @@ class FitPanel:
 
 
 def fit_picture(
-    path: style.PathLike, panels: Sequence[FitPanel], title: str, subtitle: str = ""
+    path: style.PathLike, panels: Sequence[FitPanel], title: str, subtitle: str
 ) -> Path:
     """Draw measured curves over the response before and after a fit, and return the path.
 
@@ -64,10 +63,8 @@ def fit_picture(
     Raises
     ------
     InputError
-        If there are none or the file cannot be written.
+        If the file cannot be written.
     """
-    if not panels:
-        raise InputError("fit: no measured curve to draw")
     across = 1 if len(panels) == 1 else 2
     down = -(-len(panels) // across)
     head = 1.0 if len(panels) == 1 else 1.3  # room for the title, and the panels' names

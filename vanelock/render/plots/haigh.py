@@ -13,7 +13,6 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
 from vanelock.render import style
 
 MPA: Final = 1e-6
@@ -28,7 +27,7 @@ class Named:
     name: str
     mean: float
     amplitude: float
-    gauge: bool = False
+    gauge: bool
 
 
 def haigh_picture(
@@ -40,7 +39,7 @@ def haigh_picture(
     tensile: float,
     named: Sequence[Named],
     title: str,
-    subtitle: str = "",
+    subtitle: str,
 ) -> Path:
     """Draw a Haigh diagram, and return the path.
 
@@ -65,13 +64,8 @@ def haigh_picture(
     Raises
     ------
     InputError
-        If the arrays do not fit together or the file cannot be written.
+        If the file cannot be written.
     """
-    if not mean.shape == amplitude.shape == doubtful.shape or mean.ndim != 1:
-        raise InputError(
-            f"Haigh diagram: mean {mean.shape}, amplitude {amplitude.shape}, doubtful "
-            f"{doubtful.shape}: one value of each for every place is needed"
-        )
     with style.applied():
         figure = style.figure(7.1, title, subtitle)
         whole = style.axes(figure, 0.9, 1.75, 4.6, 4.2)

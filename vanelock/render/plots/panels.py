@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import ArrayLike
 
-from vanelock.common.errors import InputError
 from vanelock.render import style
 
 _HEIGHT: Final = 2.1  # inches
@@ -59,7 +58,7 @@ def panels_picture(
     panels: Sequence[CurvePanel],
     xlabel: str,
     title: str,
-    subtitle: str = "",
+    subtitle: str,
     logarithmic: bool = False,
     marks: Sequence[float] = (),
 ) -> Path:
@@ -83,11 +82,9 @@ def panels_picture(
     Raises
     ------
     InputError
-        If there is nothing to draw or the file cannot be written.
+        If the file cannot be written.
     """
     names = list(dict.fromkeys(each.name for panel in panels for each in panel.curves))
-    if not names:
-        raise InputError("panels: there is no curve to draw")
     colour = dict(zip(names, style.series(len(names)), strict=True))
     count = len(panels)
     with style.applied():

@@ -11,7 +11,6 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
 from vanelock.render import style
 
 _SHOWN: Final = 6  # keys that a figure has room for
@@ -138,13 +137,9 @@ def segments_picture(
     Raises
     ------
     InputError
-        If the arrays do not fit together or the file cannot be written.
+        If the file cannot be written.
     """
     hertz, moved, ratio = (np.asarray(a, float) for a in (frequency, amplitude, amplification))
-    if moved.shape != (len(hertz), len(ratio)) or not len(ratio):
-        raise InputError(
-            f"segments: amplitude of shape {moved.shape}: ({len(hertz)}, {len(ratio)}) is needed"
-        )
     worst = int(np.argmax(np.nan_to_num(ratio)))
     with style.applied():
         figure = style.figure(7.2, title, subtitle)

@@ -8,7 +8,7 @@ axis z. The displacement at the phase angle α = ωt is Re(x e^{iα}).
 import numpy as np
 
 from vanelock.common.arrays import Complex, Floats
-from vanelock.common.cyclic import phase_factor, turn
+from vanelock.common.cyclic import turn
 
 
 def wave_name(nodal_diameter: int, sectors: int) -> str:
@@ -22,13 +22,6 @@ def wave_name(nodal_diameter: int, sectors: int) -> str:
 def sector_points(points: Floats, sector: int, sectors: int) -> Floats:
     """(n, 3) coordinates of the same nodes on sector j, m."""
     return points @ turn(sectors, sector).T
-
-
-def sector_shape(shape: Complex, sector: int, sectors: int, nodal_diameter: int) -> Complex:
-    """(n, 3) Cartesian shape on sector j of the wave whose shape on sector 0 is given."""
-    lag = phase_factor(nodal_diameter * sector, sectors)
-    turned: Complex = lag * (np.asarray(shape) @ turn(sectors, sector).T)
-    return turned
 
 
 def at(shape: Complex, angle: float) -> Floats:

@@ -5,7 +5,7 @@ the same letters and nothing overlaps.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 
 import matplotlib as mpl
@@ -84,9 +84,30 @@ class DrawnScene:
     """What is drawn, and from where."""
 
     camera: Camera
-    bodies: Sequence[SceneBody] = ()
+    bodies: Sequence[SceneBody]
     lines: Sequence[SceneLines] = ()
-    marks: Sequence[Marks] = field(default=())
+    marks: Sequence[Marks] = ()
+
+
+def _directions(points: Floats) -> tuple[Floats, Floats, Floats]:
+    """Radial, circumferential and axial direction at the middle of a sector's points."""
+    middle = points.mean(axis=0)
+    radius = np.hypot(middle[0], middle[1])
+    radial = np.array([middle[0], middle[1], 0.0]) / radius if radius > 0 else np.eye(3)[1]
+    axial = np.array([0.0, 0.0, 1.0])
+    return radial, np.cross(axial, radial), axial
+
+
+def sector_camera(points: Floats, fit: Floats | None = None) -> Camera:
+    """View of one sector, its outer side up, from in front, a little below and to one side."""
+    radial, around, axial = _directions(points)
+    return Camera(0.72 * axial - 0.62 * around + 0.25 * radial, radial, fit)
+
+
+def ring_camera(points: Floats, fit: Floats | None = None) -> Camera:
+    """View of the ring from in front and above, the sector of these points at the top."""
+    radial, around, axial = _directions(points)
+    return Camera(0.87 * axial + 0.22 * around - 0.44 * radial, radial, fit)
 
 
 def smooth_surface(points: Floats, skin: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

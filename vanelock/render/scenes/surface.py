@@ -6,6 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 
@@ -76,7 +77,7 @@ class Surface:
     cyclic: NDArray[np.bool_]
 
 
-def surface(part: Part, bend: float = BEND, corners_only: bool = False) -> Surface:
+def surface(part: Part, corners_only: bool = False) -> Surface:
     """Extract the skin of a part of tetrahedra or hexahedra, linear or quadratic."""
     if part.cell_type not in _FACES:
         allowed = ", ".join(_FACES)
@@ -95,7 +96,7 @@ def surface(part: Part, bend: float = BEND, corners_only: bool = False) -> Surfa
     return Surface(
         nodes=nodes,
         triangles=numbered,
-        outline=bent_edges(part.points[nodes], numbered, bend),
+        outline=bent_edges(part.points[nodes], numbered),
         mesh_edges=_mesh_edges(place[skin], corners),
         cyclic=np.tile(_cyclic(part, skin[:, :corners]), len(drawn)),
     )
@@ -110,10 +111,18 @@ def _cyclic(part: Part, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     return hidden
 
 
-def bent_edges(
-    points: NDArray[np.float64], triangles: NDArray[np.int64], bend: float = BEND
-) -> NDArray[np.int64]:
-    """(k, 2) edges whose triangles turn by more than `bend` degrees, or are other than two."""
+def bent_edges(points: Floats, triangles: Integers) -> Integers:
+    """(k, 2) edges whose triangles turn by more than `BEND` degrees, or are other than two."""
+    edges, _, cosine = skin_edges(points, triangles)
+    bent: Integers = edges[cosine < np.cos(np.radians(BEND))]
+    return bent
+
+
+def skin_edges(points: Floats, triangles: Integers) -> tuple[Integers, Integers, Floats]:
+    """Edges (e, 2) in order, both triangles (e, 2) of each, and the cosine between their normals.
+
+    Of an edge with other than two triangles these are -1, and the cosine is -2.
+    """
     a, b, c = (points[triangles[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
@@ -124,12 +133,12 @@ def bent_edges(
     order = np.argsort(key, kind="stable")
     key, owner = key[order], owner[order]
     _, start, count = np.unique(key, return_index=True, return_counts=True)
-    unique = edges[order[start]]
-    pair = count == 2
-    cosine = np.full(len(unique), -2.0)
-    cosine[pair] = np.sum(normal[owner[start[pair]]] * normal[owner[start[pair] + 1]], axis=1)
-    bent: NDArray[np.int64] = unique[cosine < np.cos(np.radians(bend))]
-    return bent
+    mates = np.full((len(start), 2), -1)
+    mates[count == 2] = owner[start[count == 2, None] + [0, 1]]
+    cosine = np.full(len(start), -2.0)
+    one, other = mates[count == 2].T
+    cosine[count == 2] = np.sum(normal[one] * normal[other], axis=1)
+    return edges[order[start]], mates, cosine
 
 
 def _mesh_edges(faces: NDArray[np.int64], corners: int) -> NDArray[np.int64]:

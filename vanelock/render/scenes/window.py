@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vanelock.common.arrays import Floats
+from vanelock.render import style
 from vanelock.render.scenes import offscreen
 from vanelock.render.scenes.scene import Camera, DrawnScene, Marks, SceneBody, SceneLines
 
@@ -111,6 +113,18 @@ def snapshot(scene: DrawnScene, size: tuple[int, int]) -> Pixels:
     return _coarser(picture)
 
 
+def image(figure: Figure, scene: DrawnScene, *place: float) -> None:
+    """A scene in a figure, at left, bottom, width and height in inches."""
+    axes, size = style.image_axes(figure, *place)
+    style.show(axes, snapshot(scene, size))
+
+
+def panel(figure: Figure, scene: DrawnScene, left: float, width: float, heading: str) -> None:
+    """A scene 5.3 inches high, under its heading."""
+    image(figure, scene, left, 0.4, width, 5.25)
+    style.heading(figure, left + 0.05, 5.72, heading)
+
+
 def _coarser(picture: Pixels) -> Pixels:
     """Mean of each square of fine pixels, which smooths all edges."""
     corners = [picture[i::_FINER, j::_FINER] for i in range(_FINER) for j in range(_FINER)]
@@ -121,11 +135,11 @@ def _coarser(picture: Pixels) -> Pixels:
     return smooth
 
 
-def _shine_through(picture: Pixels, marks: Pixels, strength: float = 0.45) -> Pixels:
+def _shine_through(picture: Pixels, marks: Pixels) -> Pixels:
     """Mix in the marks drawn alone: those already visible stay as they are."""
     there = np.any(marks < 255, axis=2)
     mixed = picture.copy()
-    both = (1 - strength) * picture[there] + strength * marks[there]
+    both = 0.55 * picture[there] + 0.45 * marks[there]
     mixed[there] = both.round().astype(np.uint8)
     return mixed
 
@@ -179,17 +193,7 @@ def _add_lines(plotter: Any, lines: SceneLines, shift: Floats) -> Any:
 
 @dataclass(frozen=True)
 class _CameraView:
-    """A parallel view, aimed.
-
-    Attributes
-    ----------
-    frame : (3, 3) float
-        Rows: its side, up and forward directions.
-    centre : (3,) float
-        What the middle of the picture shows, m.
-    half_height : float
-        Half of what the picture shows in height, m.
-    """
+    """A parallel view: side, up and forward direction (rows), middle and half height of it, m."""
 
     frame: Floats
     centre: Floats

@@ -17,16 +17,15 @@ import numpy as np
 
 from vanelock.common.arrays import Complex, Floats
 from vanelock.common.cyclic import phase_factor
-from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import style
-from vanelock.render.scenes import annulus, gif, offscreen, scene, views
+from vanelock.render.scenes import annulus, gif, offscreen, scene
 from vanelock.render.scenes.surface import Surface, bent_edges
 from vanelock.render.scenes.window import window
 from vanelock.render.shapes.shapes import (
     DRAWN,
     DeformedSkin,
-    check_shapes,
+    all_sectors,
     mode_size,
     outer_radius,
     ring_and_wave,
@@ -63,15 +62,7 @@ class Wave:
 
 @dataclass(frozen=True)
 class _Moving:
-    """A part's skin with its waves.
-
-    Attributes
-    ----------
-    skin : DeformedSkin
-        What is drawn of it; its shape is that of the first wave.
-    waves : tuple of (harmonic, nodal diameter, (m, 3) complex)
-        At the skin's nodes.
-    """
+    """A part's skin with its waves: harmonic, nodal diameter and shape (m, 3) at its nodes."""
 
     skin: DeformedSkin
     waves: tuple[tuple[int, int, Complex], ...]
@@ -88,17 +79,7 @@ class _Moving:
 
 @dataclass(frozen=True)
 class _ColourBar:
-    """Colours of displacement.
-
-    Attributes
-    ----------
-    label : str
-        What stands beside them.
-    unit : float
-        Of the displacement, 1/m.
-    top : float
-        Where the colours end, in that unit.
-    """
+    """Colours of displacement: their label, and where they end in a unit, 1/m."""
 
     label: str
     unit: float
@@ -116,7 +97,6 @@ def mode_animation(
     nodal_diameter: int,
     title: str,
     subtitle: str = "",
-    frames: int = FRAMES,
 ) -> Path:
     """Animate a mode on the full ring over one period, and return the path of the GIF.
 
@@ -129,7 +109,7 @@ def mode_animation(
     bar = _ColourBar("displacement / largest displacement (–)", 1 / largest, 1.0)
     heading = ring_and_wave(parts, nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
-    return _animate(path, moving, drawn / largest, bar, texts, frames)
+    return _animate(path, moving, drawn / largest, bar, texts)
 
 
 def response_animation(
@@ -138,7 +118,6 @@ def response_animation(
     waves: Sequence[Wave],
     title: str,
     subtitle: str = "",
-    frames: int = FRAMES,
 ) -> Path:
     """Animate a vibration on the full ring over one period, and return the path of the GIF.
 
@@ -155,13 +134,11 @@ def response_animation(
         The harmonics, the first one first, m.
     title, subtitle : str
         Heading, and a line before the statement of the scale.
-    frames : int
-        Pictures of the period.
 
     Raises
     ------
     InputError
-        If a shape does not fit its part or is zero, or this machine cannot draw.
+        If the shape is zero, or this machine cannot draw.
     """
     moving = moving_parts(parts, waves)
     amplitude = max(float(annulus.peak(shape).max()) for shape in waves[0].shapes)
@@ -170,15 +147,11 @@ def response_animation(
     bar = _ColourBar("displacement at the instant (µm)", 1e6, 1e6 * _largest(moving))
     heading = ring_and_wave(parts, waves[0].nodal_diameter)
     texts = title, sentences(subtitle, stated), heading
-    return _animate(path, moving, scale, bar, texts, frames)
+    return _animate(path, moving, scale, bar, texts)
 
 
 def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[_Moving]:
     """Parts with their waves, on skins of few triangles."""
-    for wave in waves:
-        if wave.harmonic < 1:
-            raise InputError(f"harmonic: given {wave.harmonic}: must be at least 1")
-        check_shapes(parts, wave.shapes)
     found = []
     for i, skin in enumerate(skins_of(parts, waves[0].shapes, corners_only=True)):
         thin = thinned(skin)
@@ -227,28 +200,15 @@ def _ring_at(
     moving: Sequence[_Moving], angle: float, scale: float, bar: _ColourBar
 ) -> scene.DrawnScene:
     """Scene of all sectors at a phase angle α in rad, coloured by the length of displacement."""
-    bodies, lines = [], []
-    for each in moving:
-        skin, sectors = each.skin, each.skin.part.sectors
-        displaced = [each.displacement(j, angle) for j in range(sectors)]
-        placed = [
-            annulus.sector_points(skin.points + scale * u, j, sectors)
-            for j, u in enumerate(displaced)
-        ]
-        shown = [bar.colours(np.linalg.norm(u[skin.split], axis=1)) for u in displaced]
-        bodies.append(
-            scene.SceneBody(
-                np.concatenate([points[skin.split] for points in placed]),
-                scene.repeat(skin.triangles, len(skin.split), sectors),
-                np.concatenate(shown),
-            )
-        )
-        edges = scene.repeat(skin.surface.outline, len(skin.points), sectors)
-        lines.append(scene.SceneLines(np.concatenate(placed), edges, style.BLACK, 0.8, 0.45))
-    points = moving[0].skin.part.points
-    fit = np.concatenate([scene.ring(e.skin.points, e.skin.part.sectors) for e in moving])
-    camera = replace(views.ring_camera(points, fit), margin=_MARGIN)
-    return scene.DrawnScene(camera, bodies, lines)
+
+    def moved(i: int, j: int) -> tuple[Floats, Floats]:
+        u = moving[i].displacement(j, angle)
+        return moving[i].skin.points + scale * u, bar.colours(np.linalg.norm(u, axis=1))
+
+    skins = [each.skin for each in moving]
+    fit = np.concatenate([scene.ring(skin.points, skin.part.sectors) for skin in skins])
+    camera = replace(scene.ring_camera(skins[0].part.points, fit), margin=_MARGIN)
+    return all_sectors(skins, moved, camera)
 
 
 def _largest(moving: Sequence[_Moving]) -> float:
@@ -267,12 +227,11 @@ def _animate(
     scale: float,
     bar: _ColourBar,
     texts: tuple[str, str, str],
-    frames: int,
 ) -> Path:
     title, subtitle, heading = texts
     with style.applied():
         figure = style.figure(6.4, title, subtitle, width=7.2)
-        figure.text(0.35 / 7.2, 5.34 / 6.4, heading, fontsize=12.5)
+        style.heading(figure, 0.35, 5.34, heading)
         style.colour_bar(
             style.axes(figure, 6.25, 1.3, 0.15, 3.4), style.AMPLITUDE_MAP, 0, bar.top, bar.label
         )
@@ -287,7 +246,7 @@ def _animate(
     size = round(5.8 * gif.DPI), round(4.55 * gif.DPI)
     left, top = round(0.2 * gif.DPI), round(1.14 * gif.DPI)
     shots = []
-    angles = 2 * np.pi * np.arange(frames) / frames
+    angles = 2 * np.pi * np.arange(FRAMES) / FRAMES
     with window(_ring_at(moving, 0.0, scale, bar), size) as opened:
         for angle in angles:
             opened.move(_ring_at(moving, angle, scale, bar))

@@ -15,7 +15,6 @@ from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
 from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import scene
@@ -30,8 +29,6 @@ LOOKS: Final = (
     ("slips and opens", style.PURPLE, "^"),
 )
 """Words, colour and marker of the states 0 to 3 of a `Response`."""
-MOST: Final = 5
-"""Frequencies in one figure."""
 _SMALL, _LARGE = 18.0, 330.0  # areas of the markers, square points
 _BANDS: Final = ("front, outer side", "front, inner side", "rear, outer side", "rear, inner side")
 
@@ -45,9 +42,9 @@ def contact_map_picture(
     frequencies: ArrayLike,
     states: ArrayLike,
     dissipation: ArrayLike,
-    title: str = "Contacts",
-    subtitle: str = "",
-    headings: Sequence[str] = (),
+    title: str,
+    subtitle: str,
+    headings: Sequence[str],
 ) -> Path:
     """Draw the state and the friction work of every contact at some frequencies; return the path.
 
@@ -74,18 +71,16 @@ def contact_map_picture(
         J in a cycle.
     title, subtitle : str
         Heading and the line under it.
-    headings : sequence of k str, optional
+    headings : sequence of k str
         What stands above each frequency, such as "at the peak".
 
     Raises
     ------
     InputError
-        If the arrays do not fit together, there are too many frequencies, this machine cannot
-        draw or the file cannot be written.
+        If this machine cannot draw or the file cannot be written.
     """
     x, axes_of, hertz = (np.asarray(a, float) for a in (positions, frames, frequencies))
     state, energy = np.asarray(states, np.int64), np.asarray(dissipation, float)
-    _check(x, axes_of, joints, hertz, state, energy)
     face = np.array([joint == "interlock" for joint in joints], bool)
     largest = float(energy.max())
     area = _SMALL + (_LARGE - _SMALL) * np.maximum(energy, 0) / (largest or 1.0)
@@ -100,10 +95,8 @@ def contact_map_picture(
         background = _face(part, x[face], axes_of[face], width - 0.2, upper) if upper else None
         for column in range(len(hertz)):
             left = 1.45 + column * width
-            heading = f"{hertz[column]:.2f} Hz"
-            if headings:
-                heading = f"{headings[column]}, {heading}"
-            _heading(figure, left, height - 1.2, heading)
+            heading = f"{headings[column]}, {hertz[column]:.2f} Hz"
+            style.heading(figure, left, height - 1.2, heading)
             if background is not None:
                 picture, places = background
                 shown = style.image_axes(figure, left, height - 1.3 - upper, width - 0.2, upper)[0]
@@ -121,26 +114,6 @@ def contact_map_picture(
             _aside(figure, height - 1.3 - upper / 2, "interlock, along\nthe face's normal")
         _legend(figure, state)
         return style.write(figure, path)
-
-
-def _check(
-    x: Floats, frames: Floats, joints: Sequence[str], hertz: Floats, state: States, energy: Floats
-) -> None:
-    count, columns = len(joints), len(hertz)
-    if not count or x.shape != (count, 3) or frames.shape != (count, 3, 3):
-        raise InputError(
-            f"contacts: positions of shape {x.shape} and frames of shape {frames.shape}: "
-            f"({count}, 3) and ({count}, 3, 3) are needed"
-        )
-    if not 1 <= columns <= MOST:
-        raise InputError(f"contacts: given {columns} frequencies: 1 to {MOST} fit into a figure")
-    for name, values in (("states", state), ("dissipation", energy)):
-        if values.shape != (columns, count):
-            raise InputError(
-                f"contacts: {name} of shape {values.shape}: ({columns}, {count}) is needed"
-            )
-    if not np.isin(state, range(len(LOOKS))).all():
-        raise InputError(f"contacts: states: allowed are 0 to {len(LOOKS) - 1}")
 
 
 def _face(
@@ -216,11 +189,6 @@ def _marks(
             color=style.BLACK,
             zorder=4,
         )
-
-
-def _heading(figure: Figure, left: float, bottom: float, text: str) -> None:
-    across, up = figure.get_size_inches()
-    figure.text(left / across, bottom / up, text, fontsize=12.5)
 
 
 def _aside(figure: Figure, middle: float, text: str) -> None:

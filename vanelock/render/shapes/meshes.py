@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,12 +12,11 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.files.files import placed
 from vanelock.mesh import Part
 from vanelock.render import style
-from vanelock.render.scenes import annulus, offscreen, scene, views, window
+from vanelock.render.scenes import annulus, offscreen, scene, window
 
 # Sets that belong together share a colour; an entry without nodes in any part is left out.
 SETS: Final[tuple[tuple[str, tuple[str, ...], str, str], ...]] = (
@@ -56,13 +55,11 @@ def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "M
     parts = (vane, casing)
     with style.applied():
         figure = style.figure(8.4, title, _counts(parts))
-        picture, size = style.image_axes(figure, 0.3, 1.25, 6.6, 6.1)
-        style.show(picture, window.snapshot(_sector(parts), size))
+        window.image(figure, _sector(parts), 0.3, 1.25, 6.6, 6.1)
         cut = style.axes(figure, 7.75, 4.75, 3.9, 2.4)
         _section(cut, parts)
-        whole, size = style.image_axes(figure, 7.1, 0.25, 4.75, 3.75)
-        style.show(whole, window.snapshot(_ring(parts), size))
-        _heading(figure, 7.1, 4.02, f"Full ring of {vane.sectors} sectors")
+        window.image(figure, _ring(parts), 7.1, 0.25, 4.75, 3.75)
+        style.heading(figure, 7.1, 4.02, f"Full ring of {vane.sectors} sectors")
         _legend(figure, parts)
         return style.write(figure, path)
 
@@ -70,11 +67,6 @@ def mesh_picture(path: style.PathLike, vane: Part, casing: Part, title: str = "M
 def _counts(parts: Sequence[Part]) -> str:
     one = (f"{p.name}: {len(p.points):,} nodes, {len(p.cells):,} {p.cell_type}" for p in parts)
     return f"{';  '.join(one)};  {3 * sum(len(p.points) for p in parts):,} degrees of freedom"
-
-
-def _heading(figure: Figure, left: float, bottom: float, text: str) -> None:
-    across, up = figure.get_size_inches()
-    figure.text(left / across, bottom / up, text, fontsize=12.5)
 
 
 def _sector(parts: Sequence[Part]) -> scene.DrawnScene:
@@ -100,7 +92,7 @@ def _sector(parts: Sequence[Part]) -> scene.DrawnScene:
             if len(nodes):
                 marks.append(scene.Marks(part.points[nodes], colour, 13 if "key" in names else 10))
     every = np.concatenate([part.points for part in parts])
-    return scene.DrawnScene(views.sector_camera(parts[0].points, every), bodies, lines, marks)
+    return scene.DrawnScene(scene.sector_camera(parts[0].points, every), bodies, lines, marks)
 
 
 def _nodes(part: Part, names: Sequence[str]) -> NDArray[np.int64]:
@@ -129,7 +121,7 @@ def _ring(parts: Sequence[Part]) -> scene.DrawnScene:
         whole = scene.ring(points, part.sectors)
         edges = scene.repeat(skin.outline, len(points), part.sectors)
         lines.append(scene.SceneLines(whole, edges, style.GREY, 0.7, 0.5))
-    return scene.DrawnScene(views.ring_camera(parts[0].points), bodies, lines)
+    return scene.DrawnScene(scene.ring_camera(parts[0].points), bodies, lines)
 
 
 def _section(axes: Axes, parts: Sequence[Part]) -> None:
@@ -274,20 +266,16 @@ def mesh_error_picture(
     """
     with style.applied():
         figure = style.figure(6.9, title, subtitle)
-        across, up = figure.get_size_inches()
-        headings = (f"The {part.name}'s elements" for part in parts)
-        for left, part, values, heading in zip((0.3, 5.7), parts, densities, headings, strict=True):
+        for left, part, values in zip((0.3, 5.7), parts, densities, strict=True):
             skin, split, triangles = scene.smooth_skin(part, corners_only=True)
             points = part.points[skin.nodes]
             powers = np.log10(np.maximum(values[skin.nodes], 10**LOW)).clip(LOW, HIGH)
             colour = scene.colours(powers, style.AMPLITUDE_MAP, LOW, HIGH)
             sides = np.sort(skin.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
             lines = [scene.SceneLines(points, np.unique(sides, axis=0), style.BLACK, 0.5, 0.35)]
-            axes, size = style.image_axes(figure, left, 0.4, 5.1, 5.25)
             body = scene.SceneBody(points[split], triangles, colour[split])
-            drawn = scene.DrawnScene(views.sector_camera(part.points), [body], lines, [])
-            style.show(axes, window.snapshot(drawn, size))
-            figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
+            drawn = scene.DrawnScene(scene.sector_camera(part.points), [body], lines)
+            window.panel(figure, drawn, left, 5.1, f"The {part.name}'s elements")
         bar = style.axes(figure, 10.95, 1.6, 0.15, 3.2)
         label = "error per volume, over its mean"
         shown = style.colour_bar(bar, style.AMPLITUDE_MAP, LOW, HIGH, label)
@@ -296,14 +284,11 @@ def mesh_error_picture(
         return style.write(figure, path)
 
 
-Data = dict[str, NDArray[np.float64] | NDArray[np.int32]]
-
-
 def write_vtu(
     path: style.PathLike,
     part: Part,
-    shape: NDArray[np.complex128] | None = None,
-    fields: Mapping[str, NDArray[np.float64]] | None = None,
+    shape: Complex | None = None,
+    fields: Mapping[str, Floats] | None = None,
     unit: str = "m",
 ) -> Path:
     """Write a part with its node sets and, if given, a shape or fields, and return the path.
@@ -327,49 +312,30 @@ def write_vtu(
     Raises
     ------
     InputError
-        If the shape or a field does not fit the part, or the file cannot be written.
+        If the file cannot be written.
     """
-    data: Data = {}
+    import meshio
+
+    data: dict[str, NDArray[Any]] = dict(fields or {})
     if shape is not None:
-        _fits(part, shape)
         data |= _moving(part.points, shape, unit)
-    for name, values in (fields or {}).items():
-        if len(values) != len(part.points):
-            given = f"{part.name}: {name} of {len(values)} nodes"
-            raise InputError(f"{given}: the part has {len(part.points)}")
-        data[name] = np.asarray(values, float)
     for name, nodes in part.node_sets.items():
         place = np.zeros(len(part.points), np.int32)
         place[nodes] = np.arange(1, len(nodes) + 1)
         data[name] = place
-    return _written(path, part.points, part.cell_type, part.cells, data)
-
-
-def _written(
-    path: style.PathLike, points: Floats, cell_type: str, cells: NDArray[np.int64], data: Data
-) -> Path:
-    """The file, whole or not at all."""
-    import meshio
-
+    mesh = meshio.Mesh(part.points, [(part.cell_type, part.cells)], point_data=data)
     target = Path(path)
-    mesh = meshio.Mesh(points, [(cell_type, cells)], point_data=data)
     with placed(target) as temporary:
         mesh.write(temporary, file_format="vtu")
     return target
 
 
-def _fits(part: Part, shape: NDArray[np.complex128]) -> None:
-    if np.shape(shape) != part.points.shape:
-        wanted = part.points.shape
-        raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
-
-
-def _moving(points: Floats, shape: NDArray[np.complex128], unit: str) -> Data:
+def _moving(points: Floats, shape: Complex, unit: str) -> dict[str, Floats]:
     """Point data of a shape."""
     radial = annulus.cylindrical(points, shape)[:, 0]
     return {
-        f"displacement_real ({unit})": np.real(shape).astype(float),
-        f"displacement_imag ({unit})": np.imag(shape).astype(float),
+        f"displacement_real ({unit})": shape.real,
+        f"displacement_imag ({unit})": shape.imag,
         f"amplitude ({unit})": annulus.peak(shape),
         "phase_radial (deg)": np.degrees(np.angle(radial)),
     }

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vanelock.common.arrays import Complex, Floats
@@ -14,7 +13,7 @@ from vanelock.common.cyclic import COMPONENTS, phase_factor
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 from vanelock.render import style
-from vanelock.render.scenes import annulus, scene, views, window
+from vanelock.render.scenes import annulus, scene, window
 from vanelock.render.scenes.surface import Surface
 
 # (m, 3) points and shape of one sector -> (m, 3) colours
@@ -87,7 +86,7 @@ def mode_picture(
     Raises
     ------
     InputError
-        If a shape does not fit its part or is zero, or this machine cannot draw.
+        If the shape is zero, or this machine cannot draw.
     """
     skins = skins_of(parts, shapes)
     largest = max(float(annulus.peak(shape).max()) for shape in shapes)
@@ -102,24 +101,16 @@ def mode_picture(
     stated = f"Drawn at its largest deflection; largest displacement drawn as {1e3 * drawn:.3g} mm"
     with style.applied():
         figure = style.figure(6.9, title, sentences(subtitle, stated))
-        _panel(
-            figure,
-            0.3,
-            5.0,
-            "One sector (undeformed in grey)",
-            sector_scene(skins, angle, scale, paint),
-        )
+        sector = sector_scene(skins, angle, scale, paint)
+        window.panel(figure, sector, 0.3, 5.0, "One sector (undeformed in grey)")
         # Each sector of the ring is small: its elements' corners are enough.
         coarse = skins_of(parts, shapes, corners_only=True)
         ring = ring_scene(coarse, nodal_diameter, angle, scale, paint)
-        _panel(figure, 5.3, 5.4, f"Full ring, {ring_and_wave(parts, nodal_diameter)}", ring)
-        style.colour_bar(
-            style.axes(figure, 10.95, 1.4, 0.16, 3.6),
-            style.AMPLITUDE_MAP,
-            0,
-            1,
-            "displacement / largest displacement (–)",
-        )
+        heading = f"Full ring, {ring_and_wave(parts, nodal_diameter)}"
+        window.panel(figure, ring, 5.3, 5.4, heading)
+        bar = style.axes(figure, 10.95, 1.4, 0.16, 3.6)
+        label = "displacement / largest displacement (–)"
+        style.colour_bar(bar, style.AMPLITUDE_MAP, 0, 1, label)
         return style.write(figure, path)
 
 
@@ -130,13 +121,12 @@ def response_picture(
     nodal_diameter: int,
     title: str,
     subtitle: str = "",
-    component: int | None = None,
 ) -> Path:
     """Draw amplitude and phase of a response on the full ring, and return the path.
 
     Left: amplitude, the largest displacement that each point reaches in a cycle, in µm. Right: the
-    phase of one cylindrical component in degrees, positive where it leads the excitation of sector
-    0; grey where that component stays below 2 % of its largest.
+    phase of the cylindrical component that moves most in degrees, positive where it leads the
+    excitation of sector 0; grey where that component stays below 2 % of its largest.
 
     Parameters
     ----------
@@ -150,21 +140,18 @@ def response_picture(
         ND of that harmonic.
     title, subtitle : str
         Heading, and a line before the statement of the scale.
-    component : {0, 1, 2}, optional
-        Radial, circumferential or axial; by default the one that moves most.
 
     Raises
     ------
     InputError
-        If a shape does not fit its part or is zero, or this machine cannot draw.
+        If the shape is zero, or this machine cannot draw.
     """
     skins = skins_of(parts, shapes, corners_only=True)
     amplitude = max(float(annulus.peak(shape).max()) for shape in shapes)
     scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
     angle = annulus.largest_instant(*shapes)
-    if component is None:
-        points = np.concatenate([part.points for part in parts])
-        component = annulus.dominant(points, np.concatenate(list(shapes)))
+    points = np.concatenate([part.points for part in parts])
+    component = annulus.dominant(points, np.concatenate(list(shapes)))
     strongest = max(
         float(np.abs(annulus.cylindrical(part.points, shape)[:, component]).max())
         for part, shape in zip(parts, shapes, strict=True)
@@ -187,11 +174,12 @@ def response_picture(
     with style.applied():
         figure = style.figure(6.9, title, sentences(subtitle, stated))
         left = ring_scene(skins, nodal_diameter, angle, scale, by_amplitude)
-        _panel(figure, 0.3, 4.75, f"Amplitude, {ring_and_wave(parts, nodal_diameter)}", left)
+        heading = f"Amplitude, {ring_and_wave(parts, nodal_diameter)}"
+        window.panel(figure, left, 0.3, 4.75, heading)
         bar = style.axes(figure, 5.1, 1.6, 0.15, 3.2)
         style.colour_bar(bar, style.AMPLITUDE_MAP, 0, 1e6 * amplitude, "amplitude (µm)")
         right = ring_scene(skins, nodal_diameter, angle, scale, by_phase)
-        _panel(figure, 6.1, 4.75, f"Phase of the {name} motion", right)
+        window.panel(figure, right, 6.1, 4.75, f"Phase of the {name} motion")
         bar = style.axes(figure, 10.9, 1.6, 0.15, 3.2)
         phase = style.colour_bar(bar, style.PHASE_MAP, -180, 180, "phase (degrees)")
         phase.set_ticks(range(-180, 181, 60))
@@ -209,8 +197,7 @@ def response_picture(
 def skins_of(
     parts: Sequence[Part], shapes: Sequence[Complex], corners_only: bool = False
 ) -> list[DeformedSkin]:
-    """Check that parts and shapes belong together, and extract what is drawn."""
-    check_shapes(parts, shapes)
+    """What is drawn of each part with its shape."""
     if not any(np.any(shape) for shape in shapes):
         raise InputError("shapes: zero everywhere: there is nothing to draw")
     skins = []
@@ -218,20 +205,6 @@ def skins_of(
         skin, split, triangles = scene.smooth_skin(part, corners_only)
         skins.append(DeformedSkin(part, skin, np.asarray(shape)[skin.nodes], split, triangles))
     return skins
-
-
-def check_shapes(parts: Sequence[Part], shapes: Sequence[Complex]) -> None:
-    """Refuse shapes that do not belong to the parts."""
-    if len(parts) != len(shapes):
-        raise InputError(f"shapes: given {len(shapes)}: {len(parts)}, one for each part, needed")
-    if len({part.sectors for part in parts}) > 1:
-        raise InputError(f"sectors: given {[part.sectors for part in parts]}: must be equal")
-    for part, shape in zip(parts, shapes, strict=True):
-        if np.shape(shape) != part.points.shape:
-            wanted = part.points.shape
-            raise InputError(f"{part.name}: shape of {np.shape(shape)}: {wanted} is needed")
-        if not np.all(np.isfinite(shape)):
-            raise InputError(f"{part.name}: shape holds values that are not finite")
 
 
 def mode_size(parts: Sequence[Part]) -> float:
@@ -257,44 +230,48 @@ def sector_scene(
         lines.append(scene.SceneLines(moved, skin.surface.outline, style.BLACK, 1.2, 0.7))
         lines.append(scene.SceneLines(skin.points, skin.surface.outline, style.GREY, 1.0, 0.5))
         seen += [moved, skin.points]
-    camera = views.sector_camera(skins[0].part.points, np.concatenate(seen))
+    camera = scene.sector_camera(skins[0].part.points, np.concatenate(seen))
     return scene.DrawnScene(camera, bodies, lines)
 
 
 def ring_scene(
     skins: Sequence[DeformedSkin], nodal_diameter: int, angle: float, scale: float, paint: Paint
 ) -> scene.DrawnScene:
-    """Scene of all sectors; each is drawn in sector 0's frame, then turned to its place."""
+    """Scene of all sectors of a wave, each deformed and painted by the shape on it."""
+
+    def moved(i: int, j: int) -> tuple[Floats, Floats]:
+        skin = skins[i]
+        shape = skin.shape * phase_factor(nodal_diameter * j, skin.part.sectors)
+        return skin.points + scale * annulus.at(shape, angle), paint(skin.points, shape)
+
+    return all_sectors(skins, moved, scene.ring_camera(skins[0].part.points))
+
+
+def all_sectors(
+    skins: Sequence[DeformedSkin],
+    moved: Callable[[int, int], tuple[Floats, Floats]],
+    camera: scene.Camera,
+) -> scene.DrawnScene:
+    """Scene of a ring: `moved` gives points and colours of skin i on sector j, in 0's frame."""
     bodies, lines = [], []
-    for skin in skins:
+    for i, skin in enumerate(skins):
         sectors = skin.part.sectors
-        placed, colour = [], []
+        placed, colours = [], []
         for j in range(sectors):
-            shape = skin.shape * phase_factor(nodal_diameter * j, sectors)
-            moved = skin.points + scale * annulus.at(shape, angle)
-            placed.append(annulus.sector_points(moved, j, sectors))
-            colour.append(paint(skin.points, shape)[skin.split])
+            points, colour = moved(i, j)
+            placed.append(annulus.sector_points(points, j, sectors))
+            colours.append(colour[skin.split])
         triangles = skin.triangles if sectors == 1 else skin.triangles[~skin.surface.cyclic]
         bodies.append(
             scene.SceneBody(
                 np.concatenate([points[skin.split] for points in placed]),
                 scene.repeat(triangles, len(skin.split), sectors),
-                np.concatenate(colour),
+                np.concatenate(colours),
             )
         )
         edges = scene.repeat(skin.surface.outline, len(skin.points), sectors)
         lines.append(scene.SceneLines(np.concatenate(placed), edges, style.BLACK, 0.8, 0.45))
-    return scene.DrawnScene(views.ring_camera(skins[0].part.points), bodies, lines)
-
-
-def _panel(
-    figure: Figure, left: float, width: float, heading: str, drawn: scene.DrawnScene
-) -> None:
-    """Image of a scene, 5.3 inches high, under its heading."""
-    axes, size = style.image_axes(figure, left, 0.4, width, 5.25)
-    style.show(axes, window.snapshot(drawn, size))
-    across, up = figure.get_size_inches()
-    figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
+    return scene.DrawnScene(camera, bodies, lines)
 
 
 def ring_and_wave(parts: Sequence[Part], nodal_diameter: int) -> str:
@@ -341,17 +318,11 @@ def stress_picture(
     Raises
     ------
     InputError
-        If the stresses do not fit the part, or this machine cannot draw.
+        If this machine cannot draw.
     """
-    for values in (total, vibration):
-        if values.shape != (len(part.points),) or not np.all(np.isfinite(values)):
-            raise InputError(
-                f"{part.name}: stresses of shape {values.shape}: finite ones of its "
-                f"{len(part.points)} nodes are needed"
-            )
     skin, split, triangles = scene.smooth_skin(part)
     points = part.points[skin.nodes]
-    camera = views.sector_camera(part.points)
+    camera = scene.sector_camera(part.points)
     lines = [scene.SceneLines(points, skin.outline, style.BLACK, 1.2, 0.7)]
     gauge_places = np.asarray(gauges, float).reshape(-1, 3)
     marks = [scene.Marks(gauge_places, style.VERMILION, 7.0)] if len(gauge_places) else []
@@ -359,19 +330,14 @@ def stress_picture(
     with style.applied():
         stated = "Colours end where 99.5 % of the surface lies below"
         marked = ". Balls: strain gauges, pale where hidden" if len(gauge_places) else ""
-        figure = style.figure(
-            6.9, title, f"{subtitle.rstrip('. ')}. {stated}{marked}.".lstrip(". ")
-        )
-        across, up = figure.get_size_inches()
+        figure = style.figure(6.9, title, sentences(subtitle, stated + marked))
         for left, (heading, values) in zip((0.3, 6.1), panels, strict=True):
             shown = 1e-6 * values[skin.nodes]
             top = float(np.quantile(shown, _SHOWN)) or 1.0
             colour = scene.colours(np.minimum(shown, top), style.AMPLITUDE_MAP, 0, top)
             body = scene.SceneBody(points[split], triangles, colour[split])
-            axes, size = style.image_axes(figure, left, 0.4, 4.75, 5.25)
             drawn = scene.DrawnScene(camera, [body], lines, marks)
-            style.show(axes, window.snapshot(drawn, size))
-            figure.text((left + 0.05) / across, 5.72 / up, heading, fontsize=12.5)
+            window.panel(figure, drawn, left, 4.75, heading)
             bar = style.axes(figure, left + 4.8, 1.6, 0.15, 3.2)
             style.colour_bar(bar, style.AMPLITUDE_MAP, 0, top, "von Mises stress (MPa)")
         return style.write(figure, path)

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,28 +45,27 @@ def _preload(run: RunResult, each: CaseResult) -> Picture:
         "contact slid while the parts were assembled. An open contact carries nothing and cannot "
         "damp; the spread of the normal forces shows how unevenly a joint will slip."
     )
+
+    def draw(path: Path) -> None:
+        force, used = _at_rest(static)
+        render.preload_picture(path, force[:, 0], used, joints, words(name))
+
     return run.picture(
         f"figures/preload{suffix}",
         "Preload of the contacts",
         shows,
-        lambda path: _draw_preload(path, static, joints, words(name)),
+        draw,
         lambda: preload_columns(static, joints, names),
         (),
         caption,
     )
 
 
-def _draw_preload(path: Path, static: Response, joints: tuple[str, ...], subtitle: str) -> None:
-    """Draw the forces of a state at rest."""
-    render.preload_picture(
-        path,
-        static.force[0, 0].real,
-        static.mu,
-        joints,
-        subtitle=subtitle,
-        opened=static.state[0] == nonlinear.OPEN,
-        isotropic=static.friction == "isotropic",
-    )
+def _at_rest(static: Response) -> tuple[Floats, Floats]:
+    """Forces (c, 3) at rest, N, open contacts without what round-off leaves there; utilisation."""
+    opened = static.state[0] == nonlinear.OPEN
+    force = np.where(opened[:, None], 0.0, static.force[0, 0].real)
+    return force, render.utilisation(force, static.mu, static.friction == "isotropic")
 
 
 def preload_columns(
@@ -76,10 +74,7 @@ def preload_columns(
     """Contact by contact: joint, number in its joint, state, forces in directions with names."""
     force = static.force[0, 0].real
     states = np.array(["sticks", "slid at assembly", "open"])
-    opened = static.state[0] == nonlinear.OPEN
-    used = render.utilisation(
-        np.where(opened[:, None], 0.0, force), static.mu, static.friction == "isotropic"
-    )
+    opened, used = static.state[0] == nonlinear.OPEN, _at_rest(static)[1]
     slid = np.nan_to_num(used) >= 1 - 1e-6
     return {
         "joint": joints,
@@ -116,7 +111,7 @@ class Loop:
 
     top: Response
     contact: int
-    tangents: tuple[str, str] = ("tangent 1", "tangent 2")
+    tangents: tuple[str, str]
 
     @cached_property
     def history(self) -> tuple[Floats, Floats]:
@@ -130,22 +125,12 @@ class Loop:
         return float(self.top.mu[self.contact])
 
     @property
-    def bounding(self) -> Floats | None:
-        """(s,) normal force that bounds friction where it is not the instant's, N."""
+    def load(self) -> Floats:
+        """(s,) normal force that bounds friction, N: the instant's, or that at rest."""
+        load = self.history[1][:, 0]
         if self.top.coupling != "constant-load":
-            return None
-        return np.full(len(self.history[1]), self.top.force[0, 0, self.contact, 0].real)
-
-    @property
-    def isotropic(self) -> bool:
-        """Whether friction is bounded in the plane of both directions."""
-        return bool(self.top.friction == "isotropic")
-
-    @property
-    def bound(self) -> Floats:
-        """(s,) what bounds friction, N."""
-        load = self.history[1][:, 0] if self.bounding is None else self.bounding
-        return self.mu * load
+            return load
+        return np.full(len(load), self.top.force[0, 0, self.contact, 0].real)
 
     def columns(self) -> Mapping[str, ArrayLike]:
         """The period as columns."""
@@ -156,7 +141,7 @@ class Loop:
             **{f"displacement, {d} (µm)": 1e6 * u[:, i + 1] for i, d in enumerate(self.tangents)},
             "normal force n (N)": f[:, 0],
             **{f"friction force, {d} (N)": f[:, i + 1] for i, d in enumerate(self.tangents)},
-            "friction limit mu n (N)": self.bound,
+            "friction limit mu n (N)": self.mu * self.load,
         }
 
 
@@ -174,11 +159,11 @@ def loops(run: RunResult, each: CaseResult) -> list[Picture]:
     heading = f"contact {contacts.joints[: contact + 1].count(joint)} of {joint}"
     title = f"C{heading[1:]} at {frequency:.2f} Hz"
     shows = [each.key_at("response"), title, name, run.monitor.name]
-    given: dict[str, Any] = {"isotropic": loop.isotropic, "tangents": loop.tangents}
 
     def draw(path: Path) -> None:
-        given["bounding"] = loop.bounding
-        render.loop_picture(path, *loop.history, loop.mu, title, words(name), **given)
+        period = *loop.history, loop.load, loop.mu
+        isotropic = top.friction == "isotropic"
+        render.loop_picture(path, *period, title, words(name), isotropic, loop.tangents)
 
     notes = [f"{run.given.name}: {title}{of_case(name)}, one period"]
     caption = (

@@ -38,22 +38,10 @@ MASS_NORMALISED = "kg^-0.5"
 
 @dataclass(frozen=True)
 class _ShownField:
-    """A field to be drawn, recovered when it is first needed.
+    """A field to be drawn: of files named so, under a heading and a line, of that unit.
 
-    Attributes
-    ----------
-    name : str
-        Of the files, without what marks their kind.
-    title, subtitle : str
-        Heading, and the line under it.
-    nodal_diameter : int
-        Of the wave.
-    recover : callable
-        The displacement of each part's nodes.
-    shows : JSON
-        All that it depends on.
-    unit : str
-        Of the displacement.
+    What `recover` gives, displacements (nodes, 3) of each part, is made when it is first needed;
+    `shows` is all that it depends on.
     """
 
     name: str
@@ -66,7 +54,6 @@ class _ShownField:
 
     @cached_property
     def fields(self) -> list[Complex]:
-        """(nodes, 3) of each part."""
         return self.recover()
 
 

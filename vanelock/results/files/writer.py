@@ -3,12 +3,11 @@
 import os
 import shutil
 import time
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -20,11 +19,8 @@ from vanelock.common.files.hdf5 import written
 from vanelock.common.process import held
 from vanelock.common.product import Product
 from vanelock.input.cases.names import slug
-from vanelock.quantities.warnings import rows
 from vanelock.results.files.results_file import FORMAT, PARTS, VERSION, WHOLE, open_results
 from vanelock.rom import Component, System
-from vanelock.stages.parts.outputs import Strain
-from vanelock.stages.response.summary import Sweep
 
 SELDOM = 20.0
 """Additions to the index appear when so many times what that took last has passed since."""
@@ -99,13 +95,8 @@ class Results:
             finally:
                 temporary.unlink(missing_ok=True)
 
-    def put(
-        self, file: h5py.File, where: str, product: Product, attributes: Mapping[str, Any]
-    ) -> None:
-        """Write a product at a path of the file, with attributes beside its own.
-
-        Of one that the cache holds, links to its parts.
-        """
+    def put(self, file: h5py.File, where: str, product: Product) -> None:
+        """Write a product at a path of a file; of one that the cache holds, links to its parts."""
         group = file.require_group(where)
         name = None if product.stored is None else self._take(product.stored)
         if name is None:
@@ -116,7 +107,6 @@ class Results:
                 group.attrs.update(found["product"].attrs)
                 for each in found["product"]:
                     group[each] = h5py.ExternalLink(name, f"/product/{each}")
-        group.attrs.update(attributes)
 
     def put_system(self, file: h5py.File, where: str, system: System) -> None:
         """Write a system; its matrices into a file that all systems with the same ones share."""
@@ -126,7 +116,7 @@ class Results:
                 system.save(shared.create_group("product"))
             self._taken[key] = name[0]
         self._used.add(self._taken[key])
-        self.put(file, where, replace(system, diameters={}), {})
+        self.put(file, where, replace(system, diameters={}))
         file[where]["nd"] = h5py.ExternalLink(self._taken[key], "/product/nd")
 
     def put_component(self, file: h5py.File, where: str, component: Component) -> None:
@@ -134,14 +124,15 @@ class Results:
 
         Its matrices can be reached as `<where>/<nodal diameter>` too.
         """
-        attributes, slim = {}, component
+        slim = component
         if component.stored is not None:
-            attributes[WHOLE] = os.path.relpath(component.stored, self.path.parent)
             without = {"vectors": None, "neglected": None}
             diameters = {k: replace(each, **without) for k, each in component.diameters.items()}
             slim = replace(component, vectors=None, diameters=diameters)
-        self.put(file, where, slim, attributes)
+        self.put(file, where, slim)
         group = file[where]
+        if component.stored is not None:
+            group.attrs[WHOLE] = os.path.relpath(component.stored, self.path.parent)
         for k in component.diameters:
             group[str(k)] = group[f"diameters/{k}"]
 
@@ -245,33 +236,3 @@ def _digest(system: System) -> str:
                 digest.update(f"{k} {name} {value.dtype.str} {value.shape} ".encode())
                 digest.update(np.ascontiguousarray(value).data)
     return digest.hexdigest()
-
-
-def put_strain(file: h5py.File, where: str, strain: Strain) -> None:
-    """Write what strain gauges read in a response beside it, as `gauge`."""
-    dataset = file[where].create_dataset("gauge", data=strain.harmonics)
-    dataset.attrs["unit"] = "1"
-    dataset.attrs["name"] = list(strain.gauges.names)
-    dataset.attrs["position"] = strain.gauges.positions
-    dataset.attrs["direction"] = strain.gauges.directions
-
-
-def put_jumps(file: h5py.File, where: str, sweeps: Sequence[Sweep]) -> None:
-    """Write where a response jumps, and the lower one, beside each as `jumps`."""
-    for sweep, place in zip(sweeps, (where, f"{where}/lower"), strict=False):
-        dataset = file[place].create_dataset("jumps", data=rows(sweep))
-        dataset.attrs["columns"] = [
-            "frequency before (Hz)",
-            "frequency after (Hz)",
-            "amplitude before (m)",
-            "amplitude after (m)",
-        ]
-
-
-def put_answers(file: h5py.File, where: str, numbers: Mapping[str, tuple[Any, str]]) -> None:
-    """Write what a case answers at its peak beside it, as `answers`: values and their units."""
-    group = file[where].require_group("answers")
-    for name, (value, unit) in numbers.items():
-        group.attrs[name] = value
-        if unit:
-            group.attrs[f"{name} unit"] = unit

@@ -89,7 +89,7 @@ def loop(found: CaseResult) -> list[Plot]:
     turned = Loop(found.top, contact, names)
     displacement, force = turned.history
     closed = np.append(np.arange(0, len(force), STEP), 0)
-    u, t, bound = 1e6 * displacement[closed], force[closed], turned.bound[closed]
+    u, t, bound = 1e6 * displacement[closed], force[closed], (turned.mu * turned.load)[closed]
     traces = []
     for d, name, colour in ((1, names[0], "#0072b2"), (2, names[1], "#d55e00")):
         traces.append(Trace(u[:, d], t[:, d], name, colour=colour))

@@ -43,7 +43,7 @@ def test_rates_are_those_of_loops(seed, friction):
     response = frequency_response(system, [hertz], options)
     by_loop = [k[i] * worked(response, i) / area[i] for i in range(2)]
     np.testing.assert_allclose(found.rate[0], by_loop, rtol=1e-4)
-    page = wear(response, 0, area, k).depth_per_hour / (hertz * 3600)
+    page = wear(response, area, k).depth_per_hour / (hertz * 3600)
     np.testing.assert_allclose(found.rate[0], page, rtol=1e-6)
 
 

@@ -62,7 +62,7 @@ def test_slip_counts_in_the_plane_and_while_the_contact_is_closed(loop):
 def test_solved_response_dissipates_what_its_slider_travels_under_load():
     response = nonlinear.frequency_response(jenkins(60.0), [10.0], nonlinear.Options(9))
     assert response.converged.all()
-    found = wear(response, area=np.array([2e-6]), coefficient=np.array([1e-15]))
+    found = wear(response, np.array([2e-6]), np.array([1e-15]))
     assert found.slip[0] > 0
     assert found.work[0] == pytest.approx(N * found.slip[0], rel=1e-4)
     # By hand: at constant load the slider travels 4 (U - μn/kt) and dissipates μn times that.
@@ -76,13 +76,14 @@ def test_solved_response_dissipates_what_its_slider_travels_under_load():
 
 def test_stuck_contact_travels_nowhere_and_sampled_friction_has_no_exact_slip():
     response = nonlinear.frequency_response(jenkins(1.0), [10.0], nonlinear.Options(3))
-    found = wear(response)
+    unknown = np.full(1, np.nan)
+    found = wear(response, unknown, unknown)
     assert found.slip[0] == found.work[0] == found.energy[0] == 0
     assert np.isnan(found.energy_per_area[0])
     assert np.isnan(found.volume_per_hour[0])
     response = nonlinear.frequency_response(
         jenkins(60.0), [10.0], nonlinear.Options(3, samples=256)
     )
-    found = wear(response)
+    found = wear(response, unknown, unknown)
     assert np.isnan(found.slip[0])
     assert found.work[0] == found.energy[0] / MU > 0

@@ -38,7 +38,7 @@ def test_a_loop_knows_its_bounds(ring):
         response = nonlinear.frequency_response(
             ring, hertz, nonlinear.Options(1, coupling=coupling)
         )
-        loop = Loop(response, 1)
+        loop = Loop(response, 1, ("radial", "axial"))
         n = loop.history[1][:, 0]
         expected = n if coupling == "coupled" else np.full(len(n), response.force[0, 0, 1, 0].real)
         bound = np.asarray(loop.columns()["friction limit mu n (N)"])

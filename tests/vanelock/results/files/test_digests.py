@@ -16,8 +16,8 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response, static_response
 from vanelock.pipeline.cache import Cache
 from vanelock.results.files.results_file import as_json
-from vanelock.results.files.writer import Results, put_answers
-from vanelock.results.record import STORED
+from vanelock.results.files.writer import Results
+from vanelock.results.record import STORED, put_answers
 from vanelock.rom import System
 
 CASES = {"mu=0.1": 0.1, "mu=0.3": 0.3}
@@ -58,13 +58,14 @@ def run_of(ring, folder, complete):
         where = f"response/{name}"
         values = {"monitor": "vane output 1, y", "sweep mu": mu, "peak_amplitude": 1.0}
         with results.edit(where) as file:
-            results.put(file, where, kept, values)
-            results.put(file, f"{where}/preload", static_response(changed), {})
+            results.put(file, where, kept)
+            file[where].attrs.update(values)
+            results.put(file, f"{where}/preload", static_response(changed))
             results.put_system(file, f"{where}/system", changed)
     for name in CASES:
         with results.edit(f"response/{name}") as file:
             numbers = {"goodman_reserve": (2.0, "")}
-            put_answers(file, f"response/{name}", numbers)
+            put_answers(file[f"response/{name}"], numbers)
             none: Any = {"given": {}, "places": {}, "number": 0, "linear_name": ""}
             case = case_of(name, {"mu": CASES[name]}, numbers=numbers)
             stored = {each: getattr(case, each) for each in STORED}
@@ -283,7 +284,7 @@ def test_what_the_cache_has_takes_no_room_where_files_can_be_linked(
     kept = cache.store("response", "key", found, 1.0).product
     for name in ("one", "other"):
         with results.edit(f"response/{name}") as file:
-            results.put(file, f"response/{name}", kept, {})
+            results.put(file, f"response/{name}", kept)
     results.flush()
     (entry,) = cache.folder.rglob("*.h5")
     (held,) = (tmp_path / "results").glob("response-*.h5")

@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
 from vanelock.common.errors import printable
-from vanelock.common.quantities import Force, quantity, si
+from vanelock.common.quantities import Force, is_number, quantity, si
 from vanelock.input.schema.structure.own_mesh import OwnVane
 from vanelock.input.schema.structure.structure import KeyTable
 
@@ -27,7 +27,7 @@ def _pressure(value: object) -> object:
         found = si(value, "Pa")
     except ValueError:
         found = None
-    if isinstance(found, bool) or not isinstance(found, int | float) or not abs(found) <= 1e9:
+    if not is_number(found) or not abs(found) <= 1e9:
         raise ValueError(
             'expected a pressure of at most 1e9 Pa, such as "0.2 MPa", or a CSV file of x, y, z '
             "and pressure"

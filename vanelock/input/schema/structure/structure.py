@@ -20,6 +20,7 @@ from vanelock.common.quantities import (
     Pressure,
     Usual,
     Wear,
+    is_number,
     quantity,
     si,
 )
@@ -45,9 +46,7 @@ def _length(value: object) -> float:
         length = si(value, "m")
     except ValueError:
         length = None
-    if isinstance(length, bool) or not isinstance(length, int | float):
-        length = 0.0
-    if not SMALLEST <= length <= LARGEST:
+    if not is_number(length) or not SMALLEST <= length <= LARGEST:
         names = ", ".join(f'"{name}"' for name in SIZES)
         raise ValueError(
             f"element size must be {names} or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm, "

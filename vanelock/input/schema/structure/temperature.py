@@ -9,13 +9,13 @@ its growth alone.
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any, TypeGuard
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
-from vanelock.common.quantities import Revolutions
+from vanelock.common.quantities import Revolutions, is_number
 from vanelock.input.schema.structure.piecewise import at, ends
 from vanelock.input.schema.structure.structure import KeyTable
 
@@ -29,12 +29,15 @@ def _temperature(value: object) -> object:
     """A temperature in degC, or pairs of rotor speed and temperature."""
     if value is None:
         return None
-    if _within(value, COLDEST, HOTTEST):
+    if is_number(value) and COLDEST <= value <= HOTTEST:
         return float(value)
     if isinstance(value, list | tuple) and len(value) > 1:
         pairs = tuple(tuple(each) if isinstance(each, list | tuple) else () for each in value)
         if all(
-            len(each) == 2 and _within(each[0], 0, 1e6) and _within(each[1], COLDEST, HOTTEST)
+            len(each) == 2
+            and all(map(is_number, each))
+            and 0 <= each[0] <= 1e6
+            and COLDEST <= each[1] <= HOTTEST
             for each in pairs
         ):
             for (a, _), (b, _) in pairwise(pairs):
@@ -44,12 +47,6 @@ def _temperature(value: object) -> object:
     raise ValueError(
         "temperature must be a number, degC, or at least two pairs [[rpm, degC], [rpm, degC], ...]"
     )
-
-
-def _within(value: object, low: float, high: float) -> TypeGuard[float]:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return low <= value <= high
 
 
 ByRotorSpeed = Annotated[Any, BeforeValidator(_temperature)]
