@@ -20,7 +20,6 @@ _modules = {
     "excess_stiffness": "discretisation",
     "factorise": "solvers.factor",
     "free_motion": "solvers.singular",
-    "free_rows": "gauges",
     "gauge": "gauges",
     "hooke": "stresses",
     "modes": "linear_modes",

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.elements import reference_element, sampling, shape_functions
+from vanelock.fem.elements import reference_element, sampling
 from vanelock.fem.model import Material, Model
 from vanelock.mesh import Part
+from vanelock.mesh.cells import solid
 
 _ENTRIES = 2**20  # displacement gradients held at a time; some tens of MB with what is made of them
 
@@ -64,7 +65,7 @@ def strain_sums(part: Part, u: Array, growth: ArrayLike | None = None) -> tuple[
     total = np.zeros((len(part.points), 6 * k), fields.dtype)
     weight = np.zeros(len(part.points))
     free = None if growth is None else thermal_strain(part, growth)
-    values, _ = shape_functions(part.cell_type, points)
+    values, _ = solid(part.cell_type).functions(points)
     for cells, strains, determinant in strain_blocks(part, fields, points):
         e, g = determinant.shape
         if free is not None:
@@ -141,7 +142,7 @@ def slopes(part: Part, cells: Integers, points: Floats) -> tuple[Floats, Floats]
 
     The latter, (e, g), is dV over the reference cell's volume element.
     """
-    _, gradients = shape_functions(part.cell_type, points)
+    _, gradients = solid(part.cell_type).functions(points)
     corners = part.points[cells].transpose(0, 2, 1)
     jacobian = corners[:, None] @ gradients  # (e, g, 3, 3): dx_i / dξ_j
     return gradients @ np.linalg.inv(jacobian), np.linalg.det(jacobian)

@@ -256,8 +256,7 @@ def _in_order(
     n = reference.corners
     if cells.shape[1] == n:
         return cells
-    linear = solid("tetra" if n == 4 else "hexahedron")
-    shape = linear.values(reference.nodes[n:])
+    shape, _ = solid("tetra" if n == 4 else "hexahedron").functions(reference.nodes[n:])
     expected = np.einsum("mc,ecx->emx", shape, points[cells[:, :n]])
     given = points[cells[:, n:]]
     size = np.linalg.norm(points[cells[:, :n]] - points[cells[:, [1]]], axis=2).max(axis=1)
@@ -289,7 +288,7 @@ def _right_way_round(
     """Refuse elements that are turned inside out, half-way from their middle to any node."""
     middle = reference.nodes[: reference.corners].mean(axis=0)
     inside = np.vstack([middle, 0.5 * (reference.nodes + middle)])
-    slopes = reference.slopes(inside)
+    _, slopes = reference.functions(inside)
     worst = np.empty(len(cells))
     for start in range(0, len(cells), 4096):  # a quarter of a gigabyte at most
         block = slice(start, start + 4096)
