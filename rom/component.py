@@ -110,16 +110,6 @@ def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Ma
     )
 
 
-def everything(part: Part, averaged: Sequence[str] = ()) -> Masters:
-    """All nodes of a part, for joining what is not reduced."""
-    nodes = np.arange(len(part.points))
-    points = _places(part, averaged)
-    means = np.concatenate([nodes[:0], *(part.node_sets[name] for name in averaged)])
-    return Masters(
-        part.name, part.sectors, nodes, points, part.node_sets, part.frames, means, part.areas
-    )
-
-
 def _places(part: Part, averaged: Sequence[str]) -> Floats:
     """Coordinates (n, 3) of the nodes, m, or of the centroids of the patches they stand for."""
     points: Floats = part.points.copy()

@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -67,6 +68,20 @@ class RawMesh:
     face_sets: dict[str, list[Integers]] = field(default_factory=dict)
     repeated: bool = False
     unread: Counter[str] = field(default_factory=Counter)
+
+    @cached_property
+    def _places(self) -> dict[int, tuple[CellBlock, int]]:
+        """Block and row of each element."""
+        return {
+            number: (block, i)
+            for block in self.blocks
+            for i, number in enumerate(block.numbers.tolist())
+        }
+
+    def elements(self, numbers: Integers) -> list[tuple[CellBlock, Integers]]:
+        """Block and nodes of those elements that exist, once all blocks are there."""
+        places = [self._places[n] for n in numbers.tolist() if n in self._places]
+        return [(block, np.asarray(block.nodes[i])) for block, i in places]
 
 
 def distinct(numbers: Iterable[int] | Integers) -> Integers:

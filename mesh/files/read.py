@@ -124,21 +124,15 @@ def _file_sets(
 
 def _of_elements(raw: RawMesh, corners: int) -> dict[str, tuple[Integers, Integers | None]]:
     """Nodes of each set of elements, and corners of the faces if they are faces of the solids."""
-    if not raw.element_sets:
-        return {}
-    where = {
-        int(number): (block, i) for block in raw.blocks for i, number in enumerate(block.numbers)
-    }
     kind = "triangle" if corners == 3 else "quad"
     sets: dict[str, tuple[Integers, Integers | None]] = {}
     for name, elements in raw.element_sets.items():
-        found = [where[int(e)] for e in elements if int(e) in where]
-        if not found:
+        if not (found := raw.elements(elements)):
             continue
-        own = distinct(np.concatenate([block.nodes[i] for block, i in found]))
+        own = distinct(np.concatenate([nodes for _, nodes in found]))
         flat = None
         if all(block.cell_type.startswith(kind) for block, _ in found):
-            flat = np.array([block.nodes[i][:corners] for block, i in found])
+            flat = np.array([nodes[:corners] for _, nodes in found])
         sets[name] = own, flat
     return sets
 

@@ -66,10 +66,6 @@ class HeldMatrices:
         """K_ss⁻¹ b."""
         return np.asarray(self.slaves.solve(b))
 
-    def extend(self, x_m: Matrix) -> Matrix:
-        """Ψ x_m."""
-        return np.asarray(self.slaves.extend(x_m))
-
 
 @dataclass(frozen=True)
 class HeldPart:
@@ -110,7 +106,7 @@ def held_part(
     M_ms = M_sm.conj().T.tocsr()
     for start in range(0, m, COLUMNS):
         block = slice(start, start + COLUMNS)
-        Psi = held.extend(unit[:, block])
+        Psi = held.slaves.extend(unit[:, block])
         own = M_ss @ Psi
         direct = M_sm[:, block].tocoo()
         np.add.at(own, direct.coords, direct.data)

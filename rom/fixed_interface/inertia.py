@@ -17,7 +17,7 @@ and what a nodal diameter needs follows from dense products with C_k.
 """
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -30,16 +30,6 @@ from vanelock.rom.system.system import Matrix
 _COLUMNS = 128  # motions answered at a time
 _SPANNED = 1e-12
 """Part of a face's motion, relative to the largest, that need not lie in the span of U."""
-
-
-class Inertia(Protocol):
-    """L as an operator, (s, m)."""
-
-    def push(self, x: Matrix) -> Matrix:
-        """L x, (s, k), from accelerations of the masters (m, k)."""
-
-    def gather(self, v: Matrix) -> Matrix:
-        """Lᴴ v, (m, k), from motions of the slaves (s, k)."""
 
 
 @dataclass(frozen=True)
@@ -102,22 +92,8 @@ class SectorInertia:
         return np.asarray(self.left.conj().T @ own + self.coefficients.conj().T @ of_blocks)
 
 
-class Mass(Protocol):
-    """M_ss as an operator."""
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """(s, s)."""
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Real, or complex at a nodal diameter."""
-
-    def diagonal(self) -> Matrix:
-        """(s,)."""
-
-    def __matmul__(self, x: Matrix) -> Matrix:
-        """M_ss x."""
+Inertia = SweptInertia | SectorInertia
+"""L as an operator, (s, m)."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +128,10 @@ class _SectorMass:
         of_faces = self.on_faces @ x_l + self.follow.conj().T @ real_times(self.across, x_s)
         moved = real_times(self.across.T, self.follow @ x_l)
         return np.concatenate([of_faces, real_times(self.interior, x_s) + moved])
+
+
+Mass = sp.csc_array | _SectorMass
+"""M_ss."""
 
 
 @dataclass(frozen=True)
