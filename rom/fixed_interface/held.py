@@ -49,18 +49,10 @@ class _HeldStiffness(Protocol):
 
 @dataclass(frozen=True)
 class HeldMatrices:
-    """A part in one piece, condensed to its masters.
+    """A part in one piece, condensed to its masters."""
 
-    Attributes
-    ----------
-    stiffness : (m, m)
-        Of the part moved by its masters.
-    slaves : fem.Interior
-        Factors of K_ss.
-    """
-
-    stiffness: Matrix
-    slaves: Interior
+    stiffness: Matrix  # (m, m), of the part moved by its masters
+    slaves: Interior  # factors of K_ss
 
     def solve(self, b: Matrix) -> Matrix:
         """K_ss⁻¹ b."""
@@ -69,28 +61,14 @@ class HeldMatrices:
 
 @dataclass(frozen=True)
 class HeldPart:
-    """Matrices of a part, m master and s slave dofs; real, or complex at a nodal diameter.
+    """Matrices of a part, m master and s slave dofs; real, or complex at a nodal diameter."""
 
-    Attributes
-    ----------
-    held : HeldStiffness
-        K_ss.
-    M_ss : Mass
-        Of the slaves.
-    K_mm, M_mm : (m, m)
-        Stiffness and mass of the part moved by its masters.
-    inertia : Inertia
-        L.
-    compliance : (m, m)
-        Lᴴ K_ss⁻¹ L.
-    """
-
-    held: _HeldStiffness
-    M_ss: Mass
-    K_mm: Matrix
+    held: _HeldStiffness  # K_ss
+    M_ss: Mass  # of the slaves
+    K_mm: Matrix  # (m, m), stiffness and mass of the part moved by its masters
     M_mm: Matrix
-    inertia: Inertia
-    compliance: Matrix
+    inertia: Inertia  # L
+    compliance: Matrix  # (m, m), Lᴴ K_ss⁻¹ L
 
 
 def held_part(

@@ -34,18 +34,10 @@ _SPANNED = 1e-12
 
 @dataclass(frozen=True)
 class SweptInertia:
-    """L by sweeps with the factors, a column of which costs no more than one of L itself.
+    """L by sweeps with the factors, a column of which costs no more than one of L itself."""
 
-    Attributes
-    ----------
-    slaves : fem.Interior
-        Factors of K_ss.
-    M_sm, M_ss : (s, m) and (s, s) sparse
-        Mass.
-    """
-
-    slaves: Interior
-    M_sm: sp.csc_array
+    slaves: Interior  # factors of K_ss
+    M_sm: sp.csc_array  # (s, m) and (s, s), mass
     M_ss: sp.csc_array
 
     def push(self, x: Matrix) -> Matrix:
@@ -59,21 +51,11 @@ class SweptInertia:
 
 @dataclass(frozen=True)
 class SectorInertia:
-    """L at a nodal diameter; its slaves are the left face's dofs and those of K_ss.
+    """L at a nodal diameter; its slaves are the left face's dofs and those of K_ss."""
 
-    Attributes
-    ----------
-    left : (l, t)
-        L on the left face.
-    blocks : tuple of (s, a_i) float
-        L_Z.
-    coefficients : (a, t)
-        C_k.
-    """
-
-    left: Matrix
-    blocks: tuple[Floats, ...]
-    coefficients: Matrix
+    left: Matrix  # (l, t), L on the left face
+    blocks: tuple[Floats, ...]  # (s, a_i), L_Z
+    coefficients: Matrix  # (a, t), C_k
 
     def push(self, x: Matrix) -> Matrix:
         """L x."""
