@@ -4,7 +4,7 @@ The reference for every reduction error; nothing here is a reduced-order model.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vanelock.common.cyclic import cylindrical, phase_factor
 from vanelock.fem import Model, cyclic_transform
-from vanelock.rom.component import Masters, everything
+from vanelock.rom.component import Masters, choose
 from vanelock.rom.joining.assembly import Assembly
 from vanelock.rom.joining.connections import properties
 from vanelock.rom.routes.problem import with_means
@@ -50,7 +50,9 @@ class UnreducedPart:
     @cached_property
     def masters(self) -> Masters:
         """All its nodes."""
-        return everything(self.model.part, self.averaged)
+        part = self.model.part
+        sets = {"everywhere": np.arange(len(part.points)), **part.node_sets}
+        return choose(replace(part, node_sets=sets), tuple(sets), self.averaged)
 
     @cached_property
     def _transform(self) -> sp.csr_array:

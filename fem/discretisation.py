@@ -21,10 +21,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from vanelock.common.arrays import Array, Floats, Integers
-from vanelock.fem.elements import linear_type, reference_element, sampling, shape_functions
+from vanelock.fem.elements import reference_element, sampling
 from vanelock.fem.model import Model
 from vanelock.fem.stresses import columns, hooke, strain_blocks
 from vanelock.mesh import Part
+from vanelock.mesh.cells import linear_type, solid
 
 
 def excess_stiffness(model: Model, u: Array) -> Array:
@@ -116,8 +117,8 @@ class _PatchStrain:
 
     def at(self, elements: slice, points: Floats) -> Array:
         """Strain (e, g, 6 k) in some elements at points (g, 3) of the reference cell."""
-        values, _ = shape_functions(self.part.cell_type, points)
-        share, _ = shape_functions(linear_type(self.part.cell_type), points)  # (g, c)
+        values, _ = solid(self.part.cell_type).functions(points)
+        share, _ = solid(linear_type(self.part.cell_type)).functions(points)  # (g, c)
         corners = self.corners[elements]
         x = values @ self.part.points[self.part.cells[elements]]  # (e, g, 3)
         off = x[:, None] - self.places[corners][:, :, None]  # (e, c, g, 3)
@@ -130,9 +131,9 @@ class _PatchStrain:
 def _patch_strain(part: Part, u: Array) -> _PatchStrain:
     """Fit the strains of displacement fields."""
     points, _ = sampling(part.cell_type)
-    values, _ = shape_functions(part.cell_type, points)
+    values, _ = solid(part.cell_type).functions(points)
     linear = linear_type(part.cell_type)
-    count = len(reference_element(linear).nodes)
+    count = solid(linear).corners
     used, corners = np.unique(part.cells[:, :count], return_inverse=True)
     corners = corners.reshape(-1, count)
     patches = _patches(corners, len(used), _FEWEST[linear])

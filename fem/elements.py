@@ -1,8 +1,4 @@
-"""Elements and quadrature in the node order of the mesh, and the stiffness and mass made of them.
-
-A mesh lists an element's nodes in meshio's order (VTK's), scikit-fem its basis functions in its
-own; both place each of them on the reference cell, and the tables are matched by that place. The
-trap is the ten-node tetrahedron, whose last two mid-edge nodes gmsh swaps: meshio undoes it.
+"""Quadrature of elements, and the stiffness and mass made by it.
 
 The quadrature rule of degree 5 with 14 points on the tetrahedron:
 Walkington, Quadrature on simplices of arbitrary dimension, Carnegie Mellon University, 2000. Two
@@ -22,16 +18,16 @@ that holds every pair of an element's nodes once; K = H + Hᵀ is then symmetric
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from skfem import element, quadrature
+from skfem import quadrature
 
 from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.model import Material, Model
 from vanelock.mesh import FileMesh, Part
+from vanelock.mesh.cells import linear_type, solid
 from vanelock.mesh.part import called
 
 _TOWARDS_CORNERS = (  # barycentric coordinate of three corners, share of the volume
@@ -59,116 +55,44 @@ def _tetrahedron_rule() -> tuple[Floats, Floats]:
     return np.array(places)[:, 1:], np.array(shares) / 6
 
 
-_TETRA = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
-_TETRA_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
-_HEXA = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
-_HEXA_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)]
-_HEXA_EDGES += [(0, 4), (1, 5), (2, 6), (3, 7)]
-_HEXA_FACES = [[0, 0.5, 0.5], [1, 0.5, 0.5], [0.5, 0, 0.5], [0.5, 1, 0.5], [0.5, 0.5, 0]]
-_HEXA_FACES += [[0.5, 0.5, 1]]
-
-
-def _with_edges(corners: list[list[int]], edges: list[tuple[int, int]]) -> Floats:
-    points = np.array(corners, float)
-    middles = np.array([(points[a] + points[b]) / 2 for a, b in edges])
-    return np.vstack([points, middles])
-
-
-# meshio's cell type: scikit-fem's element, the nodes' places in meshio's order, and the degree
-# that the quadrature integrates exactly. Mass and stiffness of a straight-sided element need no
-# more, but curved sides do: in tetra10 degree 4 is 2e-3 off the exact integrals in a study's
-# frequencies on a medium mesh, and degree 5, with 14 points instead of 11, 5e-4.
-_CELLS = {
-    "tetra": (element.ElementTetP1, np.array(_TETRA, float), 2),
-    "tetra10": (element.ElementTetP2, _with_edges(_TETRA, _TETRA_EDGES), 5),
-    "hexahedron": (element.ElementHex1, np.array(_HEXA, float), 3),
-    "hexahedron20": (element.ElementHexS2, _with_edges(_HEXA, _HEXA_EDGES), 5),
-    "hexahedron27": (
-        element.ElementHex2,
-        np.vstack([_with_edges(_HEXA, _HEXA_EDGES), _HEXA_FACES, [[0.5, 0.5, 0.5]]]),
-        5,
-    ),
-}
+_DEGREES = {"tetra": 2, "tetra10": 5, "hexahedron": 3, "hexahedron20": 5, "hexahedron27": 5}
+"""That the quadrature integrates exactly. Mass and stiffness of a straight-sided element need no
+more, but curved sides do: in tetra10 degree 4 is 2e-3 off the exact integrals in a study's
+frequencies on a medium mesh, and degree 5, with 14 points instead of 11, 5e-4."""
 
 
 @dataclass(frozen=True)
 class ReferenceElement:
-    """Basis functions of one element type at its quadrature points.
+    """Basis functions of one element type at its quadrature points, on the reference cell."""
 
-    Attributes
-    ----------
-    nodes : (k, 3) float
-        Place of each node on the reference cell, in meshio's order.
-    values : (q, k) float
-        Basis function of each node.
-    gradients : (q, k, 3) float
-        Its derivatives on the reference cell.
-    points : (q, 3) float
-        Quadrature points on the reference cell.
-    weights : (q,) float
-        Quadrature weights; they sum to the reference cell's volume.
-    """
-
-    nodes: Floats
-    values: Floats
-    gradients: Floats
-    points: Floats
-    weights: Floats
+    values: Floats  # (q, k), basis function of each node
+    gradients: Floats  # (q, k, 3), its derivatives
+    points: Floats  # (q, 3), quadrature points
+    weights: Floats  # (q,), quadrature weights; they sum to the cell's volume
 
 
 def reference_element(cell_type: str) -> ReferenceElement:
     """Tables of a cell type, by meshio's name."""
-    make, nodes, degree = _known(cell_type)
+    cell = solid(cell_type)
     if cell_type == "tetra10":
         points, weights = _tetrahedron_rule()
     else:
-        columns, weights = quadrature.get_quadrature(make().refdom, degree)
-        points = columns.T
-    values, gradients = shape_functions(cell_type, points)
-    return ReferenceElement(nodes, values, gradients, points, weights)
-
-
-def shape_functions(cell_type: str, points: Floats) -> tuple[Floats, Floats]:
-    """Basis functions (q, k) of a cell type and their derivatives (q, k, 3) at points (q, 3).
-
-    Points and derivatives are those of the reference cell, nodes in meshio's order.
-    """
-    make, nodes, _ = _known(cell_type)
-    basis = make()
-    distance = np.linalg.norm(nodes[:, None] - basis.doflocs[None], axis=2)
-    order = np.argmin(distance, axis=1)
-    assert distance[np.arange(len(nodes)), order].max() < 1e-12
-    zero = np.zeros(len(points))
-    tables = [basis.lbasis(points.T, i) for i in order]
-    values = np.array([value + zero for value, _ in tables]).T
-    slopes = [np.array([row + zero for row in slope]) for _, slope in tables]
-    return values, np.ascontiguousarray(np.array(slopes).transpose(2, 0, 1))
+        places, weights = quadrature.get_quadrature(cell.element.refdom, _DEGREES[cell_type])
+        points = places.T
+    return ReferenceElement(*cell.functions(points), points, weights)
 
 
 def sampling(cell_type: str) -> tuple[Floats, Floats]:
     """Where the strains of an element are best, and how they reach its nodes."""
-    make, nodes, _ = _known(cell_type)
-    found, _ = quadrature.get_quadrature(
-        make().refdom, {"tetra": 1, "tetra10": 2}.get(cell_type, 3)
+    cell, corners = solid(cell_type), solid(linear_type(cell_type))
+    places, _ = quadrature.get_quadrature(
+        cell.element.refdom, {"tetra": 1, "tetra10": 2}.get(cell_type, 3)
     )
-    points = np.ascontiguousarray(found.T)
+    points = np.ascontiguousarray(places.T)
     if len(points) == 1:
-        return points, np.ones((len(nodes), 1))
-    linear = linear_type(cell_type)
-    at_points, _ = shape_functions(linear, points)
-    at_nodes, _ = shape_functions(linear, nodes)
+        return points, np.ones((len(cell.nodes), 1))
+    at_points, at_nodes = (corners.functions(at)[0] for at in (points, cell.nodes))
     return points, at_nodes @ np.linalg.inv(at_points)
-
-
-def linear_type(cell_type: str) -> str:
-    """The cell type that has an element's corners alone."""
-    return "tetra" if cell_type.startswith("tetra") else "hexahedron"
-
-
-def _known(cell_type: str) -> tuple[Any, Floats, int]:
-    if cell_type not in _CELLS:
-        raise InputError(f"cell_type = {cell_type!r}: the solid elements are {', '.join(_CELLS)}")
-    return _CELLS[cell_type]
 
 
 _BLOCK = 256  # elements at once: some 5 MB for tetra10, near the processor's cache
@@ -205,10 +129,9 @@ def assemble(part: Part | FileMesh, material: Material, fixed: str | None = "fix
     """
     part = part.part() if isinstance(part, FileMesh) else part
     reference = reference_element(part.cell_type)
-    if part.cells.shape[1] != len(reference.nodes):
+    if part.cells.shape[1] != (needed := reference.values.shape[1]):
         raise InputError(
-            f"{part.name}: cells have {part.cells.shape[1]} nodes, "
-            f"{part.cell_type} needs {len(reference.nodes)}"
+            f"{part.name}: cells have {part.cells.shape[1]} nodes, {part.cell_type} needs {needed}"
         )
     number = _free_numbers(part, fixed)
     stiffness, mass, rows, columns = _halves(part, material, number, reference)

@@ -9,11 +9,10 @@ from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.elements import reference_element, sampling, shape_functions
-from vanelock.fem.model import Model
-from vanelock.fem.solvers.backend import Sparse
+from vanelock.fem.elements import sampling
 from vanelock.fem.stresses import slopes
 from vanelock.mesh import Part
+from vanelock.mesh.cells import Cell, area_vectors, exterior, solid, surface
 
 # Lobatto's rule of five points along a gauge's length, -1 to 1: it has the ends, which must lie on
 # the surface as well.
@@ -27,8 +26,8 @@ class _SkinPoint:
 
     position: Floats  # (3,), m
     normal: Floats  # (3,), unit outward normal there
-    nodes: Integers  # (a,), nodes of its element
-    weights: Floats  # (a,), the element's basis functions there, zero off the face
+    nodes: Integers  # (a,), nodes of its face whose basis functions are not zero there
+    weights: Floats  # (a,), these functions
     size: float  # longest side of the face, m
 
 
@@ -37,20 +36,18 @@ class _Skin:
     """Faces that belong to one element only."""
 
     part: Part
-    cells: Integers  # (f,), element of each
-    faces: Integers  # (f,), which of its faces it is
-    corners: Integers  # (f, 3 or 4), its corner nodes
+    faces: Integers  # (f, m), nodes of each, outward by the right-hand rule
     normals: Floats  # (f, 3), unit outward normals at the faces' middles
 
     def nearest(self, position: Floats, normal: Floats | None = None) -> _SkinPoint:
         """The point of the surface that is nearest to a position."""
         part = self.part
-        allowed = np.arange(len(self.cells))
+        allowed = np.arange(len(self.faces))
         if normal is not None:
             allowed = np.flatnonzero(self.normals @ normal > 0.5)
         if not len(allowed):
             raise InputError(f"{part.name}: no face of its surface looks along {normal}")
-        corners = part.points[self.corners[allowed]]
+        corners = part.points[self.faces[allowed, : surface(self.faces.shape[1]).corners]]
         middle = corners.mean(axis=1)
         # A curved face bulges out of the sphere round its corners; the margin allows for that.
         radius = 1.3 * np.linalg.norm(corners - middle[:, None], axis=2).max(axis=1)
@@ -63,103 +60,64 @@ class _Skin:
         return self._point(allowed[near][best], inner[best])
 
     def _closest(self, faces: Integers, bound: Floats, position: Floats) -> tuple[Floats, Floats]:
-        """Nearest point of each face, on the reference cell, and its distance.
+        """Nearest point of each face, on the reference face, and its distance.
 
         It is inside the face, or else on one of its sides; infinite where the bound from below of
         its distance is above another's.
         """
-        cell_type = self.part.cell_type
-        points = self.part.points[self.part.cells[self.cells[faces]]]
-        known = _faces(cell_type)
-        origin = np.array([known[face][0] for face in self.faces[faces]])
-        sides = np.array([known[face][1] for face in self.faces[faces]])
-        ends = [origin, origin + sides[:, 0], origin + sides[:, 1]]
-        inner, local, away = _approach(cell_type, points, position, origin, sides, beyond=1.0)
-        inside = local.min(axis=1) >= 0
-        if len(self.corners[0]) == 3:
-            inside &= local.sum(axis=1) <= 1
-        else:
-            inside &= local.max(axis=1) <= 1
-            ends.insert(2, origin + sides.sum(axis=1))
+        cell = surface(self.faces.shape[1])
+        points, ends = self.part.points[self.faces[faces]], cell.nodes[: cell.corners]
+        inner, away = _approach(cell, points, position, ends[0], np.eye(2), beyond=1.0)
+        inside = inner.min(axis=1) >= 0
+        inside &= (inner.sum(axis=1) if cell.corners == 3 else inner.max(axis=1)) <= 1
         away[~inside] = np.inf
         left = np.flatnonzero(~inside & (bound <= away.min() + 1e-12))
         if len(left):
-            for a, b in zip(ends, ends[1:] + ends[:1], strict=True):
-                side = (b - a)[left, None]
-                place, _, gap = _approach(
-                    cell_type, points[left], position, a[left], side, beyond=0.0
-                )
+            for a, b in zip(ends, np.roll(ends, -1, axis=0), strict=True):
+                place, gap = _approach(cell, points[left], position, a, (b - a)[None], beyond=0.0)
                 nearer = gap < away[left]
                 inner[left[nearer]], away[left[nearer]] = place[nearer], gap[nearer]
         return inner, away
 
     def _point(self, face: np.int64, local: Floats) -> _SkinPoint:
-        """The point of a face at a place of the reference cell."""
-        nodes = self.part.cells[self.cells[face]]
-        points = self.part.points[nodes]
-        outward = _faces(self.part.cell_type)[self.faces[face]][2]
-        values, slopes = shape_functions(self.part.cell_type, local[None])
-        normal = np.linalg.solve((points.T @ slopes[0]).T, outward)
-        corners = self.part.points[self.corners[face]]
+        """The point of a face at a place of the reference face."""
+        nodes = self.faces[face]
+        cell, points = surface(len(nodes)), self.part.points[nodes]
+        (values,), (slopes,) = cell.functions(local[None])
+        corners, used = points[: cell.corners], np.abs(values) > 1e-12
         size = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max()
-        weights = np.where(np.abs(values[0]) > 1e-12, values[0], 0.0)
-        return _SkinPoint(
-            values[0] @ points, normal / np.linalg.norm(normal), nodes, weights, float(size)
-        )
+        normal = _unit(np.cross(*(points.T @ slopes).T))
+        return _SkinPoint(values @ points, normal, nodes[used], values[used], float(size))
 
 
 def skin(part: Part) -> _Skin:
     """Find the surface of a part."""
-    reference = reference_element(part.cell_type)
-    faces = _faces(part.cell_type)
-    count = 8 if part.cell_type.startswith("hexa") else 4
-    local = np.array(
-        [
-            np.flatnonzero(np.abs((reference.nodes[:count] - origin) @ outward) < 1e-12)
-            for origin, _, outward in faces
-        ]
-    )
-    corners = part.cells[:, local].reshape(-1, local.shape[1])
-    _, first, times = np.unique(
-        np.sort(corners, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    single = np.sort(first[times == 1])
-    cells, which = np.divmod(single, len(faces))
-    normals = np.empty((len(single), 3))
-    for face, (origin, sides, outward) in enumerate(faces):
-        middle = origin + sides.sum(axis=0) / (3 if local.shape[1] == 3 else 2)
-        _, slopes = shape_functions(part.cell_type, middle[None])
-        here = which == face
-        jacobian = part.points[part.cells[cells[here]]].transpose(0, 2, 1) @ slopes[0]
-        normals[here] = np.einsum("eji,j->ei", np.linalg.inv(jacobian), outward)
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    return _Skin(part, cells, which, corners[single], normals)
-
-
-def _faces(cell_type: str) -> list[tuple[Floats, Floats, Floats]]:
-    return _HEXA if cell_type.startswith("hexa") else _TETRA
+    faces = exterior(part.cells, solid(part.cell_type))
+    cell = surface(faces.shape[1])
+    middle = cell.nodes[: cell.corners].mean(axis=0)
+    return _Skin(part, faces, _unit(area_vectors(part.points, faces, middle[None])[:, 0]))
 
 
 def _approach(
-    cell_type: str, points: Floats, position: Floats, origin: Floats, sides: Floats, beyond: float
-) -> tuple[Floats, Floats, Floats]:
+    cell: Cell, points: Floats, position: Floats, origin: Floats, sides: Floats, beyond: float
+) -> tuple[Floats, Floats]:
     """Gauss-Newton method for the nearest points of faces or edges, origin + t·sides.
 
-    Returns those points of the reference cell (f, 3), t (f, s), which stays within `beyond` of 0 to
-    1, and the distance (f,); nodes are (f, a, 3), origins (f, 3), sides (f, s, 3).
+    Returns those points of the reference face (f, 2), whose t stays within `beyond` of 0 to 1, and
+    the distance (f,); nodes are (f, m, 3), sides (s, 2).
     """
-    t = np.full(sides.shape[:2], 1 / (1 + sides.shape[1]))
+    t = np.full((len(points), len(sides)), 1 / (1 + len(sides)))
     for _ in range(30):
-        place = origin + np.einsum("fs,fsi->fi", t, sides)
-        values, slopes = shape_functions(cell_type, place)
-        tangents = points.swapaxes(1, 2) @ slopes @ sides.swapaxes(1, 2)
+        place = origin + t @ sides
+        values, slopes = cell.functions(place)
+        tangents = points.swapaxes(1, 2) @ slopes @ sides.T
         gap = position - np.einsum("fa,fai->fi", values, points)
         step = np.einsum("fsi,fi->fs", np.linalg.pinv(tangents), gap)
         new = np.clip(t + step, -beyond, 1 + beyond)
         t, moved = new, np.abs(new - t).max()
         if moved < 1e-13:
             break
-    return place, t, np.linalg.norm(gap, axis=1)
+    return place, np.linalg.norm(gap, axis=1)
 
 
 @dataclass(frozen=True)
@@ -257,20 +215,9 @@ def gauge(
     return Gauge(middle.position, flat, middle.normal, distance, row)
 
 
-def free_rows(model: Model, rows: Sparse | Array) -> sp.csr_array:
-    """Rows (g, 3 n) on all nodes' displacements as rows on a model's free dofs, (g, free)."""
-    dofs = model.dofs.ravel()
-    free = np.flatnonzero(dofs >= 0)
-    spread = sp.csr_array(
-        (np.ones(len(free)), (free, dofs[free])), shape=(len(dofs), model.K.shape[0])
-    )
-    return sp.csr_array(sp.csr_array(rows) @ spread)
-
-
 def _row(part: Part, point: _SkinPoint, direction: Floats) -> sp.csr_array:
-    used = point.weights != 0
-    rows = _strain_rows(part, point.nodes[used], direction)
-    return sp.csr_array(sp.csr_array(point.weights[None, used]) @ rows)
+    rows = _strain_rows(part, point.nodes, direction)
+    return sp.csr_array(sp.csr_array(point.weights[None]) @ rows)
 
 
 def _in_surface(part: Part, direction: Floats, normal: Floats) -> Floats:
@@ -280,8 +227,8 @@ def _in_surface(part: Part, direction: Floats, normal: Floats) -> Floats:
     return _unit(flat)
 
 
-def _unit(vector: Floats) -> Floats:
-    return np.asarray(vector / np.linalg.norm(vector))
+def _unit(vectors: Floats) -> Floats:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=-1, keepdims=True))
 
 
 def _vector(part: Part, name: str, components: ArrayLike) -> Floats:
@@ -293,18 +240,6 @@ def _vector(part: Part, name: str, components: ArrayLike) -> Floats:
 
 def _numbers(vector: Floats) -> str:
     return ", ".join(f"{value:.4g}" for value in vector)
-
-
-# A face of the reference cell: a corner, the two sides from it, and the outward normal.
-_UNIT = np.eye(3)
-_TETRA = [(np.zeros(3), np.delete(_UNIT, axis, axis=0), -_UNIT[axis]) for axis in range(3)] + [
-    (_UNIT[0], np.array([_UNIT[1] - _UNIT[0], _UNIT[2] - _UNIT[0]]), np.ones(3))
-]
-_HEXA = [
-    (side * _UNIT[axis], np.delete(_UNIT, axis, axis=0), (2 * side - 1) * _UNIT[axis])
-    for axis in range(3)
-    for side in (0, 1)
-]
 
 
 def _strain_rows(part: Part, nodes: Integers, direction: Floats) -> sp.csr_array:

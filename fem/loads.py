@@ -176,7 +176,7 @@ def _face_rule(count: int) -> tuple[Floats, Floats, Floats]:
     """Points (q, 2) on the reference face of m = `count` nodes, weights (q,), functions (q, m)."""
     kind = refdom.RefTri if count in (3, 6) else refdom.RefQuad
     places, weights = quadrature.get_quadrature(kind, _DEGREE[count])
-    return places.T, weights, surface(count).values(places.T)
+    return places.T, weights, surface(count).functions(places.T)[0]
 
 
 def traction(

@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.elements import reference_element, sampling, shape_functions
+from vanelock.fem.elements import sampling
 from vanelock.fem.model import Material, Model
 from vanelock.mesh import Part
+from vanelock.mesh.cells import solid
 
 _ENTRIES = 2**20  # displacement gradients held at a time; some tens of MB with what is made of them
 
@@ -64,7 +65,7 @@ def strain_sums(part: Part, u: Array, growth: ArrayLike | None = None) -> tuple[
     total = np.zeros((len(part.points), 6 * k), fields.dtype)
     weight = np.zeros(len(part.points))
     free = None if growth is None else thermal_strain(part, growth)
-    values, _ = shape_functions(part.cell_type, points)
+    values, _ = solid(part.cell_type).functions(points)
     for cells, strains, determinant in strain_blocks(part, fields, points):
         e, g = determinant.shape
         if free is not None:
@@ -78,26 +79,6 @@ def strain_sums(part: Part, u: Array, growth: ArrayLike | None = None) -> tuple[
         total[nodes] += gather @ nodal.reshape(cells.size, 6 * k)
         weight[nodes] += gather.sum(axis=1)
     return total.reshape(len(total), 6, *u.shape[2:]), weight
-
-
-def strain_energy(model: Model, u: Array) -> Array:
-    """Half the integral of stress times conjugate strain over the part, J: () or (k,).
-
-    Integrated at the points at which the stiffness is, so that it equals ½ uᴴ K u to round-off.
-
-    Raises
-    ------
-    InputError
-        If the field does not belong to the part.
-    """
-    fields = columns(model.part, u)
-    reference = reference_element(model.part.cell_type)
-    energy = np.zeros(fields.shape[2])
-    for _, strains, determinant in strain_blocks(model.part, fields, reference.points):
-        stresses = hooke(model.material, strains, axis=2)
-        density = np.einsum("egck,egck->egk", stresses, strains.conj()).real
-        energy += 0.5 * np.einsum("eg,egk->k", determinant * reference.weights, density)
-    return energy.reshape(u.shape[2:])
 
 
 def hooke(material: Material, strains: Array, axis: int = 1) -> Array:
@@ -141,7 +122,7 @@ def slopes(part: Part, cells: Integers, points: Floats) -> tuple[Floats, Floats]
 
     The latter, (e, g), is dV over the reference cell's volume element.
     """
-    _, gradients = shape_functions(part.cell_type, points)
+    _, gradients = solid(part.cell_type).functions(points)
     corners = part.points[cells].transpose(0, 2, 1)
     jacobian = corners[:, None] @ gradients  # (e, g, 3, 3): dx_i / dξ_j
     return gradients @ np.linalg.inv(jacobian), np.linalg.det(jacobian)
@@ -253,26 +234,6 @@ def deviators(harmonics: Complex, count: int) -> Floats:
     return np.asarray(np.fft.irfft(halves, count, axis=0, norm="forward"))
 
 
-def principal_amplitude(s: Complex) -> Floats:
-    """Largest amplitude of the normal stress on any plane, of a harmonic stress, Pa.
-
-    That is the largest principal stress of Re(σ e^{iωt}) at any time.
-
-    Parameters
-    ----------
-    s : (nodes, 6) complex
-        Coefficient of one harmonic.
-
-    Returns
-    -------
-    (nodes,) float
-    """
-    peaks = np.empty(len(s))
-    for start in range(0, len(s), _NODES):
-        peaks[start : start + _NODES] = _principal(s[start : start + _NODES, _PLACES])
-    return peaks
-
-
 def turned(s: Array, rotation: Floats, shear: float = 1.0) -> Array:
     """Components of tensors (..., 6, ...) along axis 1 after a rotation of the body.
 
@@ -314,29 +275,3 @@ def _peaks(harmonics: Complex) -> Floats:
     refined = np.sum((c * np.exp(1j * order[:, None] * angle)).real, axis=0)
     np.maximum.at(best, node, refined)
     return np.asarray(np.sqrt(best.clip(0)))
-
-
-def _principal(tensor: Complex) -> Floats:
-    """Largest |n·σn| over unit vectors n of complex symmetric tensors (nodes, 3, 3).
-
-    That is the largest eigenvalue λ of Re(σ e^{iθ}) over all phases θ. Every maximum over sampled
-    phases is followed by Newton's method, with λ' and λ'' from perturbation of the eigenvalue, or
-    where that would lead to a minimum by the best phase for the current eigenvector.
-    """
-    phases = np.exp(2j * np.pi * np.arange(16) / 16)
-    samples = np.stack([np.linalg.eigvalsh((tensor * phase).real)[:, -1] for phase in phases])
-    best = np.asarray(samples.max(axis=0))
-    rise = (samples >= np.roll(samples, 1, axis=0)) & (samples >= np.roll(samples, -1, axis=0))
-    at, node = np.nonzero(rise)
-    angle, chosen = 2 * np.pi * at / 16, tensor[node]
-    for _ in range(8):
-        wave = chosen * np.exp(1j * angle)[:, None, None]
-        values, vectors = np.linalg.eigh(wave.real)
-        n = vectors[:, :, -1]
-        np.maximum.at(best, node, values[:, -1])
-        slope = -np.einsum("ni,nij,njk->nk", n, wave.imag, vectors)  # of Re(σ e^{iθ}) by θ
-        gap = np.maximum(values[:, -1:] - values[:, :-1], 1e-300)
-        bend = 2 * np.sum(slope[:, :-1] ** 2 / gap, axis=1) - values[:, -1]
-        towards = np.arctan2(slope[:, -1], values[:, -1])
-        angle = angle + np.divide(-slope[:, -1], bend, out=towards, where=bend < 0)
-    return best

@@ -1,13 +1,14 @@
 """Reference cells of solid elements, the outside of a mesh, and how good its tetrahedra are.
 
-Shape functions are the polynomials in given monomials that are one at their own node and zero at
-the others (any textbook on finite elements); the monomials alone distinguish a serendipity
-element from a complete one. Nodes are in meshio's order, VTK's.
+Basis functions are scikit-fem's; a mesh lists an element's nodes in meshio's order (VTK's),
+scikit-fem its functions in its own, and both place each of them on the reference cell: the tables
+are matched by that place.
 """
 
 from dataclasses import dataclass
 from functools import cache
-from itertools import permutations, product
+from itertools import permutations
+from typing import Any
 
 import numpy as np
 
@@ -17,103 +18,81 @@ from vanelock.mesh.part import Part
 
 _TETRA = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 _TETRA_EDGES = [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)]
-_TETRA_FACES = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)]  # outwards
+_TETRA_FACES = [(0, 3, 2), (0, 1, 3), (0, 2, 1), (1, 2, 3)]  # outwards
 _HEXA = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 _HEXA_EDGES = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)]
 _HEXA_EDGES += [(0, 4), (1, 5), (2, 6), (3, 7)]
-_HEXA_FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+_HEXA_FACES = [(3, 0, 4, 7), (1, 2, 6, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 3, 2, 1), (4, 5, 6, 7)]
 _HEXA_CENTRES = [(0, 0.5, 0.5), (1, 0.5, 0.5), (0.5, 0, 0.5), (0.5, 1, 0.5), (0.5, 0.5, 0)]
 _HEXA_CENTRES += [(0.5, 0.5, 1), (0.5, 0.5, 0.5)]
+
+_ELEMENTS = {
+    "tetra": "ElementTetP1",
+    "tetra10": "ElementTetP2",
+    "hexahedron": "ElementHex1",
+    "hexahedron20": "ElementHexS2",
+    "hexahedron27": "ElementHex2",
+}
+_OF_FACES = {
+    3: "ElementTriP1",
+    6: "ElementTriP2",
+    4: "ElementQuad1",
+    8: "ElementQuadS2",
+    9: "ElementQuad2",
+}
+"""By the number of nodes."""
+SOLIDS = tuple(_ELEMENTS)
+"""The solid elements, by meshio's names."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A reference cell, of a solid element or of a face.
+    """A reference cell, of a solid element or of a face."""
 
-    Attributes
-    ----------
-    nodes : (k, d) float
-        Place of each node.
-    powers : (k, d) int
-        Exponents of the monomials.
-    corners : int
-        How many of the nodes, the first ones, are corners.
-    faces : (f, m) int
-        Nodes of each face: its corners, the outward normal by the right-hand rule, the middles of
-        the sides between them, the centre. None on a face.
-    """
-
-    nodes: Floats
-    powers: Integers
-    corners: int
+    nodes: Floats  # (k, d), place of each
+    corners: int  # how many of the nodes, the first ones, are corners
     faces: Integers
+    """(f, m) nodes of each face: its corners, outward by the right-hand rule, the middles of the
+    sides between them, the centre. None on a face."""
+    element: Any  # scikit-fem's
 
-    def slopes(self, positions: Floats) -> Floats:
-        """Derivatives (q, k, d) of the shape functions at positions (q, d)."""
-        coefficients = np.linalg.inv(_monomials(self.nodes, self.powers))
-        columns = []
-        for axis in range(self.nodes.shape[1]):
-            lowered = self.powers.copy()
-            lowered[:, axis] = np.maximum(lowered[:, axis] - 1, 0)
-            slope = _monomials(positions, lowered) * self.powers[:, axis]
-            columns.append(slope @ coefficients)
-        return np.stack(columns, axis=-1)
-
-    def values(self, positions: Floats) -> Floats:
-        """Shape functions (q, k) at positions (q, d)."""
-        return np.asarray(
-            _monomials(positions, self.powers) @ np.linalg.inv(_monomials(self.nodes, self.powers))
-        )
+    def functions(self, positions: Floats) -> tuple[Floats, Floats]:
+        """Basis functions (q, k) at positions (q, d), and their derivatives (q, k, d)."""
+        zero = np.zeros(len(positions))
+        away = np.linalg.norm(self.nodes[:, None] - self.element.doflocs, axis=2)
+        tables = [self.element.lbasis(positions.T, i) for i in away.argmin(axis=1)]
+        values = np.array([value + zero for value, _ in tables]).T
+        slopes = [np.array([row + zero for row in slope]) for _, slope in tables]
+        return values, np.ascontiguousarray(np.array(slopes).transpose(2, 0, 1))
 
 
-def _monomials(positions: Floats, powers: Integers) -> Floats:
-    return np.asarray(np.prod(positions[:, None, :] ** powers[None], axis=2))
+def _element(name: str) -> Any:
+    from skfem import element  # takes a third of a second, and checks need no functions
+
+    return getattr(element, name)()
 
 
-def _powers(dimension: int, allowed: str) -> Integers:
-    """Exponents up to 2 of a linear or quadratic simplex, a serendipity or a complete cube."""
-    every = np.array(list(product(range(3), repeat=dimension)))
-    kept = {
-        "simplex1": every.sum(axis=1) <= 1,
-        "simplex2": every.sum(axis=1) <= 2,
-        "cube1": every.max(axis=1) <= 1,
-        # Those of superlinear degree 2 (Arnold and Awanou, The serendipity family of finite
-        # elements, Found. Comput. Math. 11 (2011) 337-344): exponents of 1 do not count.
-        "serendipity": (every * (every > 1)).sum(axis=1) <= 2,
-        "cube2": every.max(axis=1) <= 2,
-    }[allowed]
-    return np.asarray(every[kept])
+def linear_type(cell_type: str) -> str:
+    """The cell type that has a solid element's corners alone."""
+    return "tetra" if cell_type.startswith("tetra") else "hexahedron"
 
 
 @cache
 def solid(cell_type: str) -> Cell:
-    """Reference cell of a solid element, by meshio's name; KeyError for any other."""
-    tetra = cell_type.startswith("tetra")
+    """Reference cell of a solid element, by meshio's name."""
+    if cell_type not in _ELEMENTS:
+        raise InputError(f"cell_type = {cell_type!r}: the solid elements are {', '.join(SOLIDS)}")
+    tetra = linear_type(cell_type) == "tetra"
     corners = np.array(_TETRA if tetra else _HEXA, float)
-    edges = np.array(_TETRA_EDGES if tetra else _HEXA_EDGES)
-    middles = corners[edges].mean(axis=1)
-    places = {
-        "tetra": [corners],
-        "tetra10": [corners, middles],
-        "hexahedron": [corners],
-        "hexahedron20": [corners, middles],
-        "hexahedron27": [corners, middles, np.array(_HEXA_CENTRES)],
-    }[cell_type]
-    nodes = np.concatenate(places)
-    families = ("simplex1", "simplex2", "cube1", "serendipity", "cube2")
-    allowed = dict(zip(SOLIDS, families, strict=True))
+    middles = corners[np.array(_TETRA_EDGES if tetra else _HEXA_EDGES)].mean(axis=1)
+    element = _element(_ELEMENTS[cell_type])
+    nodes = np.concatenate([corners, middles, _HEXA_CENTRES])[: len(element.doflocs)]
     faces = []
     for face in _TETRA_FACES if tetra else _HEXA_FACES:
-        around = corners[list(face)]
-        wanted = [*around, *(0.5 * (around + np.roll(around, -1, axis=0))), around.mean(axis=0)]
-        distance = np.abs(nodes[None] - np.array(wanted)[:, None]).max(axis=2)
+        places = _around(corners[list(face)])
+        distance = np.abs(nodes[None] - places[:, None]).max(axis=2)
         faces.append([int(row.argmin()) for row in distance if row.min() < 1e-12])
-    powers = _powers(3, allowed[cell_type])
-    return Cell(nodes, powers, len(corners), np.array(faces, np.int64))
-
-
-SOLIDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
-"""The solid elements, by meshio's names."""
+    return Cell(nodes, len(corners), np.array(faces, np.int64), element)
 
 
 @cache
@@ -121,26 +100,32 @@ def surface(count: int) -> Cell:
     """Reference cell of a face with 3, 6, 4, 8 or 9 nodes."""
     triangle = count in (3, 6)
     corners = np.array([(0, 0), (1, 0), (0, 1)] if triangle else [(0, 0), (1, 0), (1, 1), (0, 1)])
-    around = corners.astype(float)
-    nodes = np.concatenate(
-        [around, 0.5 * (around + np.roll(around, -1, axis=0)), around.mean(axis=0)[None]]
-    )[:count]
-    allowed = {3: "simplex1", 6: "simplex2", 4: "cube1", 8: "serendipity", 9: "cube2"}[count]
-    return Cell(nodes, _powers(2, allowed), len(corners), np.empty((0, 0), np.int64))
+    nodes = _around(corners.astype(float))[:count]
+    return Cell(nodes, len(corners), np.empty((0, 0), np.int64), _element(_OF_FACES[count]))
+
+
+def _around(corners: Floats) -> Floats:
+    """Corners of a face, the middles of the sides between them, and its centre."""
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
+    return np.concatenate([corners, middles, corners.mean(axis=0)[None]])
+
+
+def single(corners: Integers) -> Integers:
+    """Which of the faces (f, c), by their corners, belong to one element only, ascending."""
+    key = np.sort(corners, axis=1)
+    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
+    return np.sort(first[count == 1])
 
 
 def exterior(cells: Integers, reference: Cell) -> Integers:
     """(f, m) nodes of the faces that belong to one element only, outward by the right-hand rule."""
     faces = cells[:, reference.faces].reshape(-1, reference.faces.shape[1])
-    corners = 3 if reference.corners == 4 else 4
-    key = np.sort(faces[:, :corners], axis=1)
-    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
-    return np.asarray(faces[np.sort(first[count == 1])])
+    return np.asarray(faces[single(faces[:, : 3 if reference.corners == 4 else 4])])
 
 
 def area_vectors(points: Floats, faces: Integers, places: Floats) -> Floats:
     """(f, q, 3) outward normals times dA over dξ dη at places (q, 2) of curved faces (f, m), m²."""
-    slopes = surface(faces.shape[1]).slopes(places)
+    _, slopes = surface(faces.shape[1]).functions(places)
     tangents = np.einsum("fkx,qkd->fqdx", points[faces], slopes)
     return np.asarray(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
 
@@ -182,7 +167,7 @@ def nodal_areas(points: Floats, faces: Integers, nodes: Integers, normal: Floats
     mean = np.einsum("q,fqx->fx", weight, vectors)
     along = np.sum(mean * normal[first], axis=1) > _ALIKE * np.linalg.norm(mean, axis=1)
     area = np.linalg.norm(vectors, axis=2)[along] @ weight
-    share = weight @ cell.values(place) ** 2
+    share = weight @ cell.functions(place)[0] ** 2
     found = np.zeros(len(points))
     np.add.at(found, whole[along], area[:, None] * share / share.sum())
     return found[nodes] if (found[nodes] > 0).all() else None
@@ -198,11 +183,7 @@ def _quadrature(corners: int) -> tuple[Floats, Floats]:
     return np.column_stack([u, v * (1 - u)]), weight * (1 - u)
 
 
-# Corners of the reference tetrahedron, then the middles of its edges in meshio's order.
-_CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
-_EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
-_FACES = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]]) / 3  # centroids
-_CORNER_SLOPES = np.array([[-1.0, -1, -1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])  # of the four corners
+_CENTROIDS = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]]) / 3  # of the faces
 _REGULAR = np.array([[1, 0.5, 0.5], [0, np.sqrt(3) / 2, np.sqrt(3) / 6], [0, 0, np.sqrt(2 / 3)]])
 
 
@@ -246,8 +227,8 @@ def quality(part: Part) -> Quality:
     if part.cell_type not in ("tetra", "tetra10"):
         raise InputError(f"{part.name}: quality needs tetrahedra, not {part.cell_type}")
     points, cells = part.points, part.cells
-    corners = np.linalg.det(_jacobians(points, cells, _CORNERS)).sum()
-    faces = np.linalg.det(_jacobians(points, cells, _FACES)).sum()
+    corners = np.linalg.det(_jacobians(points, cells, solid("tetra").nodes)).sum()
+    faces = np.linalg.det(_jacobians(points, cells, _CENTROIDS)).sum()
     return Quality(
         nodes=len(part.points),
         elements=len(part.cells),
@@ -262,7 +243,7 @@ def condition(points: Floats, cells: Integers) -> Floats:
 
     3 / (|A| |A^-1|), where A makes the element of a regular one: 1 for that, 0 for a flat one.
     """
-    A = _jacobians(points, cells[:, :4], _CORNERS[:1])[:, 0] @ np.linalg.inv(_REGULAR)
+    A = _jacobians(points, cells[:, :4], np.zeros((1, 3)))[:, 0] @ np.linalg.inv(_REGULAR)
     with np.errstate(divide="ignore", invalid="ignore"):
         # A^-1 = adj(A)/det(A), so that a flat element counts as zero.
         cofactor = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])
@@ -283,7 +264,7 @@ def jacobian_bounds(points: Floats, cells: Integers) -> Floats:
     than the smallest (the polynomial's Bézier form; Johnen, Remacle and Geuzaine, J. Comput. Phys.
     233, 2013). The bound is attained if a corner's determinant β_iii is the smallest.
     """
-    a, b, c = np.moveaxis(_jacobians(points, cells, _CORNERS), -1, 0)  # each (e, 4, 3)
+    a, b, c = np.moveaxis(_jacobians(points, cells, solid("tetra").nodes), -1, 0)  # each (e, 4, 3)
     one_order = np.einsum("eix,ejkx->eijk", a, np.cross(b[:, :, None], c[:, None, :]))
     orders = [one_order.transpose(0, *order) for order in permutations((1, 2, 3))]
     smallest = np.mean(orders, axis=0).min(axis=(1, 2, 3))
@@ -305,24 +286,5 @@ def valid(part: Part) -> Part:
 
 def _jacobians(points: Floats, cells: Integers, positions: Floats) -> Floats:
     """Derivative of place by reference coordinates at positions (q, 3): (e, q, 3, 3), m."""
-    barycentric = np.column_stack([1 - positions.sum(axis=1), positions])
-    if cells.shape[1] == 4:
-        slopes = np.broadcast_to(_CORNER_SLOPES, (len(positions), 4, 3))
-    else:
-        slopes = quadratic_slopes(barycentric)
+    _, slopes = solid("tetra" if cells.shape[1] == 4 else "tetra10").functions(positions)
     return np.asarray(np.einsum("eia,qib->eqab", points[cells], slopes))
-
-
-def quadratic_shapes(barycentric: Floats) -> Floats:
-    """The ten shape functions (q, 10), in meshio's order, at barycentric positions (q, 4)."""
-    L = barycentric
-    first, second = _EDGES.T
-    return np.hstack([L * (2 * L - 1), 4 * L[:, first] * L[:, second]])
-
-
-def quadratic_slopes(barycentric: Floats) -> Floats:
-    """Their derivatives (q, 10, 3) by the reference coordinates, barycentric 1 to 3."""
-    L = barycentric[..., None]
-    first, second = _EDGES.T
-    edge = L[:, first] * _CORNER_SLOPES[second] + L[:, second] * _CORNER_SLOPES[first]
-    return np.concatenate([(4 * L - 1) * _CORNER_SLOPES, 4 * edge], axis=1)

@@ -10,6 +10,8 @@ decide.
 
 from collections.abc import Sequence
 from itertools import pairwise
+from operator import attrgetter
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -36,21 +38,29 @@ def _check_aerofoils(vane: VaneDimensions, sectors: int) -> None:
     """Refuse aerofoils that leave their shrouds or meet one another."""
     start, end = aerofoil.ends(vane)
     root, tip = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
-    _check_length(vane)
-    _check_fronts(vane, "inner_shroud_front", (start, root))
-    _check_fronts(vane, "outer_shroud_front", (tip, end))
-    _check_interlock(vane, sectors, (start, root))
-    _check_ends(vane, sectors, (tip, end))
-    _check_neighbours(vane, sectors, (root, 0.5 * (root + tip), tip))
-
-
-def _check_length(vane: VaneDimensions) -> None:
-    least = 2 * vane.thickness
-    if vane.chord < least:
+    if vane.chord < 2 * vane.thickness:
         raise InputError(
             f"vane.chord = {vane.chord:g} m: must be at least twice "
             f"vane.thickness = {vane.thickness:g} m"
         )
+    _check_fronts(vane, "inner_shroud_front", (start, root))
+    _check_fronts(vane, "outer_shroud_front", (tip, end))
+    outermost = f"the outermost of {vane.aerofoils} aerofoils"
+    for room, names, last, what, where in (
+        (_beside_interlock(vane, sectors, (start, root)), _ROOT, "interlock_slant", outermost,
+         "the interlock face"),
+        (_beside_ends(vane, sectors, (tip, end)), _TIP, "outer_shroud_extent", outermost,
+         "the shroud's end"),
+        (_between(vane, sectors, (root, 0.5 * (root + tip), tip)), (*_ROOT, *_TIP), "chord",
+         "an aerofoil", "the next"),
+    ):  # fmt: skip
+        if room < CLEARANCE:
+            past = f"reaches {-room * 1e3:.2f} mm past"
+            how = past if room < 0 else f"stays only {room * 1e3:.2f} mm from"
+            given = _entering(vane, sectors, (*_PROFILE, "aerofoils", *names), last)
+            raise InputError(
+                f"{given}: {what} {how} {where}: at least {CLEARANCE * 1e3:g} mm is needed"
+            )
 
 
 def _check_fronts(vane: VaneDimensions, name: str, cuts: Sequence[float]) -> None:
@@ -63,27 +73,20 @@ def _check_fronts(vane: VaneDimensions, name: str, cuts: Sequence[float]) -> Non
         )
 
 
-def _check_interlock(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> None:
-    """The outermost aerofoils must stay between the slanted interlock planes."""
+def _beside_interlock(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> float:
+    """Between the outermost aerofoils and the slanted interlock planes, m."""
     left = contact_places.interlock_frame(vane, sectors)
     normals = np.stack([left[0], contact_places.opposite(left, sectors)[0]])
     outermost = aerofoil.angles(vane, sectors)[[0, -1]]
-    room = min(
+    return min(
         float(-(_standing(vane, cut, angle) @ normal).max())
         for cut in cuts
         for angle, normal in zip(outermost, normals, strict=True)
     )
-    if room < CLEARANCE:
-        names = (*_PROFILE, "aerofoils", *_ROOT)
-        raise InputError(
-            f"{_entering(vane, sectors, names, 'interlock_slant')}: the outermost of "
-            f"{vane.aerofoils} aerofoils {_distance(room)} the interlock face: "
-            f"at least {CLEARANCE * 1e3:g} mm is needed"
-        )
 
 
-def _check_ends(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> None:
-    """The outermost aerofoils must stay between the ends of the outer shroud."""
+def _beside_ends(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> float:
+    """Between the outermost aerofoils and the ends of the outer shroud, m."""
     half = vane.outer_shroud_extent * np.pi / sectors
     room = np.inf
     for cut in cuts:
@@ -91,24 +94,13 @@ def _check_ends(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> No
             x, y, _ = _standing(vane, cut, angle).T
             beyond = np.abs(np.arctan2(y, x)) - half
             room = min(room, float(-(np.hypot(x, y) * np.sin(beyond)).max()))
-    if room < CLEARANCE:
-        names = (*_PROFILE, "aerofoils", *_TIP)
-        raise InputError(
-            f"{_entering(vane, sectors, names, 'outer_shroud_extent')}: the outermost of "
-            f"{vane.aerofoils} aerofoils {_distance(room)} the shroud's end: at least "
-            f"{CLEARANCE * 1e3:g} mm is needed"
-        )
+    return room
 
 
-def _check_neighbours(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> None:
+def _between(vane: VaneDimensions, sectors: int, cuts: Sequence[float]) -> float:
+    """Between neighbouring aerofoils, m."""
     step = 2 * np.pi / (sectors * vane.aerofoils)
-    room = min(_gap(aerofoil.around(vane, cut, 24), cut * step) for cut in cuts)
-    if room < CLEARANCE:
-        names = (*_PROFILE, "aerofoils", *_ROOT, *_TIP)
-        raise InputError(
-            f"{_entering(vane, sectors, names, 'chord')}: an aerofoil {_distance(room)} the next: "
-            f"at least {CLEARANCE * 1e3:g} mm is needed"
-        )
+    return min(_gap(aerofoil.around(vane, cut, 24), cut * step) for cut in cuts)
 
 
 def _gap(section: Floats, step: float) -> float:
@@ -155,12 +147,6 @@ def _entering(vane: VaneDimensions, sectors: int | None, names: Sequence[str], l
     return ", ".join(shown)
 
 
-def _distance(room: float) -> str:
-    if room < 0:
-        return f"reaches {-room * 1e3:.2f} mm past"
-    return f"stays only {room * 1e3:.2f} mm from"
-
-
 FEWEST, MOST = 6, 360  # sectors of a ring
 
 
@@ -185,47 +171,68 @@ def check_fit(vane: VaneDimensions, casing: CasingDimensions, sectors: int) -> N
 
 def check_clearances(vane: VaneDimensions, casing: CasingDimensions) -> None:
     """Refuse a vane and a casing that touch beside the hooks' bands, a line for each place."""
+    both = SimpleNamespace(vane=vane, casing=casing)
     _ordered(
-        (("casing.groove_bottom", casing.groove_bottom), ("vane.foot_front", vane.foot_front)),
-        (("casing.groove_mouth", casing.groove_mouth), ("vane.leg_front", vane.leg_front)),
-        (
-            ("vane.outer_shroud_outer_radius", vane.outer_shroud_outer_radius),
-            ("casing.rail_inner_radius", casing.rail_inner_radius),
-        ),
+        _lengths(both, "casing.groove_bottom", "vane.foot_front"),
+        _lengths(both, "casing.groove_mouth", "vane.leg_front"),
+        _lengths(both, "vane.outer_shroud_outer_radius", "casing.rail_inner_radius"),
     )
-    _check_clear_fillets(vane, casing)
+    # Fillets must not touch the other part: foot and groove meet on their faces alone.
+    room = _room(both, "casing.groove_bottom", "vane.foot_front")
+    _check_fillet("casing.fillet", casing.fillet, room)
+    _check_fillet("vane.fillet", vane.fillet, _room(both, "casing.groove_mouth", "vane.leg_front"))
 
 
 def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> None:
     """Refuse a casing whose grooves do not hold the bands, or whose rails overlap."""
     check_sectors(sectors)
-    radii = (
-        ("casing.rail_inner_radius", casing.rail_inner_radius),
-        ("vane.hook.lip_radius", hook.lip_radius),
-        ("vane.hook.roof_radius", hook.roof_radius),
-        ("casing.inner_radius", casing.inner_radius),
+    both = SimpleNamespace(casing=casing, vane=SimpleNamespace(hook=hook))
+    radii = ("casing.rail_inner_radius", "vane.hook.lip_radius", "vane.hook.roof_radius")
+    positions = ("casing.groove_bottom", "vane.hook.band_position", "casing.groove_mouth")
+    rear = 2 * hook.mid_plane - casing.rail_front
+    _ordered(
+        _lengths(both, *radii, "casing.inner_radius"),
+        _lengths(both, *positions, "vane.hook.mid_plane"),
+        [
+            ("2 vane.hook.mid_plane - casing.rail_front", rear),
+            ("casing.length - casing.flange_thickness", casing.length - casing.flange_thickness),
+        ],
     )
-    positions = (
-        ("casing.groove_bottom", casing.groove_bottom),
-        ("vane.hook.band_position", hook.band_position),
-        ("casing.groove_mouth", casing.groove_mouth),
-        ("vane.hook.mid_plane", hook.mid_plane),
+    between = 2 * (hook.mid_plane - casing.groove_mouth)
+    _check_fillet(
+        "casing.fillet",
+        casing.fillet,
+        ("between casing.groove_mouth and its mirror image", (between - CLEARANCE) / 2),
+        _room(both, "vane.hook.roof_radius", "casing.inner_radius"),
+        _room(both, "vane.hook.lip_radius", "vane.hook.roof_radius", 2),
+        _room(both, "casing.groove_bottom", "vane.hook.band_position"),
+        _room(both, "casing.rail_inner_radius", "casing.inner_radius"),
+        ("in front of casing.rail_front", casing.rail_front - CLEARANCE),
+        ("behind the rear rail", casing.length - rear - CLEARANCE),
     )
-    ends = (
-        ("2 vane.hook.mid_plane - casing.rail_front", 2 * hook.mid_plane - casing.rail_front),
-        ("casing.length - casing.flange_thickness", casing.length - casing.flange_thickness),
-    )
-    _ordered(radii, positions, ends)
-    _check_casing_fillet(casing, hook)
     check_bosses(casing, sectors)
 
 
 def check_vane(vane: VaneDimensions, sectors: int) -> None:
     """Refuse aerofoils that leave their shrouds or meet each other, and their fillets."""
     check_sectors(sectors)
-    _check_vane_fillet(vane)
+    both = SimpleNamespace(vane=vane)
+    between = 2 * (vane.hook.mid_plane - vane.leg_rear)
+    _check_fillet(
+        "vane.fillet",
+        vane.fillet,
+        _room(both, "vane.outer_shroud_outer_radius", "vane.hook.lip_radius", 2),
+        ("between vane.leg_rear and its mirror image", (between - CLEARANCE) / 2),
+        _room(both, "vane.hook.band_position", "vane.leg_front"),
+        _room(both, "vane.outer_shroud_front", "vane.leg_front"),
+    )
     _check_aerofoils(vane, sectors)
     check_root_fillet(vane, sectors)
+
+
+def _lengths(parts: SimpleNamespace, *names: str) -> list[tuple[str, float]]:
+    """Dimensions of parts with their dotted names."""
+    return [(name, attrgetter(name)(parts)) for name in names]
 
 
 def _ordered(*chains: Sequence[tuple[str, float]]) -> None:
@@ -246,74 +253,10 @@ _SIZE = 20.0
 _Room = tuple[str, float]  # what bounds a fillet, and the largest radius there, m
 
 
-def _check_casing_fillet(casing: CasingDimensions, hook: HookDimensions) -> None:
-    """Refuse a fillet of the casing's rails that reaches another one, an edge or a contact band."""
-    height = casing.inner_radius - hook.roof_radius
-    between = 2 * (hook.mid_plane - casing.groove_mouth)
-    _check(
-        "casing.fillet",
-        casing.fillet,
-        ("between casing.groove_mouth and its mirror image", (between - CLEARANCE) / 2),
-        ("between vane.hook.roof_radius and casing.inner_radius", height - CLEARANCE),
-        (
-            "between vane.hook.lip_radius and vane.hook.roof_radius",
-            (hook.roof_radius - hook.lip_radius - CLEARANCE) / 2,
-        ),
-        (
-            "between casing.groove_bottom and vane.hook.band_position",
-            hook.band_position - casing.groove_bottom - CLEARANCE,
-        ),
-        (
-            "between casing.rail_inner_radius and casing.inner_radius",
-            casing.inner_radius - casing.rail_inner_radius - CLEARANCE,
-        ),
-        ("in front of casing.rail_front", casing.rail_front - CLEARANCE),
-        (
-            "behind the rear rail",
-            casing.length - 2 * hook.mid_plane + casing.rail_front - CLEARANCE,
-        ),
-    )
-
-
-def _check_vane_fillet(vane: VaneDimensions) -> None:
-    """Refuse a fillet of the vane's hooks that reaches another one, an edge or a contact band."""
-    hook = vane.hook
-    leg = hook.lip_radius - vane.outer_shroud_outer_radius
-    between = 2 * (hook.mid_plane - vane.leg_rear)
-    _check(
-        "vane.fillet",
-        vane.fillet,
-        ("between vane.outer_shroud_outer_radius and vane.hook.lip_radius", (leg - CLEARANCE) / 2),
-        ("between vane.leg_rear and its mirror image", (between - CLEARANCE) / 2),
-        (
-            "between vane.hook.band_position and vane.leg_front",
-            vane.leg_front - hook.band_position - CLEARANCE,
-        ),
-        (
-            "between vane.outer_shroud_front and vane.leg_front",
-            vane.leg_front - vane.outer_shroud_front - CLEARANCE,
-        ),
-    )
-
-
-def _check_clear_fillets(vane: VaneDimensions, casing: CasingDimensions) -> None:
-    """Refuse fillets that touch the other part: foot and groove meet on their faces alone."""
-    _check(
-        "casing.fillet",
-        casing.fillet,
-        (
-            "between casing.groove_bottom and vane.foot_front",
-            vane.foot_front - casing.groove_bottom - CLEARANCE,
-        ),
-    )
-    _check(
-        "vane.fillet",
-        vane.fillet,
-        (
-            "between casing.groove_mouth and vane.leg_front",
-            vane.leg_front - casing.groove_mouth - CLEARANCE,
-        ),
-    )
+def _room(parts: SimpleNamespace, low: str, high: str, fillets: int = 1) -> _Room:
+    """The largest radius of so many fillets between two dimensions."""
+    (_, start), (_, end) = _lengths(parts, low, high)
+    return f"between {low} and {high}", (end - start - CLEARANCE) / fillets
 
 
 def check_resolved(name: str, fillet: float, size: float, share: float = 1.0) -> None:
@@ -326,7 +269,8 @@ def check_resolved(name: str, fillet: float, size: float, share: float = 1.0) ->
         )
 
 
-def _check(name: str, fillet: float, *rooms: _Room) -> None:
+def _check_fillet(name: str, fillet: float, *rooms: _Room) -> None:
+    """Refuse a fillet that reaches another one, an edge, a contact band or the other part."""
     where, largest = min(rooms, key=lambda room: room[1])
     if fillet > largest:
         least = f"at most {largest:g} m" if largest >= CLEARANCE else "none"

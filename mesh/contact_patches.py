@@ -29,7 +29,7 @@ import scipy.sparse as sp
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
-from vanelock.mesh.cells import quadratic_shapes, quadratic_slopes
+from vanelock.mesh.cells import single, solid
 from vanelock.mesh.generate.occ_solids import TOLERANCE
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
@@ -147,12 +147,10 @@ def _beside_arc(
 
 _COVERED = 2e-2  # of a patch's area: the most that straight-sided elements may miss of a curved one
 _OFFSET = 1e-13  # m; a smaller distance of the centroids is round-off
-_DIVISIONS = (
-    2  # of the edges of a face before it is cut; finer ones do not change what elements resolve
-)
-
-_FACES = np.array([(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)])
-_REFERENCE = np.vstack([np.zeros(3), np.eye(3)])  # corners
+_LATTICE = np.array([(2, 0, 0), (1, 0, 1), (0, 0, 2), (1, 1, 0), (0, 1, 1), (0, 2, 0)]) / 2
+_PIECES = np.array([(0, 3, 1), (1, 4, 2), (3, 5, 4), (4, 3, 1)])
+"""Barycentric points of a face, and the triangles of them into which it is divided before it is
+cut; finer ones do not change what elements resolve."""
 
 
 @dataclass(frozen=True)
@@ -181,12 +179,11 @@ def _plane(points: Floats, cells: Integers, origin: Floats, normal: Floats) -> _
 
 def _surface(cells: Integers, on: Booleans) -> _Facets:
     """Faces whose corners all lie on the surface and that belong to one element only."""
-    element, face = np.nonzero(on[cells[:, _FACES]].all(axis=2))
-    found = _Facets(element, _FACES[face])
-    key = np.sort(_corners(cells, found), axis=1)
-    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
-    outer = first[count == 1]
-    return _Facets(found.element[outer], found.corner[outer])
+    faces = solid("tetra").faces
+    element, face = np.nonzero(on[cells[:, faces]].all(axis=2))
+    facets = _Facets(element, faces[face])
+    outer = single(_corners(cells, facets))
+    return _Facets(facets.element[outer], facets.corner[outer])
 
 
 def _corners(cells: Integers, facets: _Facets) -> Integers:
@@ -198,20 +195,22 @@ def _averages(
     what: str, points: Floats, cells: Integers, facets: _Facets, patches: Sequence[_Patch]
 ) -> sp.csr_array:
     """Weights of the nodes in the mean over each patch."""
-    lattice, pieces = _lattice(_DIVISIONS)
-    place = _in_tetrahedron(facets.corner[:, None], lattice)
-    shapes = quadratic_shapes(place.reshape(-1, 4)).reshape(*place.shape[:2], 10)
+    place = _in_tetrahedron(facets.corner[:, None], _LATTICE)
+    shapes, _ = solid("tetra10").functions(place.reshape(-1, 3))
+    shapes = shapes.reshape(*place.shape[:2], 10)
     x = shapes @ points[cells[facets.element]]  # (t, lattice, 3)
     rows = []
     for i, patch in enumerate(patches):
         outside = x @ patch.planes[:, :3].T - patch.planes[:, 3]
         near = np.flatnonzero(np.all(outside.min(axis=1) < 0, axis=1))
-        face, piece, within, share = _inside(outside[near][:, pieces])
-        in_face = np.einsum("qc,qcb->qb", within, lattice[pieces[piece]])
+        face, piece, within, share = _inside(outside[near][:, _PIECES])
+        in_face = np.einsum("qc,qcb->qb", within, _LATTICE[_PIECES[piece]])
         element, corner = facets.element[near[face]], facets.corner[near[face]]
         position = _in_tetrahedron(corner, in_face)
-        J = np.einsum("qja,qjb->qab", points[cells[element]], quadratic_slopes(position))
-        sides = (_REFERENCE[corner[:, 1:]] - _REFERENCE[corner[:, :1]]) @ J.swapaxes(1, 2)
+        functions, slopes = solid("tetra10").functions(position)
+        J = np.einsum("qja,qjb->qab", points[cells[element]], slopes)
+        ends = solid("tetra").nodes[corner]
+        sides = (ends[:, 1:] - ends[:, :1]) @ J.swapaxes(1, 2)
         weight = share * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
         area = weight.sum()
         if abs(area - patch.area) > _COVERED * patch.area:
@@ -219,27 +218,18 @@ def _averages(
                 f"{what}: element faces cover {100 * area / patch.area:.1f} % of contact patch "
                 f"{i}: choose another mesh.size"
             )
-        rows.append(_row(points, cells[element], position, J, weight / area, patch.centroid))
+        mean = (weight / area)[:, None] * functions
+        offset = patch.centroid - np.einsum("qj,qjx->x", mean, points[cells[element]])
+        if np.linalg.norm(offset) > _OFFSET:
+            along = np.linalg.solve(J, np.broadcast_to(offset, (len(J), 3))[..., None])
+            mean += (weight / area)[:, None] * (slopes @ along)[..., 0]
+        rows.append(_row(len(points), cells[element], mean))
     return sp.csr_array(sp.vstack(rows))
 
 
-def _lattice(divisions: int) -> tuple[Floats, Integers]:
-    """Barycentric points (m, 3) that divide a triangle evenly, and its pieces (n², 3) of them."""
-    n = divisions
-    at = [(i, j) for i in range(n + 1) for j in range(n + 1 - i)]
-    number = {point: k for k, point in enumerate(at)}
-    pieces = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in at if i + j < n]
-    pieces += [(number[i, j], number[i, j - 1], number[i - 1, j]) for i, j in at if i > 0 and j > 0]
-    i, j = np.array(at).T
-    return np.column_stack([n - i - j, i, j]) / n, np.array(pieces)
-
-
 def _in_tetrahedron(corner: Integers, points: Floats) -> Floats:
-    """Barycentric positions (..., 4) of places (..., 3) in faces with some corners (..., 3)."""
-    shape = np.broadcast_shapes(corner.shape, points.shape)[:-1]
-    position = np.zeros((*shape, 4))
-    np.put_along_axis(position, np.broadcast_to(corner, (*shape, 3)), points, axis=-1)
-    return position
+    """Reference positions (..., 3) of barycentric ones (..., 3) in faces with corners (..., 3)."""
+    return np.asarray((points[..., None, :] @ solid("tetra").nodes[corner])[..., 0, :])
 
 
 def _inside(outside: Floats) -> tuple[Integers, Integers, Floats, Floats]:
@@ -286,18 +276,11 @@ def _quadrature(polygons: Floats) -> tuple[Floats, Floats]:
     return middles.reshape(len(fan), 3 * fan.shape[1], 3), np.repeat(share, 3, axis=1)
 
 
-def _row(
-    points: Floats, nodes: Integers, position: Floats, J: Floats, weight: Floats, centroid: Floats
-) -> sp.csr_array:
-    """Weights (1, n) of the mean over some points, carried to the patch's centroid."""
-    mean = weight[:, None] * quadratic_shapes(position)
-    offset = centroid - np.einsum("qj,qjx->x", mean, points[nodes])
-    if np.linalg.norm(offset) > _OFFSET:
-        along = np.linalg.solve(J, np.broadcast_to(offset, (len(J), 3))[..., None])
-        mean += weight[:, None] * (quadratic_slopes(position) @ along)[..., 0]
+def _row(size: int, nodes: Integers, mean: Floats) -> sp.csr_array:
+    """Weights (1, n) of the mean over some points from those of their elements' nodes."""
     used, number = np.unique(nodes, return_inverse=True)
     total = np.bincount(number.ravel(), mean.ravel())
-    row = sp.csr_array((total, (np.zeros(len(used), int), used)), shape=(1, len(points)))
+    row = sp.csr_array((total, (np.zeros(len(used), int), used)), shape=(1, size))
     row.eliminate_zeros()
     return row
 

@@ -37,36 +37,20 @@ from vanelock.rom.system.system import Matrix, common_band
 
 @dataclass(frozen=True)
 class Masters(Product):
-    """Nodes of a part with their places, sets and contact frames.
+    """Nodes of a part with their places, sets and contact frames."""
 
-    Attributes
-    ----------
-    part : str
-        Name of the part.
-    sectors : int
-        Sectors N in the ring.
-    nodes : (m,) int
-        The part's node numbers.
-    points : (m, 3) float
-        Their coordinates, m; the patch's centroid where a node is averaged.
-    node_sets : dict of str to (k,) int
-        Node numbers of the sets that lie among them.
-    frames : dict of str to (k, 3, 3) float
-        Contact frames of those sets, as in `mesh.Part`.
-    averaged : (a,) int
-        Those of the nodes whose displacement is the mean over their contact patch.
-    areas : dict of str to (k,) float
-        Areas of the nodes of those contact sets that have them, m², as in `mesh.Part`.
-    """
-
-    part: str
-    sectors: int
-    nodes: Integers
+    part: str  # name of the part
+    sectors: int  # sectors N in the ring
+    nodes: Integers  # (m,), the part's node numbers
     points: Floats = field(metadata={"unit": "m"})
-    node_sets: dict[str, Integers]
-    frames: dict[str, Floats]
+    """(m, 3), their coordinates, m; the patch's centroid where a node is averaged."""
+    node_sets: dict[str, Integers]  # by name (k,), node numbers of the sets that lie among them
+    frames: dict[str, Floats]  # by name (k, 3, 3), contact frames of those sets, as in `mesh.Part`
     averaged: Integers = field(default_factory=lambda: np.empty(0, np.int64))
+    """(a,), those of the nodes whose displacement is the mean over their contact patch."""
     areas: dict[str, Floats] = field(default_factory=dict, metadata={"unit": "m^2"})
+    """By name (k,), areas of the nodes of those contact sets that have them, m², as in
+    `mesh.Part`."""
 
     def set(self, name: str) -> Integers:
         """Node numbers of a set."""
@@ -107,16 +91,6 @@ def choose(part: Part, names: Sequence[str], averaged: Sequence[str] = ()) -> Ma
         frames={name: part.frames[name] for name in names if name in part.frames},
         averaged=nodes[np.isin(nodes, means)],
         areas={name: part.areas[name] for name in names if name in part.areas},
-    )
-
-
-def everything(part: Part, averaged: Sequence[str] = ()) -> Masters:
-    """All nodes of a part, for joining what is not reduced."""
-    nodes = np.arange(len(part.points))
-    points = _places(part, averaged)
-    means = np.concatenate([nodes[:0], *(part.node_sets[name] for name in averaged)])
-    return Masters(
-        part.name, part.sectors, nodes, points, part.node_sets, part.frames, means, part.areas
     )
 
 

@@ -92,26 +92,6 @@ class Recovery:
         phase = phase_factor(nodal_diameter * sector, sectors)
         return np.asarray(np.einsum("ij,nj...->ni...", turn(sectors, sector) * phase, u))
 
-    def adjoint(self, functional: Any, nodal_diameter: int) -> Complex:
-        """Rows (g, n) in reduced coordinates of linear functionals of sector 0's displacements.
-
-        Parameters
-        ----------
-        functional : (g, free dofs) sparse
-            Rows on the model's free dofs.
-        nodal_diameter : int
-            The diameter of the coordinates.
-        """
-        part, G = self.statics(nodal_diameter), sp.csr_array(functional)
-        if self.problem.means is not None:
-            G = sp.csr_array(G @ self.problem.means)
-        g_s = (G @ part.slaves).toarray()
-        follow = part.solve(g_s.conj().T).conj().T
-        row_m = (G @ part.masters).toarray() - follow @ part.K_sm
-        rows = np.hstack([row_m, g_s @ self._vectors(nodal_diameter)])
-        basis = self.component.at(nodal_diameter).basis
-        return np.asarray(rows if basis is None else rows @ basis)
-
     def strain(self, coordinates: Complex, nodal_diameter: int, sector: int = 0) -> Complex:
         """Strain at the nodes, (nodes, 6) or (nodes, 6, k), see `fem.strain`.
 
@@ -141,9 +121,16 @@ class Recovery:
 
         One solve a functional serves every point of a response.
         """
-        free = fem.free_rows(self.model, functional)
+        part, G = self.statics(nodal_diameter), _on_free_dofs(self.model, functional)
+        if self.problem.means is not None:
+            G = sp.csr_array(G @ self.problem.means)
+        g_s = (G @ part.slaves).toarray()
+        follow = part.solve(g_s.conj().T).conj().T
+        row_m = (G @ part.masters).toarray() - follow @ part.K_sm
+        rows = np.hstack([row_m, g_s @ self._vectors(nodal_diameter)])
+        basis = self.component.at(nodal_diameter).basis
         phase = phase_factor(nodal_diameter * sector, self.model.part.sectors)
-        return np.asarray(phase * self.adjoint(free, nodal_diameter))
+        return np.asarray(phase * (rows if basis is None else rows @ basis))
 
     def _strain(
         self, coordinates: Complex, nodal_diameter: int, growth: ArrayLike | None = None
@@ -204,6 +191,16 @@ class Recovery:
         K_sm = sp.csr_array(T.conj().T @ given.K[:, given.rows])
         held = shared.held(nodal_diameter)
         return _Statics(held.solve, K_sm, unit[:, given.rows].tocsr(), T.tocsr())
+
+
+def _on_free_dofs(model: Model, functional: Any) -> sp.csr_array:
+    """Rows (g, 3·nodes) on all nodes' displacements as rows on a model's free dofs, (g, free)."""
+    dofs = model.dofs.ravel()
+    free = np.flatnonzero(dofs >= 0)
+    spread = sp.csr_array(
+        (np.ones(len(free)), (free, dofs[free])), shape=(len(dofs), model.K.shape[0])
+    )
+    return sp.csr_array(sp.csr_array(functional) @ spread)
 
 
 def recovery(component: Component, model: Model, prepared: Condensed | None = None) -> Recovery:

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vanelock.fem.elements import shape_functions
 from vanelock.mesh import Part
+from vanelock.mesh.cells import solid
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -161,7 +161,7 @@ def determinants(part: Part) -> tuple[Floats, Floats]:
 
 
 def _determinant(part: Part, places: Floats) -> Floats:
-    _, slopes = shape_functions(part.cell_type, places)
+    _, slopes = solid(part.cell_type).functions(places)
     return np.asarray(
         np.linalg.det(np.einsum("eka,qkb->eqab", part.points[part.cells], slopes, optimize=True))
     )

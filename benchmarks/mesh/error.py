@@ -26,7 +26,7 @@ from vanelock.fem.elements import reference_element
 from vanelock.fem.stresses import hooke, strain_blocks
 from vanelock.mesh import CasingDimensions, Part, Sizes, VaneDimensions, sizes_for
 from vanelock.mesh.element_size import SIZES
-from vanelock.rom.component import everything
+from vanelock.rom.component import choose
 from vanelock.rom.routes.problem import with_means
 from vanelock.stages.parts.segment import HOOK_SETS
 
@@ -149,7 +149,7 @@ def joined(vane: Part, casing: Part) -> Joined:
     keys = blade.rows("key").ravel()
     own = np.setdiff1d(np.arange(blade.K.shape[0]), keys)
     means = [
-        with_means(model, everything(model.part, sets).averaged)[0]
+        with_means(model, choose(model.part, sets, sets).averaged)[0]
         for model, sets in ((blade, AVERAGED), (shell, [s for s in AVERAGED if s in HOOK_SETS]))
     ]
     second, told = {}, {}

@@ -84,21 +84,11 @@ class NoMatrixError(InputError):
 
 @dataclass(frozen=True)
 class WantedMatrix:
-    """What is looked for in a file.
+    """What is looked for in a file."""
 
-    Attributes
-    ----------
-    what : str
-        "stiffness", "mass" or "damping".
-    name : str or None
-        The name that the user gives.
-    alone : bool
-        Whether a file's only matrix is the one, whatever its name.
-    """
-
-    what: str
-    name: str | None = None
-    alone: bool = True
+    what: str  # "stiffness", "mass" or "damping"
+    name: str | None = None  # the name that the user gives
+    alone: bool = True  # whether a file's only matrix is the one, whatever its name
 
 
 def chosen(source: str, names: Sequence[str], request: WantedMatrix) -> str:
@@ -140,38 +130,19 @@ FULL, SYMMETRIC, HERMITIAN = "full", "symmetric", "hermitian"
 
 @dataclass(frozen=True)
 class Entries:
-    """Entries of a square matrix, and its rows' labels where the file gives them.
+    """Entries of a square matrix, and its rows' labels where the file gives them."""
 
-    Attributes
-    ----------
-    source : str
-        What errors call the file.
-    size : int
-        Rows n.
-    rows, columns : (k,) int
-        Places from 0.
-    values : (k,) float or complex
-        The entries.
-    form : str
-        `FULL`; or `SYMMETRIC`, `HERMITIAN` where one triangle stands for both.
-    node, direction : (n,) int or None
-        Labels of the rows, directions as in `Matrices`.
-    leaves_out : bool
-        Whether the format leaves out rows in which all entries are zero.
-    fixed : frozenset of (int, int)
-        Labels that the file marks as held by a boundary condition, and which it is left without.
-    """
-
-    source: str
-    size: int
-    rows: Integers
+    source: str  # what errors call the file
+    size: int  # rows n
+    rows: Integers  # (k,), places from 0
     columns: Integers
-    values: Array
-    form: str = FULL
-    node: Integers | None = None
+    values: Array  # (k,), the entries
+    form: str = FULL  # `FULL`; or `SYMMETRIC`, `HERMITIAN` where one triangle stands for both
+    node: Integers | None = None  # (n,), labels of the rows, directions as in `Matrices`
     direction: Integers | None = None
-    leaves_out: bool = False
+    leaves_out: bool = False  # whether the format leaves out rows in which all entries are zero
     fixed: frozenset[tuple[int, int]] = frozenset()
+    """Labels that the file marks as held by a boundary condition, and which it is left without."""
 
 
 def number_table(source: str, text: str, **options: Any) -> Floats:

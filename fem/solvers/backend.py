@@ -33,24 +33,15 @@ Solve = Callable[[Array], Array]
 
 @dataclass(frozen=True)
 class Numeric:
-    """A numerical factorisation.
+    """A numerical factorisation."""
 
-    Attributes
-    ----------
-    solve : callable
-        A⁻¹ b for a dense (n, k) array b of A's kind in Fortran order.
-    negative : int or None
-        Number of negative eigenvalues of A (Sylvester's law of inertia), where the pivots give it.
-    nonzeros : int or None
-        Entries stored in the factors, where the solver counts them.
-    analysis : object
-        What a later factorisation with the same pattern may begin from; None if nothing.
-    """
-
-    solve: Solve
+    solve: Solve  # A⁻¹ b for a dense (n, k) array b of A's kind in Fortran order
     negative: int | None = None
-    nonzeros: int | None = None
+    """Number of negative eigenvalues of A (Sylvester's law of inertia), where the pivots give
+    it."""
+    nonzeros: int | None = None  # entries stored in the factors, where the solver counts them
     analysis: Any = None
+    """What a later factorisation with the same pattern may begin from; None if nothing."""
 
 
 class BreakdownError(Exception):

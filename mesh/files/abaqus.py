@@ -120,11 +120,10 @@ def _resolved(deck: _Deck) -> RawMesh:
     for name, (numbers, _) in deck.elements.items():
         if not _solid(name) and stiff and (count := np.isin(numbers, np.concatenate(stiff)).sum()):
             raw.unread[name] += int(count) if _MARKS.match(name) else 0
-    nodes_of = _ElementNodes(raw.blocks)
     for name in deck.node_sets:
-        raw.node_sets[name] = distinct(_members(deck, name, deck.node_sets, (), nodes_of))
+        raw.node_sets[name] = distinct(_members(deck, name, deck.node_sets, (), raw))
     for name, faces in deck.surfaces.items():
-        found = [own for what, face in faces for own in _faces(raw, nodes_of, what, face)]
+        found = [own for what, face in faces for own in _faces(raw, what, face)]
         if found:
             raw.face_sets[name] = found
     return raw
@@ -135,29 +134,12 @@ def _mark(name: str, count: int) -> str:
     return {**_FLAT, 2: "line"}.get(count, name) if _MARKS.match(name) else name
 
 
-class _ElementNodes:
-    """Looks up where an element is."""
-
-    def __init__(self, blocks: list[CellBlock]) -> None:
-        self.blocks = blocks
-        self.place = {
-            int(number): (b, i)
-            for b, block in enumerate(blocks)
-            for i, number in enumerate(block.numbers)
-        }
-
-    def of(self, numbers: Integers) -> list[tuple[CellBlock, Integers]]:
-        """Block and nodes of each element that exists."""
-        places = [self.place[int(n)] for n in numbers if int(n) in self.place]
-        return [(self.blocks[b], np.asarray(self.blocks[b].nodes[i])) for b, i in places]
-
-
 def _members(
     deck: _Deck,
     name: str,
     sets: dict[str, list[str | Integers]],
     above: tuple[str, ...],
-    nodes_of: "_ElementNodes | None" = None,
+    raw: RawMesh | None = None,
 ) -> Integers:
     if name in above:
         raise InputError(f"{deck.source}: the set {name} contains itself")
@@ -165,21 +147,21 @@ def _members(
     for entry in sets[name]:
         if not isinstance(entry, str):
             found.append(entry)
-        elif entry.startswith("elements ") and nodes_of is not None:
+        elif entry.startswith("elements ") and raw is not None:
             which = entry.removeprefix("elements ")
             if which not in deck.element_sets:
                 raise InputError(f"{deck.source}: the set {name} names an absent set {which}")
             elements = _members(deck, which, deck.element_sets, ())
-            found += [nodes for _, nodes in nodes_of.of(elements)]
+            found += [nodes for _, nodes in raw.elements(elements)]
         elif entry.rpartition(".")[2] in sets:
             inner = entry.rpartition(".")[2]
-            found.append(_members(deck, inner, sets, (*above, name), nodes_of))
+            found.append(_members(deck, inner, sets, (*above, name), raw))
         else:
             raise InputError(f"{deck.source}: the set {name} names an absent set {entry}")
     return np.concatenate(found)
 
 
-def _faces(raw: RawMesh, nodes_of: _ElementNodes, what: str, face: str) -> list[Integers]:
+def _faces(raw: RawMesh, what: str, face: str) -> list[Integers]:
     """Corner nodes of one line of a surface; none where its face is not one of a solid."""
     what = what.rpartition(".")[2]
     if what.isdigit():
@@ -189,7 +171,7 @@ def _faces(raw: RawMesh, nodes_of: _ElementNodes, what: str, face: str) -> list[
     else:
         raise InputError(f"{raw.source}: a surface names an absent element set {what}")
     found = []
-    for block, nodes in nodes_of.of(elements):
+    for block, nodes in raw.elements(elements):
         if block.cell_type.startswith(("triangle", "quad")) and face in ("", "SPOS", "SNEG"):
             found.append(nodes[: 3 if block.cell_type.startswith("triangle") else 4])
         corners = _FACES.get(block.cell_type[:5], [])

@@ -30,65 +30,24 @@ from vanelock.mesh.files.raw import CellBlock, RawMesh, distinct
 from vanelock.mesh.part import Part
 
 
-def _node_numbers(data: bytes) -> Integers | None:
-    """Numbers of the nodes in the order of a .msh file of version 2 or 4.1; None of any other."""
-    words = _after(data, b"$MeshFormat", 200)[:200].split()
+def _node_numbers(path: Path) -> Integers | None:
+    """Numbers of a .msh file's nodes, which meshio reads and drops, of version 2 or 4.1."""
+    from meshio.gmsh import main
+
     try:
-        version, binary = words[0].decode(), words[1] == b"1"
-        nodes = _after(data, b"$Nodes", None)
-        if version.startswith("2"):
-            return _version_2(nodes, binary)
-        if version in ("4", "4.1"):
-            return _binary(nodes) if binary else _text(nodes)
-    except (ValueError, IndexError, UnicodeDecodeError, OverflowError, MemoryError):
+        with open(path, "rb") as file:
+            for line in iter(file.readline, b""):
+                if line.strip() == b"$MeshFormat":
+                    version, size, is_text = main._read_header(file)
+                elif line.strip() == b"$Nodes":
+                    break
+            if version in ("4", "4.1"):
+                return np.asarray(main._gmsh41._read_nodes(file, is_text, size)[1] + 1, np.int64)
+            if version.startswith("2"):
+                return np.asarray(main._gmsh22._read_nodes(file, is_text)[1], np.int64)
+    except (main.ReadError, ValueError, IndexError, OverflowError, MemoryError):
         pass
     return None
-
-
-def _after(data: bytes, name: bytes, count: int | None) -> bytes:
-    start = data.find(name + b"\n")
-    skip = len(name) + 1
-    if start < 0:
-        start, skip = data.find(name + b"\r\n"), len(name) + 2
-    if start < 0:
-        return b""
-    begin = start + skip
-    return data[begin:] if count is None else data[begin : begin + count]
-
-
-def _version_2(nodes: bytes, binary: bool) -> Integers:
-    first, _, rest = nodes.partition(b"\n")
-    count = int(first)
-    if binary:
-        record = np.dtype([("number", "<i4"), ("place", "<f8", 3)])
-        return np.frombuffer(rest, record, count)["number"].astype(np.int64)
-    lines = rest.split(b"\n", count)[:count]
-    return np.array([int(line.split(None, 1)[0]) for line in lines], np.int64)
-
-
-def _text(nodes: bytes) -> Integers:
-    lines = iter(nodes[: max(nodes.find(b"$EndNodes"), 0)].splitlines())
-    blocks = int(next(lines, b"").split()[0])
-    found: list[int] = []
-    for _ in range(blocks):
-        count = int(next(lines, b"").split()[3])
-        found += [int(next(lines, b"")) for _ in range(count)]
-        for _ in range(count):
-            next(lines, b"")
-    return np.array(found, np.int64)
-
-
-def _binary(nodes: bytes) -> Integers:
-    blocks = int(np.frombuffer(nodes, "<u8", 4)[0])
-    at, found = 32, [np.empty(0, np.int64)]
-    for _ in range(blocks):
-        parametric = int(np.frombuffer(nodes, "<i4", 3, at)[2])
-        count = int(np.frombuffer(nodes, "<u8", 1, at + 12)[0])
-        found.append(np.frombuffer(nodes, "<u8", count, at + 20).astype(np.int64))
-        at += 20 + count * (8 + 24)
-        if parametric:
-            raise ValueError
-    return np.concatenate(found)
 
 
 _FROM_ZERO = (".vtk", ".vtu")  # number their nodes from 0
@@ -113,7 +72,7 @@ def read_exchange(source: str, path: Path) -> RawMesh:
     numbers = np.arange(len(points)) + (0 if path.suffix.lower() in _FROM_ZERO else 1)
     gmsh = path.suffix.lower() == ".msh"
     if gmsh:
-        own = _node_numbers(path.read_bytes())
+        own = _node_numbers(path)
         if own is not None and len(own) == len(points) == len(np.unique(own)):
             numbers = own
     raw = RawMesh(source, numbers, points, repeated=gmsh)

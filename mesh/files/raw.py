@@ -4,6 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -15,58 +16,42 @@ from vanelock.mesh.part import Part
 
 @dataclass(frozen=True)
 class CellBlock:
-    """Elements of one type.
+    """Elements of one type."""
 
-    Attributes
-    ----------
-    cell_type : str
-        meshio's name, or the file's own where meshio has none.
-    numbers : (e,) int
-        The file's numbers of the elements.
-    nodes : (e, k) int
-        The file's numbers of their nodes, corners first.
-    """
-
-    cell_type: str
-    numbers: Integers
-    nodes: Integers
+    cell_type: str  # meshio's name, or the file's own where meshio has none
+    numbers: Integers  # (e,), the file's numbers of the elements
+    nodes: Integers  # (e, k), the file's numbers of their nodes, corners first
 
 
 @dataclass
 class RawMesh:
-    """Contents of a mesh file, all of it by the file's own numbers.
+    """Contents of a mesh file, all of it by the file's own numbers."""
 
-    Attributes
-    ----------
-    source : str
-        What errors call the file.
-    numbers : (n,) int
-        Of the nodes.
-    points : (n, 3) float
-        Their coordinates in the file's unit.
-    blocks : list of CellBlock
-        Elements of any dimension.
-    node_sets : dict of str to (k,) int
-        Nodes, in the file's order.
-    element_sets : dict of str to (k,) int
-        Elements.
-    face_sets : dict of str to list of (f, c) int
-        Corner nodes of faces.
-    repeated : bool
-        Whether the format repeats an element for each set that it belongs to.
-    unread : Counter
-        Elements that have stiffness or mass and are not in the blocks, by the file's names.
-    """
-
-    source: str
-    numbers: Integers
-    points: Floats
-    blocks: list[CellBlock] = field(default_factory=list)
+    source: str  # what errors call the file
+    numbers: Integers  # (n,), of the nodes
+    points: Floats  # (n, 3), their coordinates in the file's unit
+    blocks: list[CellBlock] = field(default_factory=list)  # elements of any dimension
     node_sets: dict[str, Integers] = field(default_factory=dict)
-    element_sets: dict[str, Integers] = field(default_factory=dict)
-    face_sets: dict[str, list[Integers]] = field(default_factory=dict)
-    repeated: bool = False
+    """By name (k,), nodes in the file's order."""
+    element_sets: dict[str, Integers] = field(default_factory=dict)  # by name (k,), elements
+    face_sets: dict[str, list[Integers]] = field(default_factory=dict)  # corner nodes of faces
+    repeated: bool = False  # whether the format repeats an element for each set that it belongs to
     unread: Counter[str] = field(default_factory=Counter)
+    """Elements that have stiffness or mass and are not in the blocks, by the file's names."""
+
+    @cached_property
+    def _places(self) -> dict[int, tuple[CellBlock, int]]:
+        """Block and row of each element."""
+        return {
+            number: (block, i)
+            for block in self.blocks
+            for i, number in enumerate(block.numbers.tolist())
+        }
+
+    def elements(self, numbers: Integers) -> list[tuple[CellBlock, Integers]]:
+        """Block and nodes of those elements that exist, once all blocks are there."""
+        places = [self._places[n] for n in numbers.tolist() if n in self._places]
+        return [(block, np.asarray(block.nodes[i])) for block, i in places]
 
 
 def distinct(numbers: Iterable[int] | Integers) -> Integers:

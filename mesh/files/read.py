@@ -124,21 +124,15 @@ def _file_sets(
 
 def _of_elements(raw: RawMesh, corners: int) -> dict[str, tuple[Integers, Integers | None]]:
     """Nodes of each set of elements, and corners of the faces if they are faces of the solids."""
-    if not raw.element_sets:
-        return {}
-    where = {
-        int(number): (block, i) for block in raw.blocks for i, number in enumerate(block.numbers)
-    }
     kind = "triangle" if corners == 3 else "quad"
     sets: dict[str, tuple[Integers, Integers | None]] = {}
     for name, elements in raw.element_sets.items():
-        found = [where[int(e)] for e in elements if int(e) in where]
-        if not found:
+        if not (found := raw.elements(elements)):
             continue
-        own = distinct(np.concatenate([block.nodes[i] for block, i in found]))
+        own = distinct(np.concatenate([nodes for _, nodes in found]))
         flat = None
         if all(block.cell_type.startswith(kind) for block, _ in found):
-            flat = np.array([block.nodes[i][:corners] for block, i in found])
+            flat = np.array([nodes[:corners] for _, nodes in found])
         sets[name] = own, flat
     return sets
 
@@ -256,8 +250,7 @@ def _in_order(
     n = reference.corners
     if cells.shape[1] == n:
         return cells
-    linear = solid("tetra" if n == 4 else "hexahedron")
-    shape = linear.values(reference.nodes[n:])
+    shape, _ = solid("tetra" if n == 4 else "hexahedron").functions(reference.nodes[n:])
     expected = np.einsum("mc,ecx->emx", shape, points[cells[:, :n]])
     given = points[cells[:, n:]]
     size = np.linalg.norm(points[cells[:, :n]] - points[cells[:, [1]]], axis=2).max(axis=1)
@@ -289,7 +282,7 @@ def _right_way_round(
     """Refuse elements that are turned inside out, half-way from their middle to any node."""
     middle = reference.nodes[: reference.corners].mean(axis=0)
     inside = np.vstack([middle, 0.5 * (reference.nodes + middle)])
-    slopes = reference.slopes(inside)
+    _, slopes = reference.functions(inside)
     worst = np.empty(len(cells))
     for start in range(0, len(cells), 4096):  # a quarter of a gigabyte at most
         block = slice(start, start + 4096)

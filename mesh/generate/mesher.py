@@ -11,6 +11,7 @@ face has the other diagonal of the four nodes.
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -100,6 +101,7 @@ def _tetrahedra(
     same_faces: bool = False,
 ) -> None:
     """Mesh the current model with linear tetrahedra no larger than `size`, m."""
+    attempt = partial(_attempt, gmsh, size, local, stretch, same_faces)
     reached: dict[tuple[float, bool], float] = {}
     for split in (False, True):
         if max(reached.values(), default=-1.0) > _BAD:
@@ -107,14 +109,14 @@ def _tetrahedra(
         for finer in _FINER:
             last = finer, split
             try:
-                reached[last] = _attempt(gmsh, size, local, stretch, same_faces, *last)
+                reached[last] = attempt(*last)
             except Exception:  # all that gmsh raises
                 reached[last] = -1.0
             if reached[last] > _ENOUGH:
                 return
     best = max(reached, key=reached.__getitem__)
     if best != last or reached[best] < 0:
-        _attempt(gmsh, size, local, stretch, same_faces, *best)
+        attempt(*best)
 
 
 def _attempt(

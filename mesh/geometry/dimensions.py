@@ -9,6 +9,7 @@ tests/verification/mesh/test_designs.py draws them.
 
 from collections.abc import Iterator
 from itertools import pairwise
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
@@ -50,17 +51,11 @@ def _odd(value: int, what: str) -> int:
 def _ascending(model: BaseModel, *names: str) -> Iterator[str]:
     """Refuse lengths that do not grow along `names` by a wall's thickness; a dot reaches deeper."""
     for low, high in pairwise(names):
-        below, above = _value(model, low), _value(model, high)
+        below, above = attrgetter(low, high)(model)
         if below > above - CLEARANCE:
             yield (
                 f"{high} = {above:g} m: must exceed {low} = {below:g} m by at least {CLEARANCE:g} m"
             )
-
-
-def _value(model: Any, name: str) -> float:
-    for part in name.split("."):
-        model = getattr(model, part)
-    return float(model)
 
 
 class _Dimensions(Checked):

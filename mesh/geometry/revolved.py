@@ -16,19 +16,11 @@ PIECE = np.pi / 4
 
 
 class Corner(NamedTuple):
-    """A corner of an outline, rounded by an arc that is tangent to both sides.
+    """A corner of an outline, rounded by an arc that is tangent to both sides."""
 
-    Attributes
-    ----------
-    radius, z : float
-        Where the sides meet, m.
-    fillet : float
-        Radius of the arc, m; 0 leaves the corner sharp.
-    """
-
-    radius: float
+    radius: float  # where the sides meet, m
     z: float
-    fillet: float = 0.0
+    fillet: float = 0.0  # radius of the arc, m; 0 leaves the corner sharp
 
 
 class _Edge(NamedTuple):

@@ -58,17 +58,10 @@ class _Strip:
 
 @dataclass(frozen=True)
 class RationalFace:
-    """A face: rational curves across it, each with the control points of one place.
+    """A face: rational curves across it, each with the control points of one place."""
 
-    Attributes
-    ----------
-    rows : (d + 1, n, 3) float
-        Of degree d, at `_PLACES`, m.
-    weights : (d + 1, n) float
-    """
-
-    rows: Floats
-    weights: Floats
+    rows: Floats  # (d + 1, n, 3), of degree d, at `_PLACES`, m
+    weights: Floats  # (d + 1, n)
 
     def control(self) -> tuple[Floats, Floats, Floats]:
         """Control points (d + 1, n, 3), their weights (d + 1, n) and the cubic spline's knots."""

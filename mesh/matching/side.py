@@ -26,7 +26,6 @@ _NEEDED: dict[str, tuple[str, ...]] = {
     "casing": (*HOOKS, "key", "left", "right", "force", "output"),
 }
 """Sets that a part must have; a vane whose interlock has contacts needs those, too."""
-"""What files of earlier versions call a set."""
 _OPTIONAL: dict[str, tuple[str, ...]] = {"vane": (*INTERLOCKS, "fixed"), "casing": ("fixed",)}
 
 
@@ -50,10 +49,6 @@ class OwnPart(Product):
     mesh: FileMesh
     node_sets: dict[str, Integers]
     face_sets: dict[str, Integers]
-
-    def describe(self, node: int) -> str:
-        """What errors call a node."""
-        return f"node {self.mesh.numbers[node]}"
 
 
 def own_part(
@@ -115,8 +110,8 @@ def _check_key(part: OwnPart) -> None:
     stray = np.setdiff1d(part.node_sets["key"], hooks)
     if len(stray):
         raise InputError(
-            f"{part.mesh.source}: set key: {part.describe(stray[0])} belongs to neither hook: its "
-            "nodes must be some of theirs"
+            f"{part.mesh.source}: set key: node {part.mesh.numbers[stray[0]]} belongs to neither "
+            "hook: its nodes must be some of theirs"
         )
 
 
@@ -132,8 +127,8 @@ def _check_apart(part: OwnPart) -> None:
             both = np.intersect1d(part.node_sets[first], part.node_sets[second])
             if len(both):
                 raise InputError(
-                    f"{part.mesh.source}: {part.describe(both[0])} is in the sets {first} and "
-                    f"{second}, which must not share nodes"
+                    f"{part.mesh.source}: node {part.mesh.numbers[both[0]]} is in the sets {first} "
+                    f"and {second}, which must not share nodes"
                 )
 
 
@@ -221,42 +216,28 @@ def cylindrical_axes(points: Floats) -> tuple[Floats, Floats]:
 
 
 class Side:
-    """One part while it is matched.
+    """One part while it is matched: points are moved to their mates, sets put in their order.
 
-    Attributes
-    ----------
-    own : bool
-        Whether it is a user's; the program's own part stays as it is.
-    source : str
-        What errors call it.
-    points : (n, 3) float
-        Its nodes, m, to be moved to their mates.
-    sets : dict of str to (k,) int
-        Its sets, to be put in the order of their mates.
-    frames : dict of str to (k, 3, 3) float
-        Its contact frames as far as they are known.
+    `own` says whether it is a user's; the program's own part stays as it is.
     """
 
     def __init__(self, original: Part | OwnPart, sectors: int) -> None:
         self.original, self.sectors = original, sectors
         self.own = isinstance(original, OwnPart)
-        mesh = original.mesh if isinstance(original, OwnPart) else original
-        self.name = original.name
-        self.source = (
-            f"{original.name} ({original.mesh.source})"
-            if isinstance(original, OwnPart)
-            else original.name
-        )
-        self.points = mesh.points.copy()
+        mesh: Part | FileMesh
+        if isinstance(original, OwnPart):
+            mesh, numbers, frames = original.mesh, original.mesh.numbers, {}
+            self.source = f"{original.name} ({original.mesh.source})"  # what errors call it
+        else:
+            mesh, numbers, frames = original, np.arange(len(original.points)), original.frames
+            self.source = original.name
+        self.numbers, self.points = numbers, mesh.points.copy()
         self.cells, self.cell_type = mesh.cells, mesh.cell_type
-        self.sets = dict(original.node_sets)
-        self.frames = {} if isinstance(original, OwnPart) else dict(original.frames)
+        self.sets, self.frames = dict(original.node_sets), dict(frames)
 
     def describe(self, node: int) -> str:
         """What errors call a node."""
-        if isinstance(self.original, OwnPart):
-            return self.original.describe(node)
-        return f"node {node}"
+        return f"node {self.numbers[node]}"
 
     def of(self, name: str) -> Floats:
         """Places of a set's nodes."""
@@ -290,7 +271,7 @@ class Side:
         if isinstance(self.original, Part):
             return self.original
         return Part(
-            self.name,
+            self.original.name,
             self.points,
             self.cells,
             self.cell_type,

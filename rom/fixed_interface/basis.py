@@ -32,22 +32,13 @@ from vanelock.rom.system.system import Matrix
 
 @dataclass(frozen=True)
 class Fixed:
-    """Fixed-interface modes, the lowest ones.
+    """Fixed-interface modes, the lowest ones."""
 
-    Attributes
-    ----------
-    vectors : (s, f)
-        Mass-normalised.
-    omega_squared : (f,) float
-        Ascending, rad²/s².
-    complete : float
-        Circular frequency up to which no fixed-interface mode is left out, rad/s; infinite where
-        the vectors are all there are.
-    """
-
-    vectors: Matrix
-    omega_squared: Floats
+    vectors: Matrix  # (s, f), mass-normalised
+    omega_squared: Floats  # (f,), ascending, rad²/s²
     complete: float
+    """Circular frequency up to which no fixed-interface mode is left out, rad/s; infinite where
+    the vectors are all there are."""
 
 
 def fixed_modes(
@@ -80,29 +71,16 @@ _SEEN = 1e-22
 
 @dataclass(frozen=True)
 class Candidates:
-    """Fixed-interface modes, vectors beside them, and what comes next.
+    """Fixed-interface modes, vectors beside them, and what comes next."""
 
-    Attributes
-    ----------
-    modes : Fixed
-        Exact modes.
-    vectors : (s, a)
-        Further vectors W, K- and M-orthogonal to the modes, in the order of their use.
-    loads, answers : (s, a)
-        K_ss W and K_ss⁻¹ M_ss W.
-    stiffness, mass : (a, a)
-        Matrices of W, ones on the diagonal of the first.
-    spare : (m, r)
-        Motions of the masters, the static answers to whose inertia come next.
-    """
-
-    modes: Fixed
+    modes: Fixed  # exact modes
     vectors: Matrix
-    loads: Matrix
+    """(s, a), further vectors W, K- and M-orthogonal to the modes, in the order of their use."""
+    loads: Matrix  # (s, a), K_ss W and K_ss⁻¹ M_ss W
     answers: Matrix
-    stiffness: Matrix
+    stiffness: Matrix  # (a, a), matrices of W, ones on the diagonal of the first
     mass: Matrix
-    spare: Matrix
+    spare: Matrix  # (m, r), motions of the masters, the static answers to whose inertia come next
 
     @classmethod
     def exactly(cls, modes: Fixed) -> "Candidates":
@@ -217,35 +195,18 @@ def _bordered(A: Matrix, across: Matrix, block: Matrix) -> Matrix:
 
 @dataclass(frozen=True)
 class Projected:
-    """A part's products with its candidate vectors B, a of them.
+    """A part's products with its candidate vectors B, a of them."""
 
-    Attributes
-    ----------
-    candidates : Candidates
-        The vectors.
-    K_mm, M_mm : (m, m)
-        Guyan's matrices.
-    inertia, answer : (m, a)
-        LᴴB and YᴴMB, B the modes and the Ritz vectors of what is kept beside them.
-    compliance : (m, m)
-        LᴴY.
-    second : (a, a)
-        BᴴMK⁻¹MB.
-    ritz : (v, v)
-        Those Ritz vectors in the vectors kept.
-    omega_squared : (a,) float
-        ω² of B, rad²/s².
-    """
-
-    candidates: Candidates
-    K_mm: Matrix
+    candidates: Candidates  # the vectors
+    K_mm: Matrix  # (m, m), Guyan's matrices
     M_mm: Matrix
     inertia: Matrix
+    """(m, a), LᴴB and YᴴMB, B the modes and the Ritz vectors of what is kept beside them."""
     answer: Matrix
-    compliance: Matrix
-    second: Matrix
-    ritz: Matrix
-    omega_squared: Floats
+    compliance: Matrix  # (m, m), LᴴY
+    second: Matrix  # (a, a), BᴴMK⁻¹MB
+    ritz: Matrix  # (v, v), those Ritz vectors in the vectors kept
+    omega_squared: Floats  # (a,), ω² of B, rad²/s²
 
     def vectors(self) -> Matrix:
         """(s, a) fixed-interface vectors of the reduced model."""

@@ -49,52 +49,26 @@ class _HeldStiffness(Protocol):
 
 @dataclass(frozen=True)
 class HeldMatrices:
-    """A part in one piece, condensed to its masters.
+    """A part in one piece, condensed to its masters."""
 
-    Attributes
-    ----------
-    stiffness : (m, m)
-        Of the part moved by its masters.
-    slaves : fem.Interior
-        Factors of K_ss.
-    """
-
-    stiffness: Matrix
-    slaves: Interior
+    stiffness: Matrix  # (m, m), of the part moved by its masters
+    slaves: Interior  # factors of K_ss
 
     def solve(self, b: Matrix) -> Matrix:
         """K_ss⁻¹ b."""
         return np.asarray(self.slaves.solve(b))
 
-    def extend(self, x_m: Matrix) -> Matrix:
-        """Ψ x_m."""
-        return np.asarray(self.slaves.extend(x_m))
-
 
 @dataclass(frozen=True)
 class HeldPart:
-    """Matrices of a part, m master and s slave dofs; real, or complex at a nodal diameter.
+    """Matrices of a part, m master and s slave dofs; real, or complex at a nodal diameter."""
 
-    Attributes
-    ----------
-    held : HeldStiffness
-        K_ss.
-    M_ss : Mass
-        Of the slaves.
-    K_mm, M_mm : (m, m)
-        Stiffness and mass of the part moved by its masters.
-    inertia : Inertia
-        L.
-    compliance : (m, m)
-        Lᴴ K_ss⁻¹ L.
-    """
-
-    held: _HeldStiffness
-    M_ss: Mass
-    K_mm: Matrix
+    held: _HeldStiffness  # K_ss
+    M_ss: Mass  # of the slaves
+    K_mm: Matrix  # (m, m), stiffness and mass of the part moved by its masters
     M_mm: Matrix
-    inertia: Inertia
-    compliance: Matrix
+    inertia: Inertia  # L
+    compliance: Matrix  # (m, m), Lᴴ K_ss⁻¹ L
 
 
 def held_part(
@@ -110,7 +84,7 @@ def held_part(
     M_ms = M_sm.conj().T.tocsr()
     for start in range(0, m, COLUMNS):
         block = slice(start, start + COLUMNS)
-        Psi = held.extend(unit[:, block])
+        Psi = held.slaves.extend(unit[:, block])
         own = M_ss @ Psi
         direct = M_sm[:, block].tocoo()
         np.add.at(own, direct.coords, direct.data)

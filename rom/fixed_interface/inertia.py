@@ -17,7 +17,7 @@ and what a nodal diameter needs follows from dense products with C_k.
 """
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
@@ -32,30 +32,12 @@ _SPANNED = 1e-12
 """Part of a face's motion, relative to the largest, that need not lie in the span of U."""
 
 
-class Inertia(Protocol):
-    """L as an operator, (s, m)."""
-
-    def push(self, x: Matrix) -> Matrix:
-        """L x, (s, k), from accelerations of the masters (m, k)."""
-
-    def gather(self, v: Matrix) -> Matrix:
-        """Lᴴ v, (m, k), from motions of the slaves (s, k)."""
-
-
 @dataclass(frozen=True)
 class SweptInertia:
-    """L by sweeps with the factors, a column of which costs no more than one of L itself.
+    """L by sweeps with the factors, a column of which costs no more than one of L itself."""
 
-    Attributes
-    ----------
-    slaves : fem.Interior
-        Factors of K_ss.
-    M_sm, M_ss : (s, m) and (s, s) sparse
-        Mass.
-    """
-
-    slaves: Interior
-    M_sm: sp.csc_array
+    slaves: Interior  # factors of K_ss
+    M_sm: sp.csc_array  # (s, m) and (s, s), mass
     M_ss: sp.csc_array
 
     def push(self, x: Matrix) -> Matrix:
@@ -69,21 +51,11 @@ class SweptInertia:
 
 @dataclass(frozen=True)
 class SectorInertia:
-    """L at a nodal diameter; its slaves are the left face's dofs and those of K_ss.
+    """L at a nodal diameter; its slaves are the left face's dofs and those of K_ss."""
 
-    Attributes
-    ----------
-    left : (l, t)
-        L on the left face.
-    blocks : tuple of (s, a_i) float
-        L_Z.
-    coefficients : (a, t)
-        C_k.
-    """
-
-    left: Matrix
-    blocks: tuple[Floats, ...]
-    coefficients: Matrix
+    left: Matrix  # (l, t), L on the left face
+    blocks: tuple[Floats, ...]  # (s, a_i), L_Z
+    coefficients: Matrix  # (a, t), C_k
 
     def push(self, x: Matrix) -> Matrix:
         """L x."""
@@ -102,22 +74,8 @@ class SectorInertia:
         return np.asarray(self.left.conj().T @ own + self.coefficients.conj().T @ of_blocks)
 
 
-class Mass(Protocol):
-    """M_ss as an operator."""
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """(s, s)."""
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Real, or complex at a nodal diameter."""
-
-    def diagonal(self) -> Matrix:
-        """(s,)."""
-
-    def __matmul__(self, x: Matrix) -> Matrix:
-        """M_ss x."""
+Inertia = SweptInertia | SectorInertia
+"""L as an operator, (s, m)."""
 
 
 @dataclass(frozen=True)
@@ -152,6 +110,10 @@ class _SectorMass:
         of_faces = self.on_faces @ x_l + self.follow.conj().T @ real_times(self.across, x_s)
         moved = real_times(self.across.T, self.follow @ x_l)
         return np.concatenate([of_faces, real_times(self.interior, x_s) + moved])
+
+
+Mass = sp.csc_array | _SectorMass
+"""M_ss."""
 
 
 @dataclass(frozen=True)

@@ -50,40 +50,21 @@ class Joinable(Protocol):
 
 @dataclass(frozen=True)
 class Touching:
-    """Contact elements of one name.
+    """Contact elements of one name."""
 
-    Attributes
-    ----------
-    name : str
-        Of the contacts.
-    own, mate : str
-        Parts; an empty mate is ground.
-    own_nodes, mate_nodes : (c,) int
-        Nodes that meet; `mate_nodes` counts for nothing at ground.
-    frames : (c, 3, 3) float
-        Rows: the outward normal of `own`, and two tangents.
-    kn, mu, interference : (c,) float
-        N/m, -, m.
-    kt : (c, 2) float
-        N/m.
-    next_sector : bool
-        Whether the mate belongs to the next sector of the ring.
-    element : Element, optional
-        The law that each of them follows along the normal, where they are no contacts.
-    """
-
-    name: str
-    own: str
+    name: str  # of the contacts
+    own: str  # parts; an empty mate is ground
     mate: str
-    own_nodes: Integers
+    own_nodes: Integers  # (c,), nodes that meet; `mate_nodes` counts for nothing at ground
     mate_nodes: Integers
-    frames: Floats
-    kn: Floats
-    kt: Floats
-    mu: Floats
+    frames: Floats  # (c, 3, 3), rows: the outward normal of `own`, and two tangents
+    kn: Floats  # (c,), N/m
+    kt: Floats  # (c, 2), N/m
+    mu: Floats  # (c,)
     interference: Floats
-    next_sector: bool = False
+    next_sector: bool = False  # whether the mate belongs to the next sector of the ring
     element: Element | None = None
+    """The law that each of them follows along the normal, where they are no contacts."""
 
     @property
     def where(self) -> str:

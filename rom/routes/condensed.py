@@ -51,21 +51,11 @@ _FREE = 1e-11
 
 @dataclass(frozen=True)
 class Condensed:
-    """A part whose faces and masters are condensed out.
+    """A part whose faces and masters are condensed out."""
 
-    Attributes
-    ----------
-    problem : Problem
-        The part.
-    matrix : (b + t, b + t)
-        S, rows of the faces first.
-    interior : fem.Interior
-        The factors of K_ss.
-    """
-
-    problem: Problem
-    matrix: Matrix
-    interior: Interior
+    problem: Problem  # the part
+    matrix: Matrix  # (b + t, b + t), S, rows of the faces first
+    interior: Interior  # the factors of K_ss
 
     @cached_property
     def answers(self) -> BoundaryAnswers:

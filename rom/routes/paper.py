@@ -53,22 +53,13 @@ _COLUMNS = 128  # constraint modes at a time: each block is multiplied with all 
 
 @dataclass(frozen=True)
 class CraigBampton:
-    """Real reduced matrices in the coordinates (x_m, η).
-
-    Attributes
-    ----------
-    K, M : (b, b) float
-        Stiffness, N/m, and mass, kg; b = 3·(number of master nodes) + number of modes.
-    fixed_modes : (s, f) float
-        Φ, mass-normalised, on the slave dofs.
-    problem : Problem
-        The part.
-    """
+    """Real reduced matrices in the coordinates (x_m, η)."""
 
     K: Floats
+    """(b, b), stiffness, N/m, and mass, kg; b = 3·(number of master nodes) + number of modes."""
     M: Floats
-    fixed_modes: Floats
-    problem: Problem
+    fixed_modes: Floats  # (s, f), Φ, mass-normalised, on the slave dofs
+    problem: Problem  # the part
 
     def forget_answers(self) -> None:
         """Nothing: all diameters take all of it."""

@@ -128,37 +128,23 @@ def cyclic_constraint(faces: int, others: int, nodal_diameter: int, sectors: int
 
 @dataclass(frozen=True)
 class Problem:
-    """A part, the rows of its masters, and those of its cyclic faces.
+    """A part, the rows of its masters, and those of its cyclic faces."""
 
-    Attributes
-    ----------
-    model : fem.Model
-        The part.
-    masters : Masters
-        Its retained nodes.
-    K, M : (n, n) sparse
-        Real stiffness, N/m, and mass, kg; the model's, or those with patch means among the dofs.
-    rows : (3m,) int
-        Rows of x, y, z of each retained node.
-    left, right : (b,) int
-        Nodes of the cyclic faces that are free to move, mates at equal places; empty for a part in
-        one piece.
-    means : (n, n) sparse or None
-        The model's free dofs from those of K and M, where some of these are patch means; see
-        `vanelock.rom.routes.problem`.
-    cyclic : bool
-        Whether it continues into its neighbours.
-    """
-
-    model: Model
-    masters: Masters
+    model: Model  # the part
+    masters: Masters  # its retained nodes
     K: sp.csc_array
+    """(n, n), real stiffness, N/m, and mass, kg; the model's, or those with patch means among
+    the dofs."""
     M: sp.csc_array
-    rows: Integers
+    rows: Integers  # (3m,), rows of x, y, z of each retained node
     left: Integers
+    """(b,), nodes of the cyclic faces that are free to move, mates at equal places; empty for a
+    part in one piece."""
     right: Integers
     means: sp.csc_array | None = None
-    cyclic: bool = False
+    """(n, n), the model's free dofs from those of K and M, where some of these are patch means;
+    see `vanelock.rom.routes.problem`."""
+    cyclic: bool = False  # whether it continues into its neighbours
 
     @property
     def face_rows(self) -> Integers:

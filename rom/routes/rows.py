@@ -35,9 +35,7 @@ class ReducedRows:
     Attributes
     ----------
     matrices : Reduced
-        Stiffness, mass, and what the reduction leaves out.
-    C : (r, r) or None
-        Damping of the same coordinates, N s/m.
+        Stiffness, mass, damping where it was given, and what the reduction leaves out.
     vectors : int
         Number of fixed-interface vectors.
     band : float or None
@@ -49,7 +47,6 @@ class ReducedRows:
     """
 
     matrices: Reduced
-    C: Matrix | None
     vectors: int
     band: float | None = None
     loads: Matrix | None = None
@@ -203,18 +200,17 @@ def held_piece(held: HeldMatrices, M: sp.csc_array, rows: Integers) -> HeldPart:
 def _kept(
     part: HeldPart, products: Projected, C: sp.csc_array | None, rows: Integers
 ) -> ReducedRows:
-    count = products.candidates.count
-    damping = None
+    matrices, count = products.reduced(), products.candidates.count
     if C is not None:
         assert isinstance(part.held, HeldMatrices)
         m, n = len(rows), C.shape[0]
         basis = np.zeros((n, m + count), np.result_type(part.K_mm, C.dtype))
         rest = np.setdiff1d(np.arange(n), rows)
         basis[rows, np.arange(m)] = 1
-        basis[rest, :m] = part.held.extend(np.eye(m, dtype=part.K_mm.dtype))
+        basis[rest, :m] = part.held.slaves.extend(np.eye(m, dtype=part.K_mm.dtype))
         basis[rest, m:] = products.vectors()
-        damping = hermitian(basis.conj().T @ (C @ basis))
-    return ReducedRows(products.reduced(), damping, count)
+        matrices = replace(matrices, C=hermitian(basis.conj().T @ (C @ basis)))
+    return ReducedRows(matrices, count)
 
 
 def _seen(

@@ -12,8 +12,9 @@ from vanelock import mesh
 from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import turn
 from vanelock.common.tables import Cell, Column, Table, heads
-from vanelock.fem.elements import reference_element, shape_functions
+from vanelock.fem.elements import reference_element
 from vanelock.mesh import Part
+from vanelock.mesh.cells import linear_type, solid
 
 # Edges of a perfect element over those of the reference one, as columns.
 _REGULAR: Final = np.array(
@@ -67,17 +68,17 @@ class Figures:
 
 def figures(part: Part) -> Figures:
     """Figures of a part of tetrahedra or hexahedra, linear or quadratic."""
-    kind = "tetra" if part.cell_type.startswith("tetra") else "hexahedron"
-    reference, straight = reference_element(part.cell_type), reference_element(kind)
+    kind, reference = linear_type(part.cell_type), reference_element(part.cell_type)
     weighed = np.linalg.det(_jacobians(part, reference.gradients)) * reference.weights
-    corners = shape_functions(kind, straight.nodes)[1]
+    corners = solid(kind).functions(solid(kind).nodes)[1]
     condition = _inverse_condition(
         _jacobians(part, corners), _REGULAR if kind == "tetra" else np.eye(3)
     )
     if kind == "tetra":
         smallest = mesh.quality(part).smallest_jacobian
     else:
-        at_nodes = _jacobians(part, shape_functions(part.cell_type, reference.nodes)[1])
+        cell = solid(part.cell_type)
+        at_nodes = _jacobians(part, cell.functions(cell.nodes)[1])
         mean = weighed.sum(axis=1) / reference.weights.sum()
         smallest = float((np.linalg.det(at_nodes) / mean[:, None]).min())
     worst = condition.min(axis=1)

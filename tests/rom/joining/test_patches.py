@@ -14,7 +14,7 @@ from tests.rom.block_in_rim import patched
 from vanelock import fem, rom
 from vanelock.common.errors import InputError
 from vanelock.mesh.contact_patches import _averages, _Patch, _plane
-from vanelock.rom.component import choose, everything
+from vanelock.rom.component import choose
 from vanelock.rom.joining.connections import tied_nodes
 from vanelock.rom.routes.problem import _patch_transform, _patch_weights, with_means
 from vanelock.stages.parts.segment import Joint, Segment
@@ -130,17 +130,17 @@ STIFF = [Joint(name, 1e7, 1e7, 0.3, 1e-5) for name in ("hook", "interlock")]
 
 def with_masters(parts, of_vane, of_casing):
     means = (parts.vane, of_vane), (parts.casing, of_casing)
-    return [SimpleNamespace(masters=everything(*each)) for each in means]
+    return [SimpleNamespace(masters=choose(p, tuple(p.node_sets), of)) for p, of in means]
 
 
 def test_mates_stand_at_their_patches_centroids(parts):
     """There the pairs of both parts coincide to round-off, 1 mm from the band."""
-    vane, casing = everything(parts.vane, HOOKS + INTERLOCK), everything(parts.casing, HOOKS)
-    pieces = SimpleNamespace(masters=vane), SimpleNamespace(masters=casing)
+    pieces = with_masters(parts, HOOKS + INTERLOCK, HOOKS)
+    vane = pieces[0].masters
     pairs = [each for joint in STIFF for each in joint.pairs(*pieces)]
     assert sum(len(each.own_nodes) for each in pairs) == 66
     front = vane.node_sets["hook_front"]
-    assert vane.points[front, 2] == pytest.approx(np.full(30, 0.075))
+    assert vane.position(front)[:, 2] == pytest.approx(np.full(30, 0.075))
     assert parts.vane.points[front, 2] == pytest.approx(np.full(30, 0.074))
     assert len(vane.averaged) == 80
 

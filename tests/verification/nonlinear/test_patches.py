@@ -21,7 +21,7 @@ from vanelock import fem, mesh
 from vanelock.common.cyclic import turn
 from vanelock.mesh import HookDimensions, VaneDimensions
 from vanelock.mesh import contact_patches as lay
-from vanelock.mesh.cells import quadratic_shapes
+from vanelock.mesh.cells import solid
 from vanelock.mesh.contact_patches import _averages, _cylinder, _Patch, _plane
 from vanelock.mesh.geometry import contact_places as mesh_sets
 from vanelock.rom.routes.problem import with_means
@@ -264,7 +264,8 @@ def bent(part, coarse, straight, cells):
     vertices = np.concatenate([part.points[nodes[:, :4]], np.ones((len(cells), 4, 1))], axis=2)
     places = np.concatenate([straight[cells], np.ones((*cells.shape, 1))], axis=2)
     position = places @ np.linalg.inv(vertices)
-    shapes = quadratic_shapes(position.reshape(-1, 4)).reshape(*cells.shape, 10)
+    shapes, _ = solid("tetra10").functions(position[..., 1:].reshape(-1, 3))
+    shapes = shapes.reshape(*cells.shape, 10)
     points = np.empty_like(straight)
     points[cells] = shapes @ part.points[nodes]
     return points

@@ -171,7 +171,7 @@ def reduced(
         given,
         np.concatenate([node[rows], none]),
         np.concatenate([direction[rows], none + GENERALISED]),
-        {k: replace(each.matrices, C=each.C) for k, each in found.items()},
+        {k: each.matrices for k, each in found.items()},
         common_band(each.reach for each in found.values()),
         **seen.by(first),
     )
