@@ -82,7 +82,7 @@ def checked(path):
 
 
 def compared(path):
-    load_run(path.parent, "it")
+    load_run(path.parent)
 
 
 def by_name(path):
