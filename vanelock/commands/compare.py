@@ -48,10 +48,11 @@ def compare_runs(
         If a folder holds no results, both are the same, or the output would go into one of them.
     """
     folders = Path(one), Path(other)
-    labels = [folder.resolve().name for folder in folders]
-    if labels[0] == labels[1]:
-        labels = ["-".join(folder.resolve().parts[-2:]) for folder in folders]
-    runs = load_run(folders[0], labels[0]), load_run(folders[1], labels[1])
+    runs = load_run(folders[0]), load_run(folders[1])
+    if runs[0].label == runs[1].label:
+        for run, folder in zip(runs, folders, strict=True):
+            run.label = "-".join(folder.resolve().parts[-2:])
+    labels = [run.label for run in runs]
     if folders[0].resolve() == folders[1].resolve():
         raise InputError(f"{folders[1]}: the same folder as {folders[0]}: nothing to compare")
     target = Path(output) if output is not None else Path(f"compare_{labels[0]}_{labels[1]}")

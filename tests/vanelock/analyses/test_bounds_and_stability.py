@@ -108,7 +108,7 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(
     assert row["wave"] == "stable"
     assert any(isinstance(each, PointDone) and each.total is None for each in events)
     assert not any("static friction" in line for line in found.warnings)
-    runs = load_run(tmp_path / "plain", "a"), load_run(folder, "b")
+    runs = load_run(tmp_path / "plain"), load_run(folder)
     lines = {what: values for _, what, *values in compared(*runs)[2].rows}
     assert lines["upper bound"] == [None, f"{1e6 * found.highest.amplitude:.4g} µm", ""]
     assert lines["growth per cycle"][1] == f"{found.wave.growth:.4g}"

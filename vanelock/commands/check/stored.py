@@ -5,7 +5,7 @@ from pathlib import Path
 
 import h5py
 
-from vanelock.commands.stored.contents import load_file
+from vanelock.commands.stored.contents import as_written, load_file
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
 from vanelock.common.tables import counted
@@ -13,6 +13,7 @@ from vanelock.mesh import Part
 from vanelock.nonlinear import Response, System
 from vanelock.results.files import results_file
 from vanelock.rom import Component
+from vanelock.stages.parts.components import PARTS
 
 Row = tuple[str, str]
 KINDS = {"mesh": Part, "reduced model": Component, "system": System, "response": Response}
@@ -32,7 +33,9 @@ def stored(path: Path) -> tuple[list[Row], str]:
     if kind == "vanelock-system":
         return list(_system(System.load(path))), f"{path}: a system that can be solved"
     with results_file.open_results(path) as file:
-        loaded = load_file(path, path.parent.name, file)
+        loaded = load_file(path, file)
+        with as_written(file):
+            sizes = list(_sizes(file))
         products = list(_products(file))
     rows = [
         ("complete", "yes" if loaded.complete else "NO: the run was stopped or is under way"),
@@ -40,7 +43,7 @@ def stored(path: Path) -> tuple[list[Row], str]:
         ("cases", f"{len(loaded.cases):,}"),
         ("failed", _failed(list(loaded.failed))),
         ("monitor", loaded.monitor.name or "-"),
-        *((what, f"{size:,}") for what, size in loaded.sizes.items()),
+        *sizes,
         ("read", ", ".join(counted(products.count(n), n) for n in KINDS if n in products) or "-"),
     ]
     return rows, f"{path}: results of a run"
@@ -59,6 +62,18 @@ def _system(system: System) -> Iterator[Row]:
     for k, matrices in system.diameters.items():
         yield f"nodal diameter {k}", f"{len(matrices.K):,} coordinates"
     yield "contacts", f"{len(system.contacts.kn):,}"
+
+
+def _sizes(file: h5py.File) -> Iterator[Row]:
+    """Sizes of meshes and system."""
+    for part in PARTS:
+        if (mesh := file.get(f"mesh/{part}")) is not None:
+            yield f"{part}: nodes", f"{len(mesh['points']):,}"
+            yield f"{part}: elements", f"{len(mesh['cells']):,}"
+    if (system := file.get("system")) is not None:
+        sizes = (len(group["K"]) for group in system["nd"].values())
+        yield "reduced model: coordinates", f"{max(sizes, default=0):,}"
+        yield "contacts", f"{len(system['contact/kn']):,}"
 
 
 def _products(file: h5py.File) -> Iterator[str]:

@@ -23,9 +23,9 @@ from vanelock.commands.converge.settings import (
     NAME,
     NumericalSetting,
     Outcome,
-    chosen,
     draw,
     markdown,
+    settings_of,
     table,
 )
 from vanelock.common.errors import InputError
@@ -83,14 +83,14 @@ def converge_study(
         listener(Notice("what is swept has its unswept value"))
         study = with_values(study, {})
     (case,) = cases(study)
-    chosen(case.study, tuple(only), dofs)  # refuses an unknown one before anything is computed
+    settings_of(case.study, dofs, only)  # refuses an unknown one before anything is computed
     with claimed(path):
         stages = Stages(Cache(path / "cache", lambda message: listener(Notice(message))), listener)
         (case,) = with_temperature_speeds([case], stages)
         if case.study.response.direction == "both":
             raise InputError('response.direction = "both": converge takes one of them, up or down')
         base = pinned(case, stages)
-        found = _Measuring(base, stages, listener).all(chosen(base, tuple(only), dofs))
+        found = _Measuring(base, stages, listener).all(settings_of(base, dofs, only))
         text = table(found, study.name)
         record(path / f"{NAME}.json", json.dumps([asdict(each) for each in found], indent=1))
         record(path / f"{NAME}.md", markdown(found))

@@ -4,7 +4,7 @@ A setting is raised alone, all others as the study has them. Its finest value st
 what is measured against it says nothing of the other settings, nor of what the finest one misses.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -33,19 +33,13 @@ COARSEST = 0.025
 """Largest elements tried, m, unless the study has larger ones; larger ones change little."""
 
 
+Values = Iterable[tuple[str, dict[str, Any]]]
+"""Of a setting: each in words, and the keys that are changed for it."""
+
+
 @dataclass(frozen=True)
 class _Level:
-    """A value of a setting.
-
-    Attributes
-    ----------
-    shown : str
-        The value in words.
-    study : Study
-        The study with it.
-    own : bool
-        Whether the study has this value anyway.
-    """
+    """A value of a setting in words, the study with it, and whether the study has it anyway."""
 
     shown: str
     study: Study
@@ -72,33 +66,44 @@ class NumericalSetting:
     points: bool = False
 
 
-def settings_of(study: Study, dofs: float = DOFS) -> tuple[NumericalSetting, ...]:
-    """All settings that a study has."""
-    return tuple(setting for setting in _every(study, dofs) if len(setting.levels) > 1)
+def settings_of(
+    study: Study, dofs: float = DOFS, names: Sequence[str] = ()
+) -> tuple[NumericalSetting, ...]:
+    """The settings of some names that a study has, all where none is named."""
+    every = [setting for setting in _every(study, dofs) if len(setting.levels) > 1]
+    known = [setting.key for setting in every]
+    for name in names:
+        if name not in known:
+            raise InputError(f"--setting {show(name)}: this study has {', '.join(known)}")
+    return tuple(setting for setting in every if not names or setting.key in names)
 
 
 def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
     if isinstance(study.vane, VaneDimensions) and isinstance(study.casing, CasingDimensions):
         yield _setting(study, "mesh.size", [_size(study, s) for s in _sizes(study, dofs)])
-    yield from _reductions(study)
-    H = study.response.harmonics
-    chosen = sorted({1, 2, 3, 5, 7, 9, H, 2 * H - 1 if H > 4 else 9})
-    sampled = study.response.samples
-    chosen = [h for h in chosen if sampled is None or sampled >= least_samples(h)]
-    yield _setting(
-        study, "response.harmonics", [(str(h), {"response.harmonics": h}) for h in chosen]
-    )
-    if study.response.friction == "orthogonal":
-        yield _samples(study)
-    if study.response.frequencies is None:
+    yield _reductions(study)
+    response, H = study.response, study.response.harmonics
+    least = {h: least_samples(h) for h in (1, 2, 3, 5, 7, 9, H, 2 * H - 1 if H > 4 else 9)}
+    sampled = response.samples
+    harmonics = sorted(h for h, count in least.items() if sampled is None or sampled >= count)
+    yield _setting(study, "response.harmonics", _of("response.harmonics", harmonics))
+    if response.friction == "orthogonal":
+        counts = {2**i for i in range(5, 11) if 2**i >= least[H]}
+        counts |= set() if sampled is None else {sampled}
+        values = [*_of("response.samples", sorted(counts)), ("located", {"response.samples": None})]
+        yield _setting(study, "response.samples", values)
+    if response.frequencies is None:
         yield _points(study)
     words = ("constant-load", "uncoupled", "coupled")
-    yield _setting(study, "response.coupling", [(w, {"response.coupling": w}) for w in words])
-    patches: list[tuple[str, dict[str, Any]]] = []
-    for word in ("node", "area"):
-        is_own = set(study.patches.values()) == {word}
-        patches.append((word, {} if is_own else {"joints.patch": word}))
+    yield _setting(study, "response.coupling", _of("response.coupling", words))
+    own = set(study.patches.values())
+    patches = ((word, {} if own == {word} else {"joints.patch": word}) for word in ("node", "area"))
     yield _setting(study, "joints.patch", patches)
+
+
+def _of(key: str, values: Iterable[Any]) -> Values:
+    """Values of one key."""
+    return [(str(value), {key: value}) for value in values]
 
 
 def _sizes(study: Study, dofs: float) -> list[Any]:
@@ -128,59 +133,32 @@ def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
     return shown, {"mesh.size": size, "mesh.face_nodes": None}  # no other mesh has so many
 
 
-def _reductions(study: Study) -> Iterator[NumericalSetting]:
+def _reductions(study: Study) -> NumericalSetting:
     """Accuracy of the reduced parts, or their numbers of modes."""
     own, options = study.rom, [study.rom.of(part) for part in PARTS]
+    levels: list[tuple[str, dict[str, Any]]] = []
     if "modes" not in options[0]:
         accuracy = ACCURACY if own.accuracy is None else own.accuracy
-        values = sorted({1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, accuracy}, reverse=True)
-        given = [
-            (f"{a:g}", {} if own.accuracy is None and a == accuracy else {"rom.accuracy": a})
-            for a in values
-        ]
-        yield _setting(study, "rom.accuracy", given)
-        return
-    levels: list[tuple[str, dict[str, Any]]] = []
+        for a in sorted({1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, accuracy}, reverse=True):
+            is_own = own.accuracy is None and a == accuracy
+            levels.append((f"{a:g}", {} if is_own else {"rom.accuracy": a}))
+        return _setting(study, "rom.accuracy", levels)
     for factor in (0.5, 1, 2, 4):
         pair = tuple(max(int(factor * (each["modes"] or 1)), 1) for each in options)
         shown = f"{pair[0]}" if pair[0] == pair[1] else f"{pair[0]} + {pair[1]}"
         levels.append((shown, {} if factor == 1 else {"rom.modes": pair}))
-    yield _setting(study, "rom.modes", levels)
-
-
-def _samples(study: Study) -> NumericalSetting:
-    """Samples of a period; located events are the finest."""
-    least = least_samples(study.response.harmonics)
-    counts = {2**i for i in range(5, 11) if 2**i >= least}
-    if study.response.samples is not None:
-        counts.add(study.response.samples)
-    values: list[tuple[str, dict[str, Any]]] = [
-        (str(n), {"response.samples": n}) for n in sorted(counts)
-    ]
-    values.append(("located", {"response.samples": None}))
-    return _setting(study, "response.samples", values)
+    return _setting(study, "rom.modes", levels)
 
 
 def _points(study: Study) -> NumericalSetting:
     """Frequencies over the range: even ones, each step half of the one before, or adaptive ones."""
-    counts = [20 * 2**i + 1 for i in range(7)]
-    if study.response.points is not None:
-        counts = sorted({*counts, study.response.points})
-    values: list[tuple[str, dict[str, Any]]] = [
-        (str(n), {"response.points": n}) for n in counts[:-1]
-    ]
-    adaptive = ("adaptive", {"response.points": None})
-    return _setting(
-        study,
-        "response.points",
-        [*values, adaptive, (str(counts[-1]), {"response.points": counts[-1]})],
-        points=True,
-    )
+    key, own = "response.points", study.response.points
+    *counts, finest = sorted({*(20 * 2**i + 1 for i in range(7)), own or 21})
+    values = [*_of(key, counts), ("adaptive", {key: None}), *_of(key, [finest])]
+    return _setting(study, key, values, points=True)
 
 
-def _setting(
-    study: Study, key: str, values: list[tuple[str, dict[str, Any]]], points: bool = False
-) -> NumericalSetting:
+def _setting(study: Study, key: str, values: Values, points: bool = False) -> NumericalSetting:
     """A setting of those of its values that the study can have."""
     levels = []
     for shown, changes in values:
@@ -197,16 +175,6 @@ def _same(own: Any, value: Any) -> bool:
     if isinstance(own, float) and isinstance(value, float):
         return bool(np.isclose(own, value, rtol=1e-9))
     return bool(own == value)
-
-
-def chosen(study: Study, names: tuple[str, ...], dofs: float) -> tuple[NumericalSetting, ...]:
-    """The settings of some names, all where none is named."""
-    every = settings_of(study, dofs)
-    known = [setting.key for setting in every]
-    for name in names:
-        if name not in known:
-            raise InputError(f"--setting {show(name)}: this study has {', '.join(known)}")
-    return tuple(setting for setting in every if not names or setting.key in names)
 
 
 NAME = "converge"

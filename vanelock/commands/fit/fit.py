@@ -143,7 +143,7 @@ def model_of(planned: Planned, stages: Stages) -> Rejoined:
     free = stages.get(planned.linear.responses["free"])
     watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
     gauges = None if planned.gauges is None else stages.get(planned.gauges)
-    return Rejoined(planned, stages.get, watched, gauges)
+    return Rejoined(planned, study, stages.get, watched, gauges)
 
 
 def _fitted(
@@ -214,9 +214,8 @@ def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> 
             )
         if curve.quantity != DISPLACEMENT:
             continue
-        spread = curve.amplitude.max() if curve.sigma is None else curve.sigma
         size = model.amplitudes(after, curve)
-        missed = model.neglected(after, curve) * size / (found.scale * spread)
+        missed = model.neglected(after, curve) * size / _scatter(found, curve)
         missed = np.where(np.isnan(missed) & np.isfinite(size), np.inf, np.nan_to_num(missed))
         worst = int(missed.argmax())
         if missed[worst] > MISSED:
@@ -229,6 +228,11 @@ def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> 
             )
 
 
+def _scatter(found: FitSolution, curve: Measured) -> Any:
+    """Standard deviations of a curve's points, as far as is known."""
+    return found.scale * (curve.amplitude.max() if curve.sigma is None else curve.sigma)
+
+
 def _other_correction(
     model: Rejoined, curves: Sequence[Measured], found: FitSolution, stages: Stages
 ) -> Iterator[str]:
@@ -239,9 +243,8 @@ def _other_correction(
     if there.reduced == model.reduced:
         return
     for curve in curves:
-        spread = curve.amplitude.max() if curve.sigma is None else curve.sigma
         change = there.amplitudes(after, curve) - model.amplitudes(after, curve)
-        moved = np.nan_to_num(np.abs(change) / (found.scale * spread))
+        moved = np.nan_to_num(np.abs(change) / _scatter(found, curve))
         worst = int(moved.argmax())
         if moved[worst] > MISSED:
             yield (

@@ -35,10 +35,7 @@ from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 
 Predict = Callable[[Floats], Floats]
-"""Model values (n,) at parameters θ (p,); NaN where there is none."""
-Slopes = Callable[[Floats], Floats]
-"""Their (n, p) θ dA/dθ; NaN where it is not known."""
-
+"""Model values (n,) at parameters θ (p,), or their (n, p) slopes θ dA/dθ; NaN where not known."""
 Tried = Callable[[int, int, float, float], None]
 
 STEP = 2e-4
@@ -68,7 +65,7 @@ def fit(
     progress: Callable[[int, Start], None] = lambda number, start: None,
     tried: Tried = lambda count, total, misfit, least: None,
     curves: Sequence[Sequence[str]] | None = None,
-    slopes: Slopes | None = None,
+    slopes: Predict | None = None,
 ) -> FitSolution:
     """Fit parameters to data."""
     n, p = len(data), len(parameters)
@@ -121,7 +118,7 @@ class _Problem:
     """Weighted residuals and their derivatives by x."""
 
     predict: Predict
-    slopes: Slopes | None
+    slopes: Predict | None
     data: Floats
     sigma: Floats
     parameters: tuple[FitParameter, ...]

@@ -13,7 +13,7 @@ import numpy as np
 
 from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundsKeys
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import folded
 from vanelock.input.cases.values import with_values
 from vanelock.input.measured.curve import Measured
@@ -44,17 +44,13 @@ class Rejoined:
     """A case whose joints, load, damping and moduli may be others."""
 
     planned: Planned
+    study: Study
     get: Callable[[Step[Any]], Any]
     monitor: Monitor
-    gauges: Gauges | None = None
-    study: Study = field(init=False)
+    gauges: Gauges | None
     _stiff: tuple[Any, ...] = ()
     _modes: Mapping[int, Any] = field(default_factory=dict)
     _known: dict[Any, "_SolvedCurve"] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        """The study is that of the case."""
-        self.study = self.planned.case.study
 
     @property
     def structure(self) -> StudyStructure:
@@ -149,9 +145,8 @@ class Rejoined:
 
     def with_harmonics(self, highest: int) -> "Rejoined":
         """The same case with another highest harmonic."""
-        found = replace(self, _stiff=(), _modes={}, _known={})
-        found.study = with_values(self.study, {"response.harmonics": highest})
-        return found
+        study = with_values(self.study, {"response.harmonics": highest})
+        return replace(self, study=study, _stiff=(), _modes={}, _known={})
 
     def _stuck(self, system: System) -> Mapping[int, Any]:
         """Modes with all contacts stuck, of the stiffness that was asked for last."""
@@ -170,6 +165,15 @@ class Rejoined:
             direction=direction,
         )
 
+    def _of_curve(
+        self, values: Mapping[str, float], curve: Measured, hertz: Floats | None = None
+    ) -> tuple["_SolvedCurve", Integers]:
+        """The response where a curve was measured, or elsewhere, and its points of these."""
+        distinct, places = np.unique(
+            curve.frequency if hertz is None else hertz, return_inverse=True
+        )
+        return self.solved(values, distinct, curve.direction, curve.load), places
+
     def amplitudes(
         self, values: Mapping[str, float], curve: Measured, hertz: Floats | None = None
     ) -> Floats:
@@ -177,9 +181,7 @@ class Rejoined:
 
         Not a number where a point did not converge.
         """
-        wanted = curve.frequency if hertz is None else hertz
-        distinct, places = np.unique(wanted, return_inverse=True)
-        solved = self.solved(values, distinct, curve.direction, curve.load)
+        solved, places = self._of_curve(values, curve, hertz)
         response = solved.response
         if curve.quantity == DISPLACEMENT:
             found = self.monitor.amplitude(response)
@@ -191,8 +193,7 @@ class Rejoined:
 
     def slopes(self, values: Mapping[str, float], keys: Sequence[str], curve: Measured) -> Floats:
         """(p, k) θ dA/dθ of these amplitudes by some keys; NaN where it is not known."""
-        distinct, places = np.unique(curve.frequency, return_inverse=True)
-        solved = self.solved(values, distinct, curve.direction, curve.load)
+        solved, places = self._of_curve(values, curve)
         system, component = solved.system, (self.monitor.node, self.monitor.component)
         if curve.quantity != DISPLACEMENT:
             assert self.gauges is not None
@@ -206,7 +207,7 @@ class Rejoined:
                 key: modal_stiffness(ready.structure, each)
                 for key, each in self._moduli(values, solved).items()
             }
-        found = np.full((len(distinct), len(keys)), np.nan)
+        found = np.full((len(solved.response.frequency), len(keys)), np.nan)
         for i in np.flatnonzero(solved.response.converged):
             solution = solution_at(ready, solved.response, int(i))
             gradient = amplitude_gradient(ready, solution, component)
@@ -231,12 +232,11 @@ class Rejoined:
 
     def neglected(self, values: Mapping[str, float], curve: Measured) -> Floats:
         """(p,) relative errors of displacements by neglected harmonics; NaN where not known."""
-        distinct, places = np.unique(curve.frequency, return_inverse=True)
-        solved = self.solved(values, distinct, curve.direction, curve.load)
+        solved, places = self._of_curve(values, curve)
         output = self.monitor.node, self.monitor.component
         found = [
             nonlinear.neglected_harmonics(solved.system, solved.response, i, output)
-            for i in range(len(distinct))
+            for i in range(len(solved.response.frequency))
         ]
         return np.array(found)[places]
 

@@ -38,21 +38,7 @@ SINGLE = 1e-6
 
 @dataclass(frozen=True)
 class _NoiseTest:
-    """A test of residuals.
-
-    Attributes
-    ----------
-    name : str
-        "signs", "neighbours", "largest" or "size".
-    statistic : float
-        What is tested.
-    p : float
-        Probability that noise alone is as far off.
-    failed : bool
-        Whether that is below the level.
-    text : str
-        The finding, with the points that it is about.
-    """
+    """A test of residuals: what is tested, how probable by noise alone, the finding in words."""
 
     name: str
     statistic: float

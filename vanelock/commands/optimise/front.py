@@ -49,17 +49,9 @@ STEP = 1e-3
 
 @dataclass
 class _PeaksAndWear:
-    """Peaks beside the wear at them, as multiples of what these are at the first point.
+    """Peaks [m] and `ratio` times the wear [m³/s] at them, as multiples of the first point's.
 
-    Attributes
-    ----------
-    peaks : Peaks
-    coefficient : mapping of str to float
-        Wear coefficient by joint, m²/N.
-    peak, wear : float
-        Those of the first point, m and m³/s.
-    ratio : float
-        r.
+    Wear coefficients, m²/N, are by joint.
     """
 
     peaks: Peaks

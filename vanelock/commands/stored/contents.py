@@ -29,7 +29,6 @@ from vanelock.quantities.run_result import RunResult
 from vanelock.results.files.results_file import NAME, from_json, open_results
 from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.record import STORED
-from vanelock.stages.parts.components import PARTS
 from vanelock.stages.response.limits import LIMITS
 from vanelock.stages.response.responses import Monitor
 
@@ -67,7 +66,7 @@ class StoredProducts(Products):
 
 def _product(path: Path, where: str) -> Product:
     """A product of a results file, of the kind that it says."""
-    with h5py.File(path, "r") as file, _as_written(file):
+    with h5py.File(path, "r") as file, as_written(file):
         kind = str(file[where].attrs.get("product", "System"))
         return _kinds()[kind].load(file[where])
 
@@ -99,14 +98,11 @@ class StoredRun(RunResult):
         False where the run was stopped or is under way.
     settings : dict
         The study with all defaults.
-    sizes : dict of str to int
-        Nodes, elements, coordinates and contacts.
     """
 
     label: str = ""
     complete: bool = False
     settings: dict[str, Any] = field(default_factory=dict)
-    sizes: dict[str, int] = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
@@ -114,7 +110,7 @@ class StoredRun(RunResult):
         return self.output_files.folder
 
 
-def load_run(folder: Path, label: str) -> StoredRun:
+def load_run(folder: Path) -> StoredRun:
     """Read a run's folder."""
     if not os.path.isdir(folder):
         raise InputError(f"{folder}: no such folder")
@@ -124,17 +120,17 @@ def load_run(folder: Path, label: str) -> StoredRun:
             f"{folder}: holds no {NAME}: not the folder of a run, or of one just begun"
         )
     with open_results(path) as file:
-        return load_file(folder, label, file)
+        return load_file(folder, file)
 
 
-def load_file(folder: Path, label: str, file: h5py.File) -> StoredRun:
+def load_file(folder: Path, file: h5py.File) -> StoredRun:
     """Read an open results file."""
-    with _as_written(file):
-        return _loaded(folder, label, file)
+    with as_written(file):
+        return _loaded(folder, file)
 
 
 @contextmanager
-def _as_written(file: h5py.File) -> Generator[None]:
+def as_written(file: h5py.File) -> Generator[None]:
     """Refuse, in one line, what no run has written into a results file."""
     try:
         yield
@@ -159,7 +155,7 @@ def _line(text: str) -> str:
     return printable(first)[:160]
 
 
-def _loaded(folder: Path, label: str, file: h5py.File) -> StoredRun:
+def _loaded(folder: Path, file: h5py.File) -> StoredRun:
     """What a results file holds; KeyError where something is missing."""
     about = file["provenance"]
     shared: dict[str, Any] = {}
@@ -180,12 +176,11 @@ def _loaded(folder: Path, label: str, file: h5py.File) -> StoredRun:
         },
         times=_times(about),
         shared=shared,
-        label=label,
+        label=folder.resolve().name,
         complete=bool(file.attrs.get("complete", False)),
         date=_text(about.attrs["date"]),
         settings=json.loads(about.attrs["settings"]),
         versions={_text(k): _text(value) for k, value in about["versions"].attrs.items()},
-        sizes=_sizes(file),
     )
     if "scatter" in file:
         run.scattered = Scattered.load(file["scatter"])
@@ -236,16 +231,3 @@ def _text(value: Any) -> str:
     value = value[()] if isinstance(value, h5py.Dataset) else value
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
     return text.encode("utf-8", "replace").decode("utf-8")
-
-
-def _sizes(file: h5py.File) -> dict[str, int]:
-    found: dict[str, int] = {}
-    for part in PARTS:
-        if (mesh := file.get(f"mesh/{part}")) is not None:
-            found[f"{part}: nodes"] = len(mesh["points"])
-            found[f"{part}: elements"] = len(mesh["cells"])
-    if (system := file.get("system")) is not None:
-        sizes = [len(group["K"]) for group in system["nd"].values()]
-        found["reduced model: coordinates"] = max(sizes, default=0)
-        found["contacts"] = len(system["contact/kn"])
-    return found

@@ -301,7 +301,7 @@ def load(folder: str | os.PathLike[str]) -> Run:
     path = Path(folder)
     if path.name == NAME:
         path = path.parent
-    return Run(path, load_run(path, path.name))
+    return Run(path, load_run(path))
 
 
 def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> RunResult:
@@ -324,7 +324,7 @@ def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> R
     place, began = Path(folder), time.perf_counter()
     if place.name == NAME:
         place = place.parent
-    run = load_run(place, place.name)
+    run = load_run(place)
     if not run.cases:
         raise InputError(f"{place}: no case is finished yet")
     with claimed(place):

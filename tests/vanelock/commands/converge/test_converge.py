@@ -9,7 +9,7 @@ import pytest
 from tests.small_study import SMALL
 from vanelock import converge_study, parse_study
 from vanelock.commands.converge.converge import vertex
-from vanelock.commands.converge.settings import chosen, markdown, settings_of, table
+from vanelock.commands.converge.settings import markdown, settings_of, table
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Done, Event, Finished, Notice
@@ -42,7 +42,7 @@ def test_every_setting_has_the_studys_own_value_once():
     assert "response.points" not in {setting.key for setting in listed}
     refusal = r'--setting "mesh": this study has mesh.size, rom.accuracy'
     with pytest.raises(InputError, match=refusal):
-        chosen(parse_study(""), ("mesh",), 1e5)
+        settings_of(parse_study(""), 1e5, ("mesh",))
 
 
 def test_values_lie_around_what_the_study_has_and_meshes_grow_up_to_the_limit_alone():
@@ -83,14 +83,14 @@ FEW = ("1", "3", "5", "uncoupled", "coupled")
 @pytest.fixture(scope="module", autouse=True)
 def few_values():
     def few(*given):
-        every = chosen(*given)
+        every = settings_of(*given)
         return tuple(
             replace(each, levels=tuple(level for level in each.levels if level.shown in FEW))
             for each in every
         )
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("vanelock.commands.converge.converge.chosen", few)
+        patched.setattr("vanelock.commands.converge.converge.settings_of", few)
         yield
 
 

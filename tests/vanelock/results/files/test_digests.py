@@ -83,7 +83,7 @@ def checked(path):
 
 
 def compared(path):
-    load_run(path.parent, "it")
+    load_run(path.parent)
 
 
 def by_name(path):

@@ -177,7 +177,7 @@ def test_two_runs_are_compared(folder, tmp_path, monkeypatch):
     peak = next(row for row in results.rows if row[1] == "peak")
     assert peak[-1] == "+50 %"
     assert any(isinstance(e, Notice) and "not complete" in e.text for e in heard)
-    runs = load_run(folder, "a"), load_run(other, "b")
+    runs = load_run(folder), load_run(other)
     one, two = compared(*runs)[-1].traces
     assert two.y / one.y == pytest.approx(1.5)
     where = tmp_path / f"compare_{folder.name}_other"

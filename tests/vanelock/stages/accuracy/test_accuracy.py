@@ -66,7 +66,7 @@ def test_the_errors_are_listed_by_source(asked):
         beyond = max(rows["mesh"][1:3]) > ACCURACY  # of the peak, where friction is low
         warned = [note for note in table.notes if note.startswith("WARNING")]
         assert ["holds for this mesh alone" in note for note in warned] == [True] * beyond
-    errors = load_run(folder, "it").cases["nominal"].errors
+    errors = load_run(folder).cases["nominal"].errors
     assert errors is not None
     assert errors[0].accuracy == ACCURACY
     written = {each.name: each.amplitude for each in errors[0].sources}
