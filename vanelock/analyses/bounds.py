@@ -249,7 +249,6 @@ BOUNDS = Analysis(
     parts=_parts,
     check=_check,
     cost=_cost,
-    places=lambda product: "bounds",
     summarise=_summarise,
     lines=_lines,
     states=_states,

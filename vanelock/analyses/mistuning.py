@@ -400,7 +400,6 @@ MISTUNING = Analysis(
     elements=True,
     check=_check,
     cost=_cost,
-    places=lambda product: "mistuning",
     warnings=_warnings,
     tables=_tables,
     pictures=_pictures,

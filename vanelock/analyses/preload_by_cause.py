@@ -216,7 +216,6 @@ PRELOAD_BY_CAUSE: Analysis[Any, LoadsByCause] = Analysis(
     title="preload by cause",
     product=lambda: LoadsByCause,
     step=_by_cause_step,
-    places=lambda product: "preload_by_cause",
     tables=_tables,
     text=TEXT,
 )

@@ -27,24 +27,16 @@ Count: TypeAlias = Callable[[int, int | None, float], None]
 
 @dataclass(frozen=True)
 class SolvedCase:
-    """A case with its responses; each product is read when it is first asked for.
-
-    Attributes
-    ----------
-    planned : Planned
-        Its steps, those of the analyses before this one included.
-    monitoring : Planned
-        The run's first case, whose linear response says which displacement is monitored.
-    get : callable
-        The product of a step.
-    count : Count
-        Called with the progress.
-    """
+    """A case with its responses; each product is read when it is first asked for."""
 
     planned: Planned
+    """Its steps, those of the analyses before this one included."""
     monitoring: Planned
+    """The run's first case, whose linear response says which displacement is monitored."""
     get: Callable[[Step[Any]], Any]
+    """The product of a step."""
     count: Count
+    """Called with the progress."""
 
     @property
     def given(self) -> Given:

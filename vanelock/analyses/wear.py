@@ -353,7 +353,6 @@ WEAR = Analysis(
     parts=_parts,
     check=_check,
     cost=_cost,
-    places=lambda product: "wear",
     states=_states,
     state="worn, after all cycles",
     reserve="goodman_reserve_worn",

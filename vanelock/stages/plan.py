@@ -102,51 +102,37 @@ def _adaptive_step(
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """A case and the steps to its response.
-
-    Attributes
-    ----------
-    case : Case
-        Its name, values and file.
-    structure : CaseStructure
-        Its components and their system at each nodal diameter.
-    diameters : tuple of int
-        Nodal diameters, 0 to N/2, that the response takes; with an accuracy those known before.
-    system, preload, response : Step
-        The system, its state at rest and its nonlinear response.
-    linear : Linear
-        Its linear limits.
-    modes : Step
-        Modes with all contacts stuck that its response takes; with an accuracy those of the first
-        harmonic.
-    preload_name : str
-        The swept values that the preload depends on.
-    gauges : Step or None
-        Strain gauges, if the study has any.
-    choice : MeshChoice or None
-        What an accuracy chose before, if the study has one.
-    other : Step or None
-        The response in the other direction, where both are wanted.
-    analyses : dict of str to tuple of Step
-        Products of the analyses that its file asks for.
-    pieces : tuple of Step
-        What these are made from and can be computed side by side.
-    """
+    """A case and the steps to its response."""
 
     case: Case
+    """Its name, values and file."""
     structure: CaseStructure
+    """Its components and their system at each nodal diameter."""
     diameters: tuple[int, ...]
+    """Nodal diameters, 0 to N/2, that the response takes; with an accuracy those known before."""
     system: Step[System]
+    """That of the response."""
     preload: Step[Response]
+    """Its state at rest."""
     response: Step[Response]
+    """Its nonlinear response."""
     linear: Linear
+    """Its linear limits."""
     modes: Step[HarmonicModes]
+    """Modes with all contacts stuck that its response takes; with an accuracy those of the first
+    harmonic."""
     preload_name: str = ""
+    """The swept values that the preload depends on."""
     gauges: Step[Gauges] | None = None
+    """Strain gauges, if the study has any."""
     choice: MeshChoice | None = None
+    """What an accuracy chose before, if the study has one."""
     other: Step[Response] | None = None
+    """The response in the other direction, where both are wanted."""
     analyses: Mapping[str, tuple[Step[Any], ...]] = field(default_factory=dict)
+    """Products of the analyses that its file asks for."""
     pieces: tuple[Step[Any], ...] = ()
+    """What these are made from and can be computed side by side."""
 
     @property
     def meshes(self) -> Mapping[str, Step[Part]]:

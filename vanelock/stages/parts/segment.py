@@ -208,7 +208,7 @@ def excess_step(
         ]
         return MeshExcess({k: rom.modal_excess(shapes, frequency, excess, forces)})
 
-    inputs = {"modes": MODES, "areas": areas}
+    inputs = {"areas": areas}
     needs = (joined_step(segment, *parts, "structure"), *parts, alone, recovery)
     return step("mesh correction", "fem", inputs, MeshExcess, needs, compute)
 
@@ -233,7 +233,7 @@ def vane_excess_step(
         basis = rom.spanned(found, K)
         return SpaceExcess(K @ basis, _excess_of(recovery, basis, 0))
 
-    inputs = {"modes": MODES, "areas": areas, "diameters": diameters}
+    inputs = {"areas": areas, "diameters": diameters}
     systems = (joined_step(segment, vane, each, "structure") for each in casings)
     needs = (vane, recovery, *systems)
     return step("mesh excess, vane", "fem", inputs, SpaceExcess, needs, compute)
