@@ -216,15 +216,5 @@ def _combined(
             count(len(found), len(parts), float("nan"))
         return combine(found)
 
-    of, none = planned.case.name, {"parts": len(parts)}
-    return step(
-        f"{analysis.key} in all",
-        "nonlinear",
-        none,
-        Product,
-        parts,
-        compute,
-        False,
-        pulls=True,
-        of=of,
-    )
+    stage, of, inputs = f"{analysis.key} in all", planned.case.name, {"parts": len(parts)}
+    return step(stage, "nonlinear", inputs, Product, parts, compute, False, pulls=True, of=of)

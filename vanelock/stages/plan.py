@@ -51,18 +51,9 @@ def _adaptive_step(
     study, base = structure.given, structure.system(structure.loaded)
     given = budget.accuracy
     shares = {key: budget.shares.get(key, given) for key in ("harmonics", "frequencies")}
-    fixed: dict[str, Any] = {
-        "harmonics": study.response.harmonics if "harmonics" in budget.pinned else None,
-        "coupling": study.response.coupling,
-        "samples": study.response.samples,
-        "friction": study.response.friction,
-    }
-    inputs = {
-        **frequency_keys(study),
-        **fixed,
-        "shares": shares,
-        "monitor": study.outputs.monitor,
-    }
+    fixed = study.response.model_dump(include={"coupling", "samples", "friction"})
+    fixed["harmonics"] = study.response.harmonics if "harmonics" in budget.pinned else None
+    inputs = {**frequency_keys(study), **fixed, "shares": shares, "monitor": study.outputs.monitor}
 
     def compute(get: Callable[[Step[Any]], Any], store: PointStore) -> Response:
         limits, errors, system = get(linear.limits), get(mesh), get(base)

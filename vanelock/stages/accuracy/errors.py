@@ -45,25 +45,16 @@ class Source:
 
 @dataclass(frozen=True)
 class Errors:
-    """Estimated errors of a case.
-
-    Attributes
-    ----------
-    accuracy : float
-        What was asked for.
-    sources : tuple of Source
-        Each of them.
-    warnings : tuple of str
-        Why the accuracy may not be met, a line each.
-    corrected : float
-        Frequency of the peak less what the mesh is estimated to add to it, Hz; NaN where that is
-        taken off already.
-    """
+    """Estimated errors of a case."""
 
     accuracy: float
+    """What was asked for."""
     sources: tuple[Source, ...]
     warnings: tuple[str, ...]
+    """Why the accuracy may not be met, a line each."""
     corrected: float
+    """Frequency of the peak less what the mesh is estimated to add to it, Hz; NaN where that is
+    taken off already."""
 
     @property
     def counted(self) -> tuple[Source, ...]:

@@ -152,14 +152,8 @@ def response_step(
 
     In the file's direction, or another one; upwards where the file wants both.
     """
-    response = given.response
-    options: dict[str, Any] = {
-        "harmonics": response.harmonics,
-        "coupling": response.coupling,
-        "samples": response.samples,
-        "friction": response.friction,
-        "direction": direction or FIRST[response.direction],
-    }
+    options = given.response.model_dump(include={"harmonics", "coupling", "samples", "friction"})
+    options["direction"] = direction or FIRST[given.response.direction]
     inputs = {**frequency_keys(given), **options}
 
     def compute(system: System, found: Limits, stuck: HarmonicModes, store: PointStore) -> Response:
