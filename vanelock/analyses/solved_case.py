@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
 
+from vanelock.analyses import ANALYSES
 from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
 from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
@@ -127,19 +128,14 @@ class SolvedCase:
         return self.get(self.planned.analyses[key][part])
 
 
-def with_analyses(
-    planned: Planned,
-    monitoring: Planned,
-    analyses: Sequence[Analysis[Any, Any]],
-    count: Count = lambda *_: None,
-) -> Planned:
+def with_analyses(planned: Planned, monitoring: Planned, count: Count = lambda *_: None) -> Planned:
     """A case with the steps of all analyses that its file asks for."""
     given = planned.case.given
-    for analysis in analyses:
+    for analysis in ANALYSES:
         if analysis.step is not None and (shared := analysis.step(planned)) is not None:
             analysed = {**planned.analyses, analysis.key: (shared,)}
             planned = replace(planned, analyses=analysed)
-    for analysis, keys in asked_for(analyses, given):
+    for analysis, keys in asked_for(ANALYSES, given):
         if not (analysis.any_law or analysable(given)):
             continue
         parts = analysis.parts(given, keys)

@@ -42,9 +42,9 @@ READ = ("rom", "excitation", "damping", "response", "campbell")
 def limits_step(
     mode: int,
     system: Step[System],
-    names: tuple[str, ...] = (),
-    parts: tuple[Step[Any], ...] = (),
-    meshed: Step[System] | None = None,
+    names: tuple[str, ...],
+    parts: tuple[Step[Any], ...],
+    meshed: Step[System] | None,
 ) -> Step[Limits]:
     """Modes with contacts free and stuck, and their errors by the reduced `parts` and their names.
 
