@@ -35,21 +35,14 @@ CurveLines: TypeAlias = tuple[Sequence[Any], Sequence[Mapping[float, int]]]
 
 @dataclass(frozen=True)
 class AnalysisPart:
-    """One product of an analysis of a case, which has a step and a place of its own.
-
-    Attributes
-    ----------
-    label : str
-        What distinguishes its step's name from those of the others.
-    inputs : dict of str to value
-        What distinguishes its computation.
-    response : int
-        Which of the case's responses it is of, where each has one.
-    """
+    """One product of an analysis of a case, which has a step and a place of its own."""
 
     label: str = ""
+    """What distinguishes its step's name from those of the others."""
     inputs: Mapping[str, Any] = field(default_factory=dict)
+    """What distinguishes its computation."""
     response: int = 0
+    """Which of the case's responses it is of, where each has one."""
 
 
 def _one_part(given: "Given", keys: Any) -> Sequence[AnalysisPart]:
@@ -63,123 +56,84 @@ def _nothing(*given: Any) -> tuple[Any, ...]:
 
 @dataclass(frozen=True)
 class Analysis(Generic[K, P]):
-    """An analysis, described by functions; those that it does not need say nothing.
-
-    Attributes
-    ----------
-    key : str
-        Its product's name; and, without `table`, that of its table in the input files.
-    title : str
-        What it is of, in words.
-    product : callable or None
-        To the type that one part of it gives, which may be the solver's; None where it shows what
-        others have made.
-    keys : type or None
-        Its table in a study; None where nothing asks for it.
-    compute : callable
-        (case, keys, part) to a product.
-    step : callable
-        In place of it, a case's steps to a step that cases may share; None where there is none.
-    table : str
-        Table of another analysis that asks for it, too.
-    scene_keys : type or None
-        Its table in a scene; None where scenes have none.
-    parts : callable
-        (given, keys) to its parts.
-    combine : callable or None
-        Products of all parts to the one that is shown.
-    by_response : bool
-        Whether each of a case's responses has a part.
-    whole_ring : callable
-        (given, keys) to whether it takes all nodal diameters.
-    after : tuple of str
-        Analyses whose products it takes, if they are asked for.
-    needs : callable
-        (steps of a case, keys) to steps that it takes besides, which cases may share.
-    any_law : bool
-        Whether it takes responses that are not coupled, or sampled, too.
-    elements : bool
-        Whether it takes contacts of elements.
-    check : callable
-        (given, keys) to lines on what contradicts one another.
-    cost : callable
-        (study, keys, seconds of a curve) to seconds.
-    places : callable
-        A product to where it goes in the results, below the case.
-    summarise : callable
-        (summary, products) to the case's summary with its numbers.
-    warnings : callable
-        (case, products) to lines.
-    lines : callable
-        Products to curves between which that of the response may lie; and of each response STABLE,
-        UNSTABLE or UNDECIDED by frequency, Hz.
-    states : callable
-        A case to states of it whose stresses and wear are looked at, too.
-    state : str
-        What the last of these is called.
-    reserve : str
-        What the results call its safety factor.
-    tables : callable
-        Cases by name to tables.
-    pictures : callable
-        (run, case) to pictures.
-    files : callable
-        Of (run, case), which writes CSV files that are of no picture.
-    run_tables, run_pictures : callable
-        The same of a run as a whole.
-    page : callable or None
-        A run to what its section of the page has, in place of text, tables and pictures.
-    open : bool
-        Whether that section is unfolded.
-    looked_into : bool
-        Whether it is of all cases that are looked into, without being asked for.
-    answers : callable
-        A case to cards of the page.
-    text : str
-        What its section of the page begins with.
-    template : str
-        Its table in the commented file, JOINT for the key of a joint.
-    absent : callable
-        What the page says is not known where it is not asked for.
-    """
+    """An analysis, described by functions; those that it does not need say nothing."""
 
     key: str
+    """Its product's name; and, without `table`, that of its table in the input files."""
     title: str
+    """What it is of, in words."""
     product: Callable[[], type[P]] | None = None
+    """To the type that one part of it gives, which may be the solver's; None where it shows what
+    others have made."""
     keys: type[K] | None = None
+    """Its table in a study; None where nothing asks for it."""
     compute: Callable[["SolvedCase", K, AnalysisPart], P] | None = None
+    """(case, keys, part) to a product."""
     step: "Callable[[Planned], Step[P] | None] | None" = None
+    """In place of it, a case's steps to a step that cases may share; None where there is none."""
     table: str = ""
+    """Table of another analysis that asks for it, too."""
     scene_keys: "type[BaseModel] | None" = None
+    """Its table in a scene; None where scenes have none."""
     parts: "Callable[[Given, K], Sequence[AnalysisPart]]" = _one_part
+    """(given, keys) to its parts."""
     combine: Callable[[Sequence[P]], Product] | None = None
+    """Products of all parts to the one that is shown."""
     by_response: bool = False
+    """Whether each of a case's responses has a part."""
     whole_ring: "Callable[[Given, K], bool]" = lambda given, keys: False
+    """(given, keys) to whether it takes all nodal diameters."""
     after: tuple[str, ...] = ()
+    """Analyses whose products it takes, if they are asked for."""
     needs: "Callable[[Planned, K], Iterable[Step[Any]]]" = _nothing
+    """(steps of a case, keys) to steps that it takes besides, which cases may share."""
     any_law: bool = False
+    """Whether it takes responses that are not coupled, or sampled, too."""
     elements: bool = False
+    """Whether it takes contacts of elements."""
     check: "Callable[[Given, K], Iterable[str]]" = _nothing
+    """(given, keys) to lines on what contradicts one another."""
     cost: "Callable[[Study, K, float], float]" = lambda study, keys, curve: 0.0
-    places: "Callable[[Any], str]" = lambda product: ""
+    """(study, keys, seconds of a curve) to seconds."""
+    places: "Callable[[Any], str] | None" = None
+    """A product to where it goes in the results, below the case, if not under the key."""
     summarise: "Callable[[Summary, Sequence[Any]], Summary]" = lambda summary, products: summary
+    """(summary, products) to the case's summary with its numbers."""
     warnings: "Callable[[CaseResult, Sequence[Any]], Iterable[str]]" = _nothing
+    """(case, products) to lines."""
     lines: "Callable[[Sequence[Any]], CurveLines]" = lambda products: ((), ())
+    """Products to curves between which that of the response may lie; and of each response STABLE,
+    UNSTABLE or UNDECIDED by frequency, Hz."""
     states: "Callable[[CaseResult], Iterable[State]]" = _nothing
+    """A case to states of it whose stresses and wear are looked at, too."""
     state: str = ""
+    """What the last of these is called."""
     reserve: str = ""
+    """What the results call its safety factor."""
     tables: "Callable[[Mapping[str, CaseResult]], Iterable[Table]]" = _nothing
+    """Cases by name to tables."""
     pictures: "Callable[[RunResult, CaseResult], Iterable[Picture]]" = _nothing
+    """(run, case) to pictures."""
     files: "Callable[[RunResult, CaseResult], object]" = _nothing
+    """Of (run, case): it writes CSV files that are of no picture."""
     run_tables: "Callable[[RunResult], Iterable[Table]]" = _nothing
+    """A run to tables of it as a whole."""
     run_pictures: "Callable[[RunResult], Iterable[Picture]]" = _nothing
+    """A run to pictures of it as a whole."""
     page: "Callable[[RunResult], Sequence[Block]] | None" = None
+    """A run to what its section of the page has, in place of text, tables and pictures."""
     open: bool = True
+    """Whether that section is unfolded."""
     looked_into: bool = False
+    """Whether it is of all cases that are looked into, without being asked for."""
     answers: "Callable[[CaseResult], Iterable[Answer]]" = _nothing
+    """A case to cards of the page."""
     text: str = ""
+    """What its section of the page begins with."""
     template: str = ""
+    """Its table in the commented file, JOINT for the key of a joint."""
     absent: "Callable[[CaseResult], str]" = lambda case: ""
+    """What the page says is not known where it is not asked for."""
 
     def keys_of(self, given: "Given") -> K | None:
         """Its table in a study or scene; None where it is not asked for."""

@@ -22,7 +22,6 @@ from vanelock.input.schema.structure.structure import KeyTable
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
     from vanelock.input.cases.values import Given
-    from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult, State
     from vanelock.stages.response.summary import Peak, Summary
 
@@ -96,16 +95,6 @@ def _check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
     frequencies = given.response.frequencies
     if frequencies is not None and len(frequencies) < 2:
         yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
-
-
-def _cost(study: "Study", keys: BoundsKeys, curve: float) -> float:
-    """Seconds."""
-    return CURVES * curve
-
-
-def _parts(given: "Given", keys: BoundsKeys) -> Sequence[AnalysisPart]:
-    """One, which takes the study's seed."""
-    return (AnalysisPart(inputs={"seed": given.seed}),)
 
 
 def _compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> BoundedPeak:
@@ -246,10 +235,9 @@ BOUNDS = Analysis(
     scene_keys=BoundsKeys,
     product=lambda: BoundedPeak,
     compute=_compute,
-    parts=_parts,
+    parts=lambda given, keys: (AnalysisPart(inputs={"seed": given.seed}),),
     check=_check,
-    cost=_cost,
-    places=lambda product: "bounds",
+    cost=lambda study, keys, curve: CURVES * curve,
     summarise=_summarise,
     lines=_lines,
     states=_states,

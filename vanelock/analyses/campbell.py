@@ -338,7 +338,6 @@ CAMPBELL = Analysis(
     needs=_needs,
     compute=_compute,
     any_law=True,
-    places=lambda product: "campbell",
     warnings=_warnings,
     tables=_tables,
     run_pictures=_run_pictures,

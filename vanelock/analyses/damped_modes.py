@@ -25,7 +25,6 @@ from vanelock.input.schema.structure.structure import KeyTable, sequence
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
     from vanelock.input.cases.values import Given
-    from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
@@ -150,11 +149,6 @@ def _check(given: "Given", keys: ModeKeys) -> Iterator[str]:
     segments = [m % N for m, *_ in keys.influence or ()]
     if len(set(segments)) < len(segments):
         yield f"damped_modes.influence: of {N} segments one is given twice"
-
-
-def _cost(study: "Study", keys: ModeKeys, curve: float) -> float:
-    """Seconds: each mode takes about as long as a curve."""
-    return len(keys.modes or (0,)) * len(keys.nodal_diameters or (0,)) * curve
 
 
 def parts(given: "Given", keys: ModeKeys) -> Sequence[AnalysisPart]:
@@ -429,7 +423,7 @@ DAMPED_MODES = Analysis(
     parts=parts,
     whole_ring=lambda given, keys: keys.nodal_diameters is not None,
     check=_check,
-    cost=_cost,
+    cost=lambda study, keys, curve: len(parts(study, keys)) * curve,
     places=lambda product: f"damped_modes/mode_{product.number}_nd_{product.nodal_diameter}",
     warnings=_warnings,
     tables=_tables,

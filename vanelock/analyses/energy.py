@@ -44,6 +44,14 @@ INDICATORS: dict[str, tuple[Column, Callable[[Floats], np.float64]]] = {
 """Of a contact, by their names in `Wear`, and what a joint has of its contacts'."""
 COLUMNS = tuple(column for column, _ in INDICATORS.values())
 WORN = ("worn volume", "worn depth")
+METHOD = (
+    "Indicators at the largest response, as if the engine dwelt there: **energy** that friction "
+    "takes in a cycle, alone and over the area that belongs to a contact; **slip**, the distance "
+    "that the two surfaces slide over each other under load, both ways; **load and pressure**, the "
+    "latter a contact's force over its area, not a local one. They compare designs and places. A "
+    "worn depth needs a wear coefficient, measured for the pairing and temperature "
+    "(`joints.*.wear_coefficient`); `[wear]` follows how the joints change with it."
+)
 PLACE = (Column("x", "mm"), Column("y", "mm"), Column("z", "mm"))
 
 
@@ -141,21 +149,10 @@ def _wear(run: "RunResult") -> "list[Block]":
         for analysis in run.analyses:
             if states := found.states(analysis):
                 by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
-    blocks: list[Block] = [report.Text(_method()), _joint_table(title, by_case).without(*NOT_SHOWN)]
+    blocks: list[Block] = [report.Text(METHOD), _joint_table(title, by_case).without(*NOT_SHOWN)]
     cases = (each for each in run.looked_into.values() if each.wear.energy.any())
     blocks += run.of_cases({each.name: [_contacts(each)] for each in cases})
     return blocks
-
-
-def _method() -> str:
-    return (
-        "Indicators at the largest response, as if the engine dwelt there: **energy** that "
-        "friction takes in a cycle, alone and over the area that belongs to a contact; **slip**, "
-        "the distance that the two surfaces slide over each other under load, both ways; **load "
-        "and pressure**, the latter a contact's force over its area, not a local one. They compare "
-        "designs and places. A worn depth needs a wear coefficient, measured for the pairing and "
-        "temperature (`joints.*.wear_coefficient`); `[wear]` follows how the joints change with it."
-    )
 
 
 def _of_sector(run: "RunResult") -> str:

@@ -25,7 +25,6 @@ from vanelock.input.schema.structure.structure import KeyTable, leaves
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
     from vanelock.input.cases.values import Given
-    from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
@@ -163,11 +162,6 @@ def _check(given: "Given", keys: MistuningKeys) -> Iterator[str]:
             yield f"{where}: given {count} numbers: needs 1, or one a segment: {sectors}"
     if "rings" in keys.model_fields_set and keys.count != keys.rings:
         yield f"mistuning.rings = {keys.rings}: all deviations are given by segment: one ring"
-
-
-def _cost(study: "Study", keys: MistuningKeys, curve: float) -> float:
-    """Seconds: about one point of a tuned ring for each of a segment."""
-    return keys.count * study.ring.sectors * curve
 
 
 def _parts(given: "Given", keys: MistuningKeys) -> Sequence[AnalysisPart]:
@@ -359,11 +353,6 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-def _absent(case: "CaseResult") -> str:
-    """What is not known of a ring."""
-    return ABSENT if case.ring[0] > 1 else ""
-
-
 def _columns(found: MistunedRings) -> dict[str, ArrayLike]:
     rings, sectors = found.amplitude.shape
     return {
@@ -399,13 +388,13 @@ MISTUNING = Analysis(
     whole_ring=lambda given, keys: True,
     elements=True,
     check=_check,
-    cost=_cost,
-    places=lambda product: "mistuning",
+    # about one point of a tuned ring for each of a segment
+    cost=lambda study, keys, curve: keys.count * study.ring.sectors * curve,
     warnings=_warnings,
     tables=_tables,
     pictures=_pictures,
     answers=_answers,
     text=TEXT,
     template=TEMPLATE,
-    absent=_absent,
+    absent=lambda case: ABSENT if case.ring[0] > 1 else "",
 )

@@ -103,7 +103,7 @@ def _by_cause(
         vane: "Component",
         casing: "Component",
     ) -> LoadsByCause:
-        loads = segment.rest_loads(vane, casing)
+        loads = segment.assembly(segment.loaded(vane), casing).rest_loads()
         options, states = nonlinear.Options(friction=friction), []
         vectors = np.array(list(loads.values()))
         for acting in np.cumsum([0 * vectors[0], *vectors[:-1]], axis=0):
@@ -216,7 +216,6 @@ PRELOAD_BY_CAUSE: Analysis[Any, LoadsByCause] = Analysis(
     title="preload by cause",
     product=lambda: LoadsByCause,
     step=_by_cause_step,
-    places=lambda product: "preload_by_cause",
     tables=_tables,
     text=TEXT,
 )

@@ -117,13 +117,12 @@ def spacing(frequency: Floats, at: int) -> float:
     return float(apart[max(place - 1, 0) : place + 1].max(initial=0.0))
 
 
-def _percentiles(sample: Floats, percent: Sequence[float] = PERCENT) -> Floats:
+def _percentiles(sample: Floats) -> Floats:
     """(p, 3) percentiles of a sample with their confidence limits, NaN where there are none."""
     from scipy.stats import quantile_test
 
     rows = []
-    for each in percent:
-        p = each / 100
+    for p in np.array(PERCENT) / 100:
         value = float(np.quantile(sample, p, method="median_unbiased"))
         limits = quantile_test(sample, q=value, p=p).confidence_interval(CONFIDENCE)
         rows.append((value, float(limits.low), float(limits.high)))

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias, TypeVar
 
+from vanelock.analyses import ANALYSES
 from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
 from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
@@ -27,24 +28,16 @@ Count: TypeAlias = Callable[[int, int | None, float], None]
 
 @dataclass(frozen=True)
 class SolvedCase:
-    """A case with its responses; each product is read when it is first asked for.
-
-    Attributes
-    ----------
-    planned : Planned
-        Its steps, those of the analyses before this one included.
-    monitoring : Planned
-        The run's first case, whose linear response says which displacement is monitored.
-    get : callable
-        The product of a step.
-    count : Count
-        Called with the progress.
-    """
+    """A case with its responses; each product is read when it is first asked for."""
 
     planned: Planned
+    """Its steps, those of the analyses before this one included."""
     monitoring: Planned
+    """The run's first case, whose linear response says which displacement is monitored."""
     get: Callable[[Step[Any]], Any]
+    """The product of a step."""
     count: Count
+    """Called with the progress."""
 
     @property
     def given(self) -> Given:
@@ -135,19 +128,14 @@ class SolvedCase:
         return self.get(self.planned.analyses[key][part])
 
 
-def with_analyses(
-    planned: Planned,
-    monitoring: Planned,
-    analyses: Sequence[Analysis[Any, Any]],
-    count: Count = lambda *_: None,
-) -> Planned:
+def with_analyses(planned: Planned, monitoring: Planned, count: Count = lambda *_: None) -> Planned:
     """A case with the steps of all analyses that its file asks for."""
     given = planned.case.given
-    for analysis in analyses:
+    for analysis in ANALYSES:
         if analysis.step is not None and (shared := analysis.step(planned)) is not None:
             analysed = {**planned.analyses, analysis.key: (shared,)}
             planned = replace(planned, analyses=analysed)
-    for analysis, keys in asked_for(analyses, given):
+    for analysis, keys in asked_for(ANALYSES, given):
         if not (analysis.any_law or analysable(given)):
             continue
         parts = analysis.parts(given, keys)
@@ -224,15 +212,5 @@ def _combined(
             count(len(found), len(parts), float("nan"))
         return combine(found)
 
-    of, none = planned.case.name, {"parts": len(parts)}
-    return step(
-        f"{analysis.key} in all",
-        "nonlinear",
-        none,
-        Product,
-        parts,
-        compute,
-        False,
-        pulls=True,
-        of=of,
-    )
+    stage, of, inputs = f"{analysis.key} in all", planned.case.name, {"parts": len(parts)}
+    return step(stage, "nonlinear", inputs, Product, parts, compute, False, pulls=True, of=of)

@@ -239,7 +239,6 @@ STABILITY = Analysis(
     whole_ring=lambda given, keys: True,
     check=_check,
     cost=_cost,
-    places=lambda product: "stability",
     summarise=_summarise,
     lines=_lines,
     warnings=_warnings,

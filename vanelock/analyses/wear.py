@@ -23,7 +23,6 @@ from vanelock.input.schema.structure.structure import KeyTable, sequence
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
     from vanelock.input.cases.values import Given
-    from vanelock.input.schema.study import Study
     from vanelock.nonlinear import Dwell, WearHistory
     from vanelock.quantities.case_result import CaseResult, State
     from vanelock.quantities.run_result import RunResult
@@ -89,16 +88,6 @@ def _check(given: "Given", keys: _WearKeys) -> Iterator[str]:
     if not _coefficients(given):
         names = ", ".join(f"joints.{name}.wear_coefficient" for name in given.joint_names)
         yield f"wear: no joint wears: give one of {names}"
-
-
-def _cost(study: "Study", keys: _WearKeys, curve: float) -> float:
-    """Seconds: a sweep to begin with, and some peaks."""
-    return len(keys.dwells) * curve
-
-
-def _parts(given: "Given", keys: _WearKeys) -> Sequence[AnalysisPart]:
-    """One, which takes the wear coefficients."""
-    return (AnalysisPart(inputs=_coefficients(given)),)
 
 
 def _coefficients(given: "Given") -> dict[str, float]:
@@ -350,10 +339,9 @@ WEAR = Analysis(
     keys=_WearKeys,
     product=lambda: WornCase,
     compute=_compute,
-    parts=_parts,
+    parts=lambda given, keys: (AnalysisPart(inputs=_coefficients(given)),),
     check=_check,
-    cost=_cost,
-    places=lambda product: "wear",
+    cost=lambda study, keys, curve: len(keys.dwells) * curve,  # a sweep, and some peaks
     states=_states,
     state="worn, after all cycles",
     reserve="goodman_reserve_worn",

@@ -236,7 +236,7 @@ def _below(case: CaseResult, place: str, product: Product) -> str:
     for analysis in case.analyses:
         if number and analysis.key == name:
             lower = "lower/" if analysis.by_response and number != "0" else ""
-            return lower + analysis.places(product)
+            return lower + (analysis.places(product) if analysis.places else name)
     return place
 
 

@@ -174,35 +174,21 @@ def estimated(
     largest, part = max(sizes.values()), len(sizes) / len(chosen)
     meshes = 1.0 if len(sizes) == 1 else part * len(cases)
     linear = DIAMETERS if chosen[0].accuracy is not None else 1.0
-    linear += DIAMETER * _further(chosen[0], analyses)
+    asked = [[(a, keys) for a in analyses if (keys := a.keys_of(s)) is not None] for s in chosen]
+    if any(analysis.whole_ring(chosen[0], keys) for analysis, keys in asked[0]):
+        linear += DIAMETER * (chosen[0].ring.sectors // 2 + 1 - len(diameters_of(chosen[0])))
     seconds = meshes * linear * LINEAR * (largest / 168e3) ** 1.15
-    each = [REST + POINTS * _work(study) + _analyses(study, analyses) for study in chosen]
-    seconds += len(cases) * sum(each) / len(chosen)
+    each = 0.0
+    for study, own_analyses in zip(chosen, asked, strict=True):
+        curve = POINTS * _work(study)
+        each += REST + curve + sum(a.cost(study, keys, curve) for a, keys in own_analyses)
+    seconds += len(cases) * each / len(chosen)
     if {"shapes", "loops"} & {*chosen[0].outputs.show}:
         seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
     harmonics = sum(study.response.harmonics for study in chosen) / len(chosen)
     disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7
     warning = next(filter(None, (_out_of_reach(study, given) for study in chosen)), "")
     return CostEstimate(largest, peak_memory(largest), seconds, disk, warning)
-
-
-def _further(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> int:
-    """Nodal diameters that are reduced for what is asked for beyond the responses."""
-    if not any(each.whole_ring(study, keys) for each, keys in _asked(study, analyses)):
-        return 0
-    return study.ring.sectors // 2 + 1 - len(diameters_of(study))
-
-
-def _analyses(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> float:
-    """Seconds of what is asked for beyond the responses of a case."""
-    curve = POINTS * _work(study)
-    each_one: list[float] = [a.cost(study, keys, curve) for a, keys in _asked(study, analyses)]
-    return sum(each_one)
-
-
-def _asked(study: Study, analyses: "Sequence[Analysis[Any, Any]]") -> "list[tuple[Any, Any]]":
-    """Analyses that a study asks for, each with its table."""
-    return [(each, keys) for each in analyses if (keys := each.keys_of(study)) is not None]
 
 
 def _own(study: Study) -> bool:

@@ -51,18 +51,9 @@ def _adaptive_step(
     study, base = structure.given, structure.system(structure.loaded)
     given = budget.accuracy
     shares = {key: budget.shares.get(key, given) for key in ("harmonics", "frequencies")}
-    fixed: dict[str, Any] = {
-        "harmonics": study.response.harmonics if "harmonics" in budget.pinned else None,
-        "coupling": study.response.coupling,
-        "samples": study.response.samples,
-        "friction": study.response.friction,
-    }
-    inputs = {
-        **frequency_keys(study),
-        **fixed,
-        "shares": shares,
-        "monitor": study.outputs.monitor,
-    }
+    fixed = study.response.model_dump(include={"coupling", "samples", "friction"})
+    fixed["harmonics"] = study.response.harmonics if "harmonics" in budget.pinned else None
+    inputs = {**frequency_keys(study), **fixed, "shares": shares, "monitor": study.outputs.monitor}
 
     def compute(get: Callable[[Step[Any]], Any], store: PointStore) -> Response:
         limits, errors, system = get(linear.limits), get(mesh), get(base)
@@ -102,51 +93,37 @@ def _adaptive_step(
 
 @dataclass(frozen=True, slots=True)
 class Planned:
-    """A case and the steps to its response.
-
-    Attributes
-    ----------
-    case : Case
-        Its name, values and file.
-    structure : CaseStructure
-        Its components and their system at each nodal diameter.
-    diameters : tuple of int
-        Nodal diameters, 0 to N/2, that the response takes; with an accuracy those known before.
-    system, preload, response : Step
-        The system, its state at rest and its nonlinear response.
-    linear : Linear
-        Its linear limits.
-    modes : Step
-        Modes with all contacts stuck that its response takes; with an accuracy those of the first
-        harmonic.
-    preload_name : str
-        The swept values that the preload depends on.
-    gauges : Step or None
-        Strain gauges, if the study has any.
-    choice : MeshChoice or None
-        What an accuracy chose before, if the study has one.
-    other : Step or None
-        The response in the other direction, where both are wanted.
-    analyses : dict of str to tuple of Step
-        Products of the analyses that its file asks for.
-    pieces : tuple of Step
-        What these are made from and can be computed side by side.
-    """
+    """A case and the steps to its response."""
 
     case: Case
+    """Its name, values and file."""
     structure: CaseStructure
+    """Its components and their system at each nodal diameter."""
     diameters: tuple[int, ...]
+    """Nodal diameters, 0 to N/2, that the response takes; with an accuracy those known before."""
     system: Step[System]
+    """That of the response."""
     preload: Step[Response]
+    """Its state at rest."""
     response: Step[Response]
+    """Its nonlinear response."""
     linear: Linear
+    """Its linear limits."""
     modes: Step[HarmonicModes]
+    """Modes with all contacts stuck that its response takes; with an accuracy those of the first
+    harmonic."""
     preload_name: str = ""
+    """The swept values that the preload depends on."""
     gauges: Step[Gauges] | None = None
+    """Strain gauges, if the study has any."""
     choice: MeshChoice | None = None
+    """What an accuracy chose before, if the study has one."""
     other: Step[Response] | None = None
+    """The response in the other direction, where both are wanted."""
     analyses: Mapping[str, tuple[Step[Any], ...]] = field(default_factory=dict)
+    """Products of the analyses that its file asks for."""
     pieces: tuple[Step[Any], ...] = ()
+    """What these are made from and can be computed side by side."""
 
     @property
     def meshes(self) -> Mapping[str, Step[Part]]:

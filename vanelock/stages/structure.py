@@ -130,27 +130,20 @@ def _stuck_modes(
 
 @dataclass(frozen=True, slots=True)
 class Linear:
-    """Linear limits that one or more cases share.
-
-    Attributes
-    ----------
-    name : str
-        The swept values that distinguish them from those of other cases, "" if there are no others.
-    system : Step
-        The system without friction and preload, at the nodal diameters of rest and load.
-    limits : Step
-        Its modes.
-    modes : Step
-        Those with all contacts stuck at all these nodal diameters, by which responses are computed.
-    responses : dict of "free" | "stuck" to Step
-        Linear responses.
-    """
+    """Linear limits that one or more cases share."""
 
     name: str
+    """The swept values that distinguish them from those of other cases, "" if there are no
+    others."""
     system: Step[System]
+    """The system without friction and preload, at the nodal diameters of rest and load."""
     limits: Step[Limits]
+    """Its modes."""
     modes: Step[HarmonicModes]
+    """Those with all contacts stuck at all these nodal diameters, by which responses are
+    computed."""
     responses: dict[Limit, Step[Response]]
+    """Linear responses."""
 
     @property
     def key(self) -> str:

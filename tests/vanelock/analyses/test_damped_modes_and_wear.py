@@ -11,7 +11,6 @@ import pytest
 from tests.golden.runs import GoldenRun
 from tests.vanelock.stages.conftest import planned_of
 from vanelock import load_system, nonlinear, open_results, parse_study
-from vanelock.analyses import ANALYSES
 from vanelock.analyses.damped_modes import FollowedMode
 from vanelock.analyses.solved_case import with_analyses
 from vanelock.analyses.wear import WornCase
@@ -112,7 +111,7 @@ def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
 
     monkeypatch.setattr(nonlinear, "damped_mode", followed)
     planned = planned_of(f"{run.text}\n[response]\nharmonics = 9\n[damped_modes]\n")
-    with_mode = with_analyses(planned, planned, ANALYSES)
+    with_mode = with_analyses(planned, planned)
     (step,) = with_mode.analyses["damped_modes"]
     assert planned.response in step.needs
     with open_results(run.folder / "results.h5") as file:

@@ -82,9 +82,7 @@ class OngoingRun:
         most = most_dofs(memory)
         choices = [None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies]
         planned = plan(found, self._point, choices)
-        self.planned = tuple(
-            with_analyses(each, planned[0], ANALYSES, self._count) for each in planned
-        )
+        self.planned = tuple(with_analyses(each, planned[0], self._count) for each in planned)
         givens = [case.given for case in found]
         hanging = at_rest(givens, lambda *of: stages.get(motions_step(*of)))
         self._say(*self.planned[0].structure.apart, *hanging)  # what joins what is not swept

@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from vanelock.analyses import ANALYSES
 from vanelock.analyses.solved_case import with_analyses
 from vanelock.input.cases.sweep import Case
 from vanelock.pipeline.cache import Cache
@@ -68,7 +67,7 @@ class CaseWork:
         """All whose products a run shows."""
         works = [self] if self.first is None else [self.first, self]
         found = plan([work.case for work in works], choices=[work.choice for work in works])
-        planned = with_analyses(found[-1], found[0], ANALYSES)
+        planned = with_analyses(found[-1], found[0])
         return [*steps_of(planned), *planned.pieces]
 
 

@@ -57,21 +57,14 @@ LOWEST = 0.02
 
 @dataclass(frozen=True)
 class Budget:
-    """What each source may contribute to the error.
-
-    Attributes
-    ----------
-    accuracy : float
-        Relative error allowed in all.
-    shares : dict of str to float
-        By source, of those that adapt.
-    pinned : dict of str to str
-        Sources whose settings the study sets, and those settings.
-    """
+    """What each source may contribute to the error."""
 
     accuracy: float
+    """Relative error allowed in all."""
     shares: dict[str, float]
+    """By source, of those that adapt."""
     pinned: dict[str, str]
+    """Sources whose settings the study sets, and those settings."""
 
     @property
     def later(self) -> list[str]:

@@ -87,24 +87,16 @@ class Round:
 
 @dataclass(frozen=True)
 class MeshChoice:
-    """A case with its accuracy's choices made, as far as they precede the response.
-
-    Attributes
-    ----------
-    study : Study
-        The study with them.
-    budget : Budget
-        What each source may contribute.
-    rounds : tuple of Round
-        Meshes tried; the last one is used.
-    short : str
-        Why the mesh is not as fine as its share asks for, "" where it is.
-    """
+    """A case with its accuracy's choices made, as far as they precede the response."""
 
     study: Study
+    """The study with them."""
     budget: Budget
+    """What each source may contribute."""
     rounds: tuple[Round, ...]
+    """Meshes tried; the last one is used."""
     short: str
+    """Why the mesh is not as fine as its share asks for, "" where it is."""
 
 
 def choose_mesh(study: Study, stages: Stages, most: float | None = None) -> MeshChoice:

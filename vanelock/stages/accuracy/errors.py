@@ -45,25 +45,16 @@ class Source:
 
 @dataclass(frozen=True)
 class Errors:
-    """Estimated errors of a case.
-
-    Attributes
-    ----------
-    accuracy : float
-        What was asked for.
-    sources : tuple of Source
-        Each of them.
-    warnings : tuple of str
-        Why the accuracy may not be met, a line each.
-    corrected : float
-        Frequency of the peak less what the mesh is estimated to add to it, Hz; NaN where that is
-        taken off already.
-    """
+    """Estimated errors of a case."""
 
     accuracy: float
+    """What was asked for."""
     sources: tuple[Source, ...]
     warnings: tuple[str, ...]
+    """Why the accuracy may not be met, a line each."""
     corrected: float
+    """Frequency of the peak less what the mesh is estimated to add to it, Hz; NaN where that is
+    taken off already."""
 
     @property
     def counted(self) -> tuple[Source, ...]:
@@ -265,11 +256,14 @@ def _joints(response: Response, joints: Sequence[str]) -> list[LeftOut]:
     return found
 
 
-def _utilisation(response: Response, samples: int = 64) -> Floats:
+SAMPLES = 64
+"""Of a period, at which friction is compared with its bound."""
+
+
+def _utilisation(response: Response) -> Floats:
     """(p, c) largest friction force over its bound in a period; 0 where there is no friction."""
-    H = response.harmonics
-    angle = 2 * np.pi * np.arange(samples) / samples
-    waves = np.exp(1j * np.outer(np.arange(H + 1), angle))
+    angle = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
+    waves = np.exp(1j * np.outer(np.arange(response.harmonics + 1), angle))
     history = np.einsum("phcd,hs->pscd", response.force, waves).real
     bound = response.mu * np.maximum(history[..., 0], 0.0)
     friction = np.abs(history[..., 1:])

@@ -9,7 +9,6 @@ What neglected harmonics are worth at the peak of a case without an accuracy.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -213,8 +212,7 @@ def of_own_meshes(planned: Planned) -> Step[ErrorPlaces] | None:
         return _error_places([each.model.part for each in whole], energies)
 
     needs = (planned.linear.system, planned.linear.limits, *recovered)
-    inputs: dict[str, Any] = {"count": COUNT, "around": AROUND}
-    return step("mesh error by place", "fem", inputs, ErrorPlaces, needs, compute)
+    return step("mesh error by place", "fem", {}, ErrorPlaces, needs, compute)
 
 
 def _error_places(parts: list[Part], energies: list[Floats]) -> ErrorPlaces:

@@ -23,19 +23,12 @@ from vanelock.rom import Element
 from vanelock.rom.joining.connections import Load, Output, Tie, Touching
 from vanelock.stages.matrices.piece import NodalForces, read_forces
 
+NUMBERS = ("kn", "kt", "mu", "interference")
 COLUMNS = {
-    "node": (),
-    "mate": (),
-    "nx": ("normal",),
-    "ny": ("normal",),
-    "nz": ("normal",),
-    "tx": ("tangent",),
-    "ty": ("tangent",),
-    "tz": ("tangent",),
-    "kn": ("kn",),
-    "kt": ("kt",),
-    "mu": ("mu",),
-    "interference": ("interference",),
+    **dict.fromkeys(("node", "mate"), ""),
+    **dict.fromkeys(("nx", "ny", "nz"), "normal"),
+    **dict.fromkeys(("tx", "ty", "tz"), "tangent"),
+    **{key: key for key in NUMBERS},
 }
 """Columns of a table of pairs, and the key that each stands in for."""
 PARALLEL = 1e-6
@@ -235,12 +228,10 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
     where = f"contacts.{name}"
     ends, table = _ends(name, where, keys, scene)
     count = len(ends["own_nodes"])
-    for column, stands in COLUMNS.items():
-        for key in stands:
-            if column in table and getattr(keys, key) is not None:
-                raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
-    numbers = {key: _each(table, keys, key, count, where) for key in ("kn", "kt", "mu")}
-    numbers["interference"] = _each(table, keys, "interference", count, where, 0.0)
+    for column, key in COLUMNS.items():
+        if key and column in table and getattr(keys, key) is not None:
+            raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
+    numbers = {key: _each(table, keys, key, count, where) for key in NUMBERS}
     for key, values in numbers.items():
         _refuse_outside(f"{where}.pairs", key, values, keys.pairs)
     frames = _frames(table, keys, count, where)
@@ -331,19 +322,13 @@ def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Map
     return (rows, rows, {}) if alone else (rows[:, 0], rows[:, 1], {})
 
 
-def _each(
-    table: Mapping[str, Any],
-    keys: ContactKeys,
-    key: str,
-    count: int,
-    where: str,
-    default: float | None = None,
-) -> Floats:
-    """(c,) a property of each pair, from the table or the key."""
+def _each(table: Mapping[str, Any], keys: ContactKeys, key: str, count: int, where: str) -> Floats:
+    """(c,) a property of each pair, from the table or the key; without either no interference."""
     if key in table:
         return np.asarray(table[key], float)
     value = getattr(keys, key)
-    value = default if value is None else value
+    if value is None and key == "interference":
+        value = 0.0
     if value is None:
         raise InputError(f"{where}.{key}: must be given, here or as a column of its pairs")
     return np.full(count, float(value))

@@ -70,7 +70,7 @@ def rigid_motions(
     given: Matrices,
     fixed: Integers,
     kept: tuple[Integers, Integers],
-    forces: Sequence[NodalForces] = (),
+    forces: Sequence[NodalForces],
 ) -> RigidMotions:
     """Rigid motions of a component, turns among them where all places are known."""
     node, direction = given.node, given.direction

@@ -37,33 +37,22 @@ COLUMNS = ("fx", "fy", "fz")
 
 @dataclass(frozen=True)
 class NodalForces:
-    """A load from a file.
-
-    Attributes
-    ----------
-    where : str
-        Who asks, in messages.
-    part : str
-        Whose nodes.
-    digest : str
-        Of what the file holds.
-    nodes : (k,) int
-        The file's.
-    forces : (k, 3) float
-        On each of them, N.
-    factor : complex
-        What multiplies them: scale and phase.
-    harmonic : int
-        0: a static load.
-    """
+    """A load from a file."""
 
     where: str
+    """Who asks, in messages."""
     part: str
+    """Whose nodes."""
     digest: str
+    """Of what the file holds."""
     nodes: Integers
+    """(k,) of the file."""
     forces: Floats
+    """(k, 3) on each of them, N."""
     factor: complex
+    """What multiplies them: scale and phase."""
     harmonic: int
+    """0: a static load."""
 
 
 def read_forces(path: Path) -> tuple[str, Integers, Floats]:

@@ -1,7 +1,7 @@
 """Components of a scene and the system that they make at each nodal diameter, each a step."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from vanelock.input.cases.values import Given, diameters_of
 from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
-from vanelock.rom import Assembly, Element, System
+from vanelock.rom import Assembly, System
 from vanelock.rom.system.coordinates import check_ring
 from vanelock.stages.matrices.gather import Gathered, gathered
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
@@ -27,17 +27,11 @@ from vanelock.stages.structure import CaseStructure
 
 @dataclass(frozen=True)
 class SceneStructure(CaseStructure):
-    """The components of a scene, or the system that it names.
-
-    Attributes
-    ----------
-    given : Scene
-    without : bool
-        Whether its systems leave out friction, interference and loads at rest.
-    """
+    """The components of a scene, or the system that it names."""
 
     given: Scene
     without: bool = False
+    """Whether its systems leave out friction, interference and loads at rest."""
     _made: dict[Any, Step[Any]] = field(default_factory=dict, repr=False, compare=False)
 
     @cached_property
@@ -128,7 +122,7 @@ def _piece_step(
         "ring": scene.ring.model_dump(),
         "followed": followed,
         "diameters": by_diameter,
-        "code": code_of("fem", "rom"),
+        "code": code_of("fem"),
     }
 
     def compute() -> Piece:
@@ -137,18 +131,18 @@ def _piece_step(
         return reduced(name, keys, scene.ring, kept, by_diameter, least, followed, forces)
 
     of = f", ND {by_diameter[0]}" if by_diameter and len(diameters_of(scene)) > 1 else ""
-    return step(f"component {name}{of}", "stages", inputs, Piece, (), compute)
+    return step(f"component {name}{of}", "rom", inputs, Piece, (), compute)
 
 
 def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]:
     """Rigid motions of a component that nothing but contacts may hold."""
     keys, kept, forces = scene.components[name], given.kept[name], given.forces_on(name)
-    inputs = {**_component(name, keys, kept, forces, ()), "code": code_of("fem")}
+    inputs = _component(name, keys, kept, forces, ())
 
     def compute() -> RigidMotions:
         return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept, forces)
 
-    return step("rigid motions", "stages", inputs, RigidMotions, (), compute, of=name, quick=True)
+    return step("rigid motions", "fem", inputs, RigidMotions, (), compute, of=name, quick=True)
 
 
 def _component(
@@ -202,14 +196,10 @@ def _joined_step(
         "ring": scene.ring.model_dump(),
         "engine_order": scene.excitation.engine_order,
         "joined": [_plain(each) for each in (*contacts, *ties, *loads)],
-        "forces": [
-            [each.part, each.digest, each.factor.real, each.factor.imag, each.harmonic]
-            for each in acting.forces
-        ],
+        "forces": [[f.part, f.digest, *_plain(f.factor), f.harmonic] for f in acting.forces],
         "outputs": [[each.part, each.nodes.tolist()] for each in outputs],
         "damping": scene.damping.model_dump(),
         "diameters": diameters,
-        "code": code_of("rom"),
     }
     count = len(parts) // len(diameters)
 
@@ -221,7 +211,7 @@ def _joined_step(
         ]
         return rom.united(systems)
 
-    return step("system", "stages", inputs, System, parts, compute, False, True)
+    return step("system", "rom", inputs, System, parts, compute, False, True)
 
 
 def _assembly(scene: Scene, acting: Gathered, found: Sequence[Piece]) -> Assembly:
@@ -260,19 +250,14 @@ def _digests(where: str, value: Any, by_diameter: tuple[int, ...]) -> Any:
         raise InputError(f"{where}: {error}") from None
 
 
-def _plain(each: Any) -> dict[str, Any]:
-    """A dataclass of arrays as what JSON can hold."""
-    found = {}
-    for one in fields(each):
-        value = getattr(each, one.name)
-        if isinstance(value, np.ndarray):
-            value = (
-                [value.real.tolist(), value.imag.tolist()]
-                if value.dtype.kind == "c"
-                else (value.tolist())
-            )
-        found[one.name] = _plain(value) if isinstance(value, Element) else value
-    return {"kind": type(each).__name__, **found}
+def _plain(value: Any) -> Any:
+    """Dataclasses, arrays and complex numbers as what JSON can hold."""
+    if is_dataclass(value):
+        held = {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
+        return {"kind": type(value).__name__, **held}
+    if np.iscomplexobj(value):
+        return [np.asarray(value).real.tolist(), np.asarray(value).imag.tolist()]
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:

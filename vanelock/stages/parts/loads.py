@@ -36,27 +36,18 @@ HEAT = "heat"
 
 @dataclass(frozen=True)
 class RestLoad:
-    """A load at rest of a vane.
-
-    Attributes
-    ----------
-    cause : str
-        "gas" or "heat".
-    name : str
-        Which it is; with the digest of what its file holds.
-    size : float
-        Times its unit: N, N m, Pa, thermal strain; of a field's 1, or the vane's expansion, 1/K.
-    faces : str
-        Set that a pressure acts on.
-    file : str
-        Of a field, which may be moved.
-    """
+    """A load at rest of a vane."""
 
     cause: str
+    """Either "gas" or "heat"."""
     name: str
+    """Which it is; with the digest of what its file holds."""
     size: float = 1.0
+    """Times its unit: N, N m, Pa, thermal strain; of a field's 1, or the vane's expansion, 1/K."""
     faces: str = ""
+    """Set that a pressure acts on."""
     file: str = ""
+    """Of a field, which may be moved."""
 
     @property
     def unit(self) -> "RestLoad":

@@ -190,8 +190,7 @@ def gauges_step(study: Study) -> Step[Gauges]:
     """The gauges of a study on its vane; costs a factorisation and a solve for each gauge."""
     wanted = study.outputs.gauges
     dimensions = study.vane
-    if not isinstance(dimensions, mesh.VaneDimensions):  # the study is refused before
-        raise InputError("outputs.gauges: their places need dimensions, while vane.mesh is given")
+    assert isinstance(dimensions, VaneDimensions)  # else the study is refused before
     inputs: dict[str, Any] = {
         "gauges": [gauge.model_dump() for gauge in wanted],
         "dimensions": dimensions.model_dump(),

@@ -116,10 +116,6 @@ class Segment:
     def assembly(self, vane: _Jointed, casing: _Jointed) -> Assembly:
         """Both parts, joined and loaded; joints in alphabetical order."""
         one, other = vane.masters, casing.masters
-        if one.sectors != other.sectors:
-            raise InputError(
-                f"{one.part} and {other.part} differ in sectors: {one.sectors}, {other.sectors}"
-            )
         if other.sectors > 1 and not getattr(casing, "cyclic", True):
             raise InputError(
                 f"{other.part}: reduced in one piece, its sides free, while the ring has "
@@ -150,20 +146,11 @@ class Segment:
         """The vane with the loads at rest."""
         return carrying(vane, self.at_rest) if self.at_rest else replace(vane, loads=None)
 
-    def rest_loads(self, vane: Component, casing: Component) -> dict[str, Matrix]:
-        """(n,) loads at rest by cause, N, in joined coordinates of nodal diameter 0."""
-        return dict(self.assembly(self.loaded(vane), casing).rest_loads())
-
-
-def _joints(study: Study) -> tuple[Joint, ...]:
-    """The joints of a study with contact elements."""
-    return tuple(Joint(name, **getattr(study.joints, name).contact) for name in study.joint_names)
-
 
 def segment_of(study: Study) -> Segment:
     """Joints, load and damping of a study, without its loads at rest."""
     return Segment(
-        joints=_joints(study),
+        joints=tuple(Joint(n, **getattr(study.joints, n).contact) for n in study.joint_names),
         engine_order=study.excitation.engine_order,
         force=study.excitation.force_per_node,
         unbalance=study.excitation.unbalance or 0.0,
@@ -208,7 +195,7 @@ def excess_step(
         ]
         return MeshExcess({k: rom.modal_excess(shapes, frequency, excess, forces)})
 
-    inputs = {"modes": MODES, "areas": areas}
+    inputs = {"areas": areas}
     needs = (joined_step(segment, *parts, "structure"), *parts, alone, recovery)
     return step("mesh correction", "fem", inputs, MeshExcess, needs, compute)
 
@@ -233,7 +220,7 @@ def vane_excess_step(
         basis = rom.spanned(found, K)
         return SpaceExcess(K @ basis, _excess_of(recovery, basis, 0))
 
-    inputs = {"modes": MODES, "areas": areas, "diameters": diameters}
+    inputs = {"areas": areas, "diameters": diameters}
     systems = (joined_step(segment, vane, each, "structure") for each in casings)
     needs = (vane, recovery, *systems)
     return step("mesh excess, vane", "fem", inputs, SpaceExcess, needs, compute)

@@ -29,25 +29,17 @@ from vanelock.stages.structure import CaseStructure
 
 @dataclass(frozen=True)
 class StudyStructure(CaseStructure):
-    """The vane and the casing of a study.
-
-    Attributes
-    ----------
-    given : Study
-    without : {"nothing", "friction", "load"}
-        What its systems leave out: friction, interference and loads at rest; or these, and the
-        study's own load for the default one.
-    at_reference : bool
-        Whether parts have the moduli at which they are reduced, not those of their temperatures.
-    last : int or None
-        The nodal diameter at which the last casing is reduced, if that is known: what all casings
-        share is then let go of.
-    """
+    """The vane and the casing of a study."""
 
     given: Study
     without: Literal["nothing", "friction", "load"] = "nothing"
+    """What its systems leave out: friction, interference and loads at rest; or these, and the
+    study's own load for the default one."""
     at_reference: bool = False
+    """Whether parts have the moduli at which they are reduced, not those of their temperatures."""
     last: int | None = None
+    """The nodal diameter at which the last casing is reduced, if that is known: what all casings
+    share is then let go of."""
     _made: dict[Any, Step[Any]] = field(default_factory=dict, repr=False, compare=False)
     names = PARTS
 

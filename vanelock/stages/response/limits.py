@@ -44,6 +44,8 @@ FAR = 0.3
 """Of the stuck mode's frequency, below which the free one is another motion, a loose part's."""
 ALIKE = 1e-6
 """Relative distance of assurance criteria of double modes, of which the first one counts."""
+EVEN = 101
+"""Frequencies of a linear response that are evenly spaced, beside those around modes."""
 MARGIN = 0.03
 """Least margin of the default range, relative."""
 
@@ -251,7 +253,6 @@ def dense(
     limits: Limits,
     stuck: bool,
     damping: float,
-    points: int = 101,
 ) -> Floats:
     """Frequencies at which a linear response is a true curve, Hz, ascending.
 
@@ -262,13 +263,13 @@ def dense(
     modes = limits.stuck if stuck else limits.free
     near = np.concatenate([fine(f, damping) for f in _ends(limits)])
     if isinstance(wanted, tuple):
-        listed = np.linspace(*wanted, points)
+        listed = np.linspace(*wanted, EVEN)
         near = np.concatenate([near, listed])
     else:
         listed = np.asarray(wanted, float)
     low, high = min(near.min(), listed.min()), max(near.max(), listed.max())
-    even = np.linspace(near.min(), near.max(), points)
-    parts = [listed, even, np.geomspace(low, high, points).clip(low, high)]
+    even = np.linspace(near.min(), near.max(), EVEN)
+    parts = [listed, even, np.geomspace(low, high, EVEN).clip(low, high)]
     parts.append(fine(limits.stuck_frequency if stuck else limits.free_frequency, damping))
     # Beyond the fine frequencies the flank of a peak falls as the inverse of the distance.
     flank = np.geomspace(max(6 * damping, 1e-3), 0.9, 40)

@@ -42,9 +42,9 @@ READ = ("rom", "excitation", "damping", "response", "campbell")
 def limits_step(
     mode: int,
     system: Step[System],
-    names: tuple[str, ...] = (),
-    parts: tuple[Step[Any], ...] = (),
-    meshed: Step[System] | None = None,
+    names: tuple[str, ...],
+    parts: tuple[Step[Any], ...],
+    meshed: Step[System] | None,
 ) -> Step[Limits]:
     """Modes with contacts free and stuck, and their errors by the reduced `parts` and their names.
 
@@ -152,14 +152,8 @@ def response_step(
 
     In the file's direction, or another one; upwards where the file wants both.
     """
-    response = given.response
-    options: dict[str, Any] = {
-        "harmonics": response.harmonics,
-        "coupling": response.coupling,
-        "samples": response.samples,
-        "friction": response.friction,
-        "direction": direction or FIRST[response.direction],
-    }
+    options = given.response.model_dump(include={"harmonics", "coupling", "samples", "friction"})
+    options["direction"] = direction or FIRST[given.response.direction]
     inputs = {**frequency_keys(given), **options}
 
     def compute(system: System, found: Limits, stuck: HarmonicModes, store: PointStore) -> Response:

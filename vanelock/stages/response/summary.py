@@ -32,34 +32,21 @@ class Peak:
 
 @dataclass(frozen=True)
 class Jump:
-    """Neighbouring points that no curve of solutions joins, in the order of the sweep.
-
-    Attributes
-    ----------
-    frequency : (float, float)
-        Before and after, Hz.
-    amplitude : (float, float)
-        Of the monitored displacement there, m.
-    """
+    """Neighbouring points that no curve of solutions joins, in the order of the sweep."""
 
     frequency: tuple[float, float]
+    """Before and after, Hz."""
     amplitude: tuple[float, float]
+    """Of the monitored displacement there, m."""
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """A sweep of a case.
-
-    Attributes
-    ----------
-    direction : {"up", "down", "both"}
-    peak : Peak or None
-        Its largest converged point.
-    jumps : tuple of Jump
-    """
+    """A sweep of a case, "up", "down" or "both"."""
 
     direction: str
     peak: Peak | None
+    """Its largest converged point."""
     jumps: tuple[Jump, ...]
 
 
@@ -98,33 +85,23 @@ class Settled:
 
 @dataclass(frozen=True)
 class WaveVerdict:
-    """Whether the ring stays with the periodic wave at a peak.
-
-    Attributes
-    ----------
-    verdict : "stable", "unstable" or "undecided"
-    growth : float
-        What a period makes of the motion that grows fastest, or dies out slowest; NaN where all
-        die out to 0.53 or less.
-    diameter : int
-        Its nodal diameter; -1 where none is known.
-    growing : int
-        Motions that grow.
-    frequencies : tuple of float
-        Where that motion shows at the outputs, Hz, largest first.
-    reason : str
-        Why it is undecided.
-    settled : Settled or None
-        What the ring does instead, where it is unstable and was followed.
-    """
+    """Whether the ring stays with the periodic wave at a peak."""
 
     verdict: str
+    """Either "stable", "unstable" or "undecided"."""
     growth: float
+    """What a period makes of the motion that grows fastest, or dies out slowest; NaN where all die
+    out to 0.53 or less."""
     diameter: int
+    """Its nodal diameter; -1 where none is known."""
     growing: int
+    """Motions that grow."""
     frequencies: tuple[float, ...]
+    """Where that motion shows at the outputs, Hz, largest first."""
     reason: str = ""
+    """Why it is undecided."""
     settled: Settled | None = None
+    """What the ring does instead, where it is unstable and was followed."""
 
     @property
     def followed(self) -> str:
