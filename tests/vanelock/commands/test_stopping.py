@@ -86,9 +86,9 @@ def stopped_here(called, monkeypatch):
             if type(said).__name__ == event and said.stage == stage:
                 os.kill(os.getpid(), number)
 
-        json_lines = progress.json_lines
+        json_lines = progress._json_lines
         with monkeypatch.context() as patched:
-            patched.setattr(progress, "json_lines", printed)
+            patched.setattr(progress, "_json_lines", printed)
             return called(*RUN)
 
     return call

@@ -85,7 +85,7 @@ def surface(part: Part, corners_only: bool = False) -> Surface:
     drawn_type = _LINEAR.get(part.cell_type, part.cell_type) if corners_only else part.cell_type
     corners, faces, drawn = _FACES[drawn_type]
     every = np.concatenate([part.cells[:, list(face)] for face in faces])
-    key = packed(np.sort(every[:, :corners], axis=1), len(part.points))
+    key = _packed(np.sort(every[:, :corners], axis=1), len(part.points))
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
     skin = every[np.sort(first[count == 1])]  # a face of one element alone lies outside
     triangles = np.concatenate([skin[:, list(corner)] for corner in drawn])
@@ -129,7 +129,7 @@ def skin_edges(points: Floats, triangles: Integers) -> tuple[Integers, Integers,
     normal = normal / np.where(length > 0, length, 1)
     edges = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     owner = np.tile(np.arange(len(triangles)), 3)
-    key = packed(edges, len(points))
+    key = _packed(edges, len(points))
     order = np.argsort(key, kind="stable")
     key, owner = key[order], owner[order]
     _, start, count = np.unique(key, return_index=True, return_counts=True)
@@ -151,12 +151,12 @@ def _mesh_edges(faces: NDArray[np.int64], corners: int) -> NDArray[np.int64]:
         else:
             pieces += [faces[:, [i, corners + i]], faces[:, [corners + i, j]]]
     edges = np.sort(np.concatenate(pieces), axis=1)
-    first = np.unique(packed(edges, int(edges.max()) + 1), return_index=True)[1]
+    first = np.unique(_packed(edges, int(edges.max()) + 1), return_index=True)[1]
     found: NDArray[np.int64] = edges[first]
     return found
 
 
-def packed(rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+def _packed(rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
     """One number for each row of numbers below `count`, in the rows' order, where they fit.
 
     Numbers are sorted ten times faster than rows. Four corners of up to 55,000 nodes fit into a

@@ -28,7 +28,7 @@ STABILITY = ("stable", "unstable", "undecided", None)
 Row = tuple[str, str, float, float, int | None, str | None]
 
 
-def columns(
+def _columns(
     curves: Sequence[render.Curve], band: render.Band | None = None
 ) -> Mapping[str, ArrayLike]:
     """Columns of some curves, with their bounds, and of percentiles of many."""
@@ -71,7 +71,7 @@ MOST = 16
 
 def all_curves(run: RunResult) -> list[render.Curve]:
     """Linear limits, responses and measured curves, as they are drawn."""
-    made = linear(run)
+    made = _linear(run)
     for each in drawn_alone(run):
         name, verdicts, ends = each.name, each.verdicts, each.ends
         for direction, curve in each.curves.items():
@@ -122,7 +122,7 @@ def curves(run: RunResult) -> Picture:
         f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
         NOTE,
     ]
-    data = run.table("figures/response.csv", shows, lambda: columns(made, shade), notes)
+    data = run.table("figures/response.csv", shows, lambda: _columns(made, shade), notes)
     limits = (
         f"The thin lines are the linear limits, with {run.opens} free (dashed) and "
         "stuck (dotted): without friction's damping the peak would be as high as theirs. "
@@ -185,7 +185,7 @@ def called(name: str) -> str:
     return "with friction" if name == "nominal" else words(name, without="harmonics")
 
 
-def linear(run: RunResult) -> list[render.Curve]:
+def _linear(run: RunResult) -> list[render.Curve]:
     """Linear limits, equal ones once."""
     limits = run.limits
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown
