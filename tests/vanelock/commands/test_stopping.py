@@ -41,14 +41,14 @@ import os, sys
 from vanelock import __main__ as command
 from vanelock.pipeline import progress
 
-json_lines, (event, stage, number, *arguments) = progress.json_lines, sys.argv[1:]
+json_lines, (event, stage, number, *arguments) = progress._json_lines, sys.argv[1:]
 
 def printed(said):
     json_lines(said)
     if type(said).__name__ == event and said.stage == stage:
         os.kill(os.getpid(), int(number))
 
-progress.json_lines = printed
+progress._json_lines = printed
 command.main(arguments)
 """
 

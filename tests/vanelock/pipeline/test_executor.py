@@ -157,8 +157,8 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster
 ELSEWHERE = """
 import vanelock.pipeline.executor as executor
 if not hasattr(executor, "there"):  # Dask loads it more than once
-    executor.there = executor.unfit
-executor.unfit = lambda path, *more: executor.there(path + ".elsewhere", *more)
+    executor.there = executor._unfit
+executor._unfit = lambda path, *more: executor.there(path + ".elsewhere", *more)
 """
 """What a worker loads first that is to see another folder."""
 
