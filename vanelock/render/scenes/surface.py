@@ -17,16 +17,7 @@ _EIGHT: Final = ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 6), (4, 6, 7
 _NINE: Final = tuple((a, b, 8) for a, b in ((0, 4), (4, 1), (1, 5), (5, 2))) + tuple(
     (a, b, 8) for a, b in ((2, 6), (6, 3), (3, 7), (7, 0))
 )
-_TETRA: Final = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 _TETRA10: Final = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6))
-_HEXA: Final = (
-    (0, 3, 2, 1),
-    (4, 5, 6, 7),
-    (0, 1, 5, 4),
-    (1, 2, 6, 5),
-    (2, 3, 7, 6),
-    (3, 0, 4, 7),
-)
 _HEXA20: Final = (
     (0, 3, 2, 1, 11, 10, 9, 8),
     (4, 5, 6, 7, 12, 13, 14, 15),
@@ -40,9 +31,9 @@ _HEXA27: Final = tuple(
 )
 _LINEAR: Final = {"tetra10": "tetra", "hexahedron20": "hexahedron", "hexahedron27": "hexahedron"}
 _FACES: Final[dict[str, tuple[int, tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...]]]] = {
-    "tetra": (3, _TETRA, ((0, 1, 2),)),
+    "tetra": (3, tuple(face[:3] for face in _TETRA10), ((0, 1, 2),)),
     "tetra10": (3, _TETRA10, _SIX),
-    "hexahedron": (4, _HEXA, ((0, 1, 2), (0, 2, 3))),
+    "hexahedron": (4, tuple(face[:4] for face in _HEXA20), ((0, 1, 2), (0, 2, 3))),
     "hexahedron20": (4, _HEXA20, _EIGHT),
     "hexahedron27": (4, _HEXA27, _NINE),
 }

@@ -45,12 +45,12 @@ def _columns(
 
 
 def _rows(curve: render.Curve) -> Iterator[Row]:
-    frequency = np.asarray(curve.frequency, float)
-    converged: Sequence[int | None] = [None] * len(frequency)
+    count = len(curve.frequency)
+    converged: Sequence[int | None] = [None] * count
     if curve.converged is not None:
-        converged = np.asarray(curve.converged).astype(int).tolist()
-    verdict = [-1] * len(frequency) if curve.verdict is None else np.asarray(curve.verdict)
-    points = _points(curve.label, curve.case, frequency, curve.amplitude)
+        converged = curve.converged.astype(int).tolist()
+    verdict = [-1] * count if curve.verdict is None else curve.verdict
+    points = _points(curve.label, curve.case, curve.frequency, curve.amplitude)
     for point, solved, code in zip(points, converged, verdict, strict=True):
         yield (*point[:4], solved, STABILITY[code])
     if (around := curve.envelope) is not None:
@@ -58,10 +58,9 @@ def _rows(curve: render.Curve) -> Iterator[Row]:
             yield from _points(f"{curve.label}, {end}", curve.case, around.frequency, level)
 
 
-def _points(label: str, case: str, frequency: ArrayLike, amplitude: ArrayLike) -> list[Row]:
-    hertz = np.asarray(frequency, float).tolist()
-    micrometres = (1e6 * np.asarray(amplitude, float)).tolist()
-    return [(label, case, f, a, None, None) for f, a in zip(hertz, micrometres, strict=True)]
+def _points(label: str, case: str, frequency: Floats, amplitude: Floats) -> list[Row]:
+    points = zip(frequency.tolist(), (1e6 * amplitude).tolist(), strict=True)
+    return [(label, case, f, a, None, None) for f, a in points]
 
 
 RESPONSE = "Forced response"

@@ -65,7 +65,7 @@ def _around_peaks(
     """Range of frequency [Hz] and of amplitude [µm] about the peaks with friction."""
     across, up = [], []
     for curve in curves:
-        frequency, amplitude = np.asarray(curve.frequency), 1e6 * np.asarray(curve.amplitude)
+        frequency, amplitude = curve.frequency, 1e6 * curve.amplitude
         solved = converged(curve)
         if curve.kind == "nonlinear" and solved.any():
             top = amplitude[solved].max()
