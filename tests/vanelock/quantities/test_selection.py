@@ -22,7 +22,7 @@ SAMPLES = """
 [scatter]
 samples = {}
 [scatter.keys]
-"joints.interlock.kt" = {{ low = 1e6, high = 2e6 }}
+"joints.interlock.kt" = {{ uniform = [1e6, 2e6] }}
 """
 
 
