@@ -14,7 +14,7 @@ import pytest
 import vanelock
 from vanelock.common.process import installed, release
 from vanelock.pipeline import cache
-from vanelock.pipeline.executor import identity
+from vanelock.pipeline.executor import _identity
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -78,7 +78,7 @@ def test_a_commit_leaves_what_the_cache_holds_valid(monkeypatch: pytest.MonkeyPa
     def keys(said: str) -> tuple[str, str, str]:
         monkeypatch.setattr(cache, "__version__", said)
         cache.code_of.cache_clear()
-        return cache.code_of("fem"), cache.key_of("mesh", "mesh", {"size": 1}), identity()
+        return cache.code_of("fem"), cache.key_of("mesh", "mesh", {"size": 1}), _identity()
 
     try:
         first = keys("0.1.0.dev12")

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from vanelock import Study
-from vanelock.common.checked import known_keys
+from vanelock.common.checked import _known_keys
 from vanelock.input.schema.structure.own_mesh import CasingSet, VaneSet
 from vanelock.results.listing import CASE_COLUMNS
 
@@ -35,7 +35,7 @@ def test_the_page_is_up_to_date() -> None:
 def test_every_key_is_described_in_full() -> None:
     dimensions = (ROOT / "docs" / "geometry.md").read_text("utf-8").partition("<!-- End of Dim")[0]
     described = rows(dimensions) | rows(PAGE)
-    every = known_keys(Study)
+    every = _known_keys(Study)
     leaves = {
         key.replace(".<name>", "")
         for key in every
@@ -55,7 +55,7 @@ def test_every_key_of_the_template_is_one_of_the_schema_s() -> None:
     given, _ = TOOL["template"]()
     in_use = {key for key, each in given.items() if each.active}
     assert len(in_use) > 60
-    assert in_use <= set(known_keys(Study))
+    assert in_use <= set(_known_keys(Study))
 
 
 def test_the_glossary_has_the_words_of_the_tables() -> None:

@@ -201,14 +201,14 @@ def show(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def known_keys(schema: Schema, prefix: str = "") -> list[str]:
+def _known_keys(schema: Schema, prefix: str = "") -> list[str]:
     """Every dotted key of a schema, tables included, sweep entries apart."""
     keys = []
     for name, field in schema.model_fields.items():
         keys.append(prefix + name)
         below = f"{prefix}{name}.{ANY}." if _names_tables(field) else f"{prefix}{name}."
         for inner in _tables(field):
-            keys += known_keys(inner, below)
+            keys += _known_keys(inner, below)
     return list(dict.fromkeys(keys))
 
 
@@ -216,7 +216,7 @@ def unknown(location: Location, schema: Schema) -> str:
     """Hint for an unknown key: a similar one beside it, else the same elsewhere, else its table."""
     *path, key = [item[:60] for item in location if isinstance(item, str)]
     prefix = "".join(f"{item}." for item in _general(path, schema))
-    every = known_keys(schema)
+    every = _known_keys(schema)
     beside = [k for k in every if k.startswith(prefix) and "." not in k[len(prefix) :]]
     names = {k[len(prefix) :].lower(): k for k in beside}
     elsewhere: dict[str, str] = {}

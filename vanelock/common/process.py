@@ -33,7 +33,7 @@ _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3
 _PROC, _GROUPS = Path("/proc"), Path("/sys/fs/cgroup")
 
 
-class Bound(NamedTuple):
+class _Bound(NamedTuple):
     """What bounds a process: bytes in all, bytes still left, and its name."""
 
     total: float
@@ -41,13 +41,13 @@ class Bound(NamedTuple):
     name: str
 
 
-def bounds() -> list[Bound]:
+def _bounds() -> list[_Bound]:
     """What the machine, control groups and `ulimit` let this process take; empty if not known."""
     machine = _numbers(_PROC / "meminfo")
     found = list(_of_groups())
     if "MemTotal" in machine:
         total = machine["MemTotal"]
-        found.append(Bound(total, machine.get("MemAvailable", total), MACHINE))
+        found.append(_Bound(total, machine.get("MemAvailable", total), MACHINE))
     own = _numbers(_PROC / "self" / "status")
     for limit, field, name in (
         (resource.RLIMIT_AS, "VmSize", SPACE),
@@ -55,18 +55,18 @@ def bounds() -> list[Bound]:
     ):
         total = resource.getrlimit(limit)[0]
         if total != resource.RLIM_INFINITY:
-            found.append(Bound(total, total - own.get(field, 0.0), name))
+            found.append(_Bound(total, total - own.get(field, 0.0), name))
     return found
 
 
 def capacity() -> float:
     """Bytes that this process may take in all, whatever else runs now; infinite if not known."""
-    return min((each.total for each in bounds()), default=float("inf"))
+    return min((each.total for each in _bounds()), default=float("inf"))
 
 
 def require(needed: float, what: str) -> None:
     """Refuse what takes more bytes than are left."""
-    for each in bounds():
+    for each in _bounds():
         if needed > each.left:
             has = f"{gigabytes(max(each.left, 0.0))} of {each.name} are left"
             raise MemoryError(f"{what} takes about {gigabytes(needed)}, {has}")
@@ -95,7 +95,7 @@ def require_least() -> None:
 
     OpenBLAS tries for ever to get its buffers.
     """
-    for each in bounds():
+    for each in _bounds():
         least = LEAST_SPACE if each.name == SPACE else LEAST
         if each.total < least:
             has = f"{gigabytes(each.total)} is all of {each.name}"
@@ -148,7 +148,7 @@ def _numbers(path: Path) -> dict[str, float]:
     return found
 
 
-def _of_groups() -> Iterator[Bound]:
+def _of_groups() -> Iterator[_Bound]:
     """Limits of the control groups that this process is in, versions 1 and 2."""
     try:
         lines = (_PROC / "self" / "cgroup").read_text().splitlines()
@@ -165,7 +165,7 @@ def _of_groups() -> Iterator[Bound]:
         while root == place or root in place.parents:
             total, taken = _number(place / most), _number(place / used)
             if total is not None and taken is not None and total < 1 << 60:
-                yield Bound(total, total - taken + _cached(place, cached), GROUP)
+                yield _Bound(total, total - taken + _cached(place, cached), GROUP)
             place = place.parent
 
 

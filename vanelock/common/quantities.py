@@ -56,7 +56,7 @@ def _si(value: str, unit: str) -> float:
         ) from None
 
 
-def rpm(value: object) -> object:
+def _rpm(value: object) -> object:
     """Convert text such as `"16000 rpm"` to revolutions a minute; pass numbers through.
 
     Other units are refused: to a library of units a revolution is 2π, and 1 Hz less than 10 rpm.
@@ -84,7 +84,7 @@ Density = Annotated[float, quantity("kg/m^3")]
 Force = Annotated[float, quantity("N")]
 Frequency = Annotated[float, quantity("Hz")]
 Stiffness = Annotated[float, quantity("N/m")]
-Revolutions = Annotated[float, BeforeValidator(rpm)]
+Revolutions = Annotated[float, BeforeValidator(_rpm)]
 Unbalance = Annotated[float, quantity("kg*m")]
 Wear = Annotated[float, quantity("m^2/N")]  # volume per force and slip distance
 

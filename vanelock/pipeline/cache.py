@@ -40,7 +40,7 @@ HEAD = b"vanelock-points 1\n"
 _BEFORE = Struct("<QI")
 
 
-class PointsFile:
+class _PointsFile:
     """Solved points by label, see `vanelock.nonlinear.forced_response.options`."""
 
     def __init__(self, path: Path, notice: Callable[[str], None]) -> None:
@@ -166,9 +166,9 @@ class Cache:
                 temporary.unlink(missing_ok=True)
         return entry
 
-    def points(self, stage: str, key: str) -> closing[PointsFile]:
+    def points(self, stage: str, key: str) -> closing[_PointsFile]:
         """Where a stage that takes long writes down its points until its product is stored."""
-        return closing(PointsFile(self._points(stage, key), self.notice))
+        return closing(_PointsFile(self._points(stage, key), self.notice))
 
     def held(self) -> Callable[[str, str], bool]:
         """What says whether there is an entry, intact or not, of any number as they are now."""

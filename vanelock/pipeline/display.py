@@ -78,7 +78,7 @@ class _Times(dict[str, _Kind]):
         return f"done in {run.seconds:.1f} s{held}" + (f": {', '.join(longest)}" if longest else "")
 
 
-def width_of(file: TextIO) -> int:
+def _width_of(file: TextIO) -> int:
     """Characters of a line: of a terminal its own, elsewhere without limit, unless COLUMNS says."""
     asked = os.environ.get("COLUMNS", "")
     if asked.isdecimal() and int(asked) > 0:
@@ -115,7 +115,7 @@ class PlainLines:
                 self._in_a_while(_tasks(event), event.done == event.total)
             case Table():
                 if event.key not in SAID:
-                    print("\n".join(text_lines(event, width_of(sys.stdout))), flush=True)
+                    print("\n".join(text_lines(event, _width_of(sys.stdout))), flush=True)
             case Begun():
                 pass
             case Done():
@@ -151,7 +151,7 @@ class PlainLines:
         self._spoke = time.monotonic()
 
 
-class Bar:
+class _Bar:
     """A bar for each kind of stage while the run lasts; what stays is tables, notes and the end."""
 
     def __init__(self, bar: Progress) -> None:
@@ -181,7 +181,7 @@ class Bar:
                 self._move(kind, 1, 1, self._times[kind].text)
             case Table():
                 if event.key != "stages":
-                    lines = text_lines(event, width_of(sys.stdout))
+                    lines = text_lines(event, _width_of(sys.stdout))
                     self._tables.print("\n".join(lines), soft_wrap=True)
                     self._tables.file.flush()
             case Finished():
@@ -205,13 +205,13 @@ class Bar:
 
 
 @contextmanager
-def on_terminal() -> Generator[Bar, None, None]:
+def on_terminal() -> Generator[_Bar, None, None]:
     """Bars on the terminal that standard error is."""
     console = Console(stderr=True, highlight=False, markup=False)
     name, said = (TextColumn(f"{{task.{each}}}") for each in ("description", "fields[said]"))
     columns = name, BarColumn(20), TimeElapsedColumn(), said
     with Progress(*columns, console=console, transient=True) as bar:
-        yield Bar(bar)
+        yield _Bar(bar)
 
 
 def _done(event: Done) -> str:

@@ -48,7 +48,7 @@ def chosen_workers(
 ) -> Workers | None:
     """Other processes, as far as they are wanted; None where this one does all."""
     if scheduler is not None:
-        return Cluster(scheduler, listener, cache, insecure)
+        return _Cluster(scheduler, listener, cache, insecure)
     return None if count < 2 else Processes(count)
 
 
@@ -157,7 +157,7 @@ def _begin(parent: int) -> None:
     keep_freed()
 
 
-class Cluster:
+class _Cluster:
     """The workers of an existing Dask cluster that see the run's folder."""
 
     def __init__(
@@ -167,7 +167,7 @@ class Cluster:
         self._client = _client(address, insecure)
         self._executor = self._client.get_executor(pure=False)
         self._token, self._asked = cache.absolute() / TOKEN, dict[str, str]()
-        self._known = str(self._token), secrets.token_hex(8), identity()
+        self._known = str(self._token), secrets.token_hex(8), _identity()
         try:
             with placed(self._token) as temporary:
                 temporary.write_text(self._known[1])
@@ -192,7 +192,7 @@ class Cluster:
         """Threads of the workers that can work for this run; the others are named once."""
         threads: dict[str, int] = self._client.nthreads()
         if new := [each for each in threads if each not in self._asked]:
-            found = self._client.run(unfit, *self._known, workers=new, on_error="return")
+            found = self._client.run(_unfit, *self._known, workers=new, on_error="return")
             for worker, why in found.items():
                 self._asked[worker] = why if isinstance(why, str) else failure_of(why).reason
                 if self._asked[worker]:
@@ -228,7 +228,7 @@ def _client(address: str, insecure: bool) -> Any:
         raise InputError(
             f"--scheduler {address}: no address of a scheduler, such as tcp://host:8786"
         )
-    if not insecure and not protected(address):
+    if not insecure and not _protected(address):
         raise InputError(
             f"--scheduler {address}: on another machine and without encryption, where anybody "
             "on the way can run programs here: use tls:// (`vanelock manual sweeps`), or "
@@ -249,7 +249,7 @@ def _client(address: str, insecure: bool) -> Any:
         raise InputError(f"--scheduler {address}: no answer: {why}") from None
 
 
-def protected(address: str) -> bool:
+def _protected(address: str) -> bool:
     """Whether what goes to an address is encrypted, or stays on this machine."""
     scheme, found, rest = address.partition("://")
     if found and scheme in ("tls", "wss", "inproc"):
@@ -261,10 +261,10 @@ def protected(address: str) -> bool:
         return False
 
 
-def unfit(path: str, token: str, expected: str) -> str:
+def _unfit(path: str, token: str, expected: str) -> str:
     """Why a worker cannot work for a run whose folder holds a token; "" if it can."""
-    if identity() != expected:
-        return f"has vanelock {identity()}, here it is {expected}"
+    if _identity() != expected:
+        return f"has vanelock {_identity()}, here it is {expected}"
     try:
         seen = Path(path).read_text()
     except OSError:
@@ -274,12 +274,12 @@ def unfit(path: str, token: str, expected: str) -> str:
 
 def _called_if_fit(known: tuple[str, str, str], function: Callable[..., Any], *of: Any) -> Any:
     """On a worker: call a function, unless it came too late to be asked and is not fit."""
-    if why := unfit(*known):
+    if why := _unfit(*known):
         return Failure("", f"a worker {why}", unfit=True)
     return function(*of)
 
 
-def identity() -> str:
+def _identity() -> str:
     """Release of the program with a digest of its source files, and version of Python."""
     rooms = sorted(each.name for each in iter_modules(vanelock.__path__) if each.ispkg)
     python = ".".join(platform.python_version_tuple()[:2])

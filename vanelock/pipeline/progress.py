@@ -154,7 +154,7 @@ class Counter:
         self._listener(event)
 
 
-def json_lines(event: Event) -> None:
+def _json_lines(event: Event) -> None:
     """One JSON object a line on standard output; numbers that are not finite become null."""
     fields = event.record() if isinstance(event, Table) else asdict(event)
     record = {"event": type(event).__name__.lower(), **fields}
@@ -165,7 +165,7 @@ def json_lines(event: Event) -> None:
 def choose_listener(quiet: bool, as_json: bool) -> Generator[Listener, None, None]:
     """The display for the options given and where standard error goes."""
     if as_json:
-        yield json_lines
+        yield _json_lines
     elif quiet:
         yield silent
     else:

@@ -164,7 +164,7 @@ class TaskQueue:
             if not any(users > task.users for users in self._shared):
                 free -= 1
                 self._waiting.remove(task)
-                sent = solve, task.work, task.keys, str(self._folder)
+                sent = _solve, task.work, task.keys, str(self._folder)
                 self._out[self.workers.submit(*sent)] = task
 
     def _take(self, task: Task, future: Future[Failure | None]) -> None:
@@ -227,7 +227,7 @@ _stages: dict[str, Stages] = {}
 """By folder, what a process keeps for the next task."""
 
 
-def solve(work: Work, keys: Sequence[str], folder: str) -> Failure | None:
+def _solve(work: Work, keys: Sequence[str], folder: str) -> Failure | None:
     """Put products into the cache of a folder; why not, where they are not there afterwards."""
     with _busy:
         if folder not in _stages:

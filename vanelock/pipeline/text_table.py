@@ -85,7 +85,7 @@ def _columns(table: Table) -> list[list[Shown]]:
 
 
 def _block(column: Column, values: list[Shown]) -> _Block:
-    cells = [[_plain(text)] for text in digits(column, values)]
+    cells = [[_plain(text)] for text in _digits(column, values)]
     unit = [f"[{_plain(column.unit)}]"] if column.unit else []
     widest = max([HEAD, *(len(text) for lines in [unit, *cells] for text in lines)])
     return _Block(
@@ -95,7 +95,7 @@ def _block(column: Column, values: list[Shown]) -> _Block:
     )
 
 
-def digits(column: Column, values: Sequence[Shown]) -> list[str]:
+def _digits(column: Column, values: Sequence[Shown]) -> list[str]:
     """Cells as text, those of a column with the same decimals, zeros at all their ends aside.
 
     They are those of the largest number, one more where the least has less than three digits;

@@ -89,7 +89,7 @@ def balance(system: System, response: Response, point: int = 0) -> EnergyBalance
     return EnergyBalance(given, friction, given - friction, stored)
 
 
-def half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | None:
+def _half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | None:
     """Frequencies on either side of the largest point at 1/√2 of it, Hz, or None."""
     known = np.isfinite(amplitude) & np.isfinite(frequency)
     order = np.argsort(frequency[known], kind="stable")
@@ -112,7 +112,7 @@ def half_power(frequency: Floats, amplitude: Floats) -> tuple[float, float] | No
 
 def bandwidth_ratio(frequency: Floats, amplitude: Floats) -> float:
     """Damping ratio by the half-power bandwidth; NaN where the curve is too short."""
-    ends = half_power(frequency, amplitude)
+    ends = _half_power(frequency, amplitude)
     if ends is None:
         return float("nan")
     peak = frequency[int(np.nanargmax(amplitude))]
@@ -203,7 +203,7 @@ def wear(response: Response, area: Floats, coefficient: Floats) -> Wear:
         slip[touching] = 0.0
         for i in np.flatnonzero(touching & (energy > 0)):  # the others only round off
             displacement, force = contact_loop(response, 0, i, SAMPLES)
-            slip[i] = travel(displacement, force, response.stiffness[i])
+            slip[i] = _travel(displacement, force, response.stiffness[i])
             mean[i], largest[i] = force[:, 0].mean(), force[:, 0].max()
     frequency = float(response.frequency[0])
     return Wear(frequency, energy, slip, work, mean, largest, area, coefficient)
@@ -214,7 +214,7 @@ def exact(response: Response) -> bool:
     return not (response.samples > 0 and response.friction == "orthogonal")
 
 
-def travel(displacement: Floats, force: Floats, stiffness: Floats) -> float:
+def _travel(displacement: Floats, force: Floats, stiffness: Floats) -> float:
     """Slip distance ∮ |dw| under load of a contact's loop, m."""
     w = displacement[:, 1:] - force[:, 1:] / stiffness[1:]
     n = force[:, 0]

@@ -125,7 +125,9 @@ class RunResult:
     @property
     def largest(self) -> Summary | None:
         """The case with the largest peak; of equal ones the last."""
-        return max(reversed(self.known), key=_height, default=None)
+        peaks = self.peaks
+        name = max(reversed(peaks), key=lambda name: peaks[name].amplitude, default=None)
+        return None if name is None else self.cases[name].summary
 
     @property
     def errors(self) -> dict[str, tuple[Errors, Sequence[LeftOut]]]:
@@ -176,11 +178,6 @@ class RunResult:
         """The picture `name`, and a CSV file of that name with its numbers."""
         path = self.output_files.draw(f"{name}.png", shows, draw)
         return Picture(path, heading, caption, (self.table(f"{name}.csv", shows, columns, notes),))
-
-
-def _height(summary: Summary) -> float:
-    assert summary.peak is not None
-    return summary.peak.amplitude
 
 
 MANY = 24

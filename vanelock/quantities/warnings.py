@@ -69,7 +69,7 @@ def _doubts(found: Summary) -> list[str]:
     lines = []
     if found.peak is None:
         lines.append("no point converged")
-    lines += lost(found)
+    lines += _lost(found)
     if found.peak is not None and found.peak.at_edge:
         lines.append(
             "the largest point is at the end of the frequency range; a peak may lie beyond"
@@ -77,7 +77,7 @@ def _doubts(found: Summary) -> list[str]:
     return lines
 
 
-def lost(found: Summary) -> list[str]:
+def _lost(found: Summary) -> list[str]:
     """How many points of a case did not converge, if any."""
     if found.converged == found.points:
         return []

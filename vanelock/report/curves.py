@@ -42,8 +42,7 @@ def curve_plot(
 
 def _traces(curve: Curve, look: CurveLook) -> Iterator[Trace]:
     """A curve, and its points that did not converge."""
-    frequency = np.asarray(curve.frequency, float)
-    amplitude = MICROMETRES * np.asarray(curve.amplitude, float)
+    frequency, amplitude = curve.frequency, MICROMETRES * curve.amplitude
     solved, order = converged(curve), np.argsort(frequency, kind="stable")
     joined: Mode = "lines" if curve.joined else "lines+markers"
     if (around := curve.envelope) is not None:

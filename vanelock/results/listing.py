@@ -98,7 +98,7 @@ def case_row(found: Summary, numbers: Numbers = MappingProxyType({})) -> dict[st
     Damping and safety factor are withheld at the end of a range, where nothing resonates.
     """
     low, high, wave = found.lowest, found.highest, found.wave
-    amplitude, frequency = place(found.peak)
+    amplitude, frequency = _place(found.peak)
     known: dict[str, Any] = {name: value for name, (value, _) in numbers.items()}
     resonates = found.peak is not None and not found.peak.at_edge
     return {
@@ -125,7 +125,7 @@ def case_row(found: Summary, numbers: Numbers = MappingProxyType({})) -> dict[st
     }
 
 
-def place(peak: Peak | None) -> tuple[float | None, float | None]:
+def _place(peak: Peak | None) -> tuple[float | None, float | None]:
     """Amplitude and frequency of a peak, if there is one."""
     return (None, None) if peak is None else (peak.amplitude, peak.frequency)
 
@@ -138,7 +138,7 @@ def _extremes(cases: Sequence[Summary]) -> list[Summary]:
     return order if len(order) <= MOST_ROWS else [*order[:half], *order[-half:]]
 
 
-def response_table(cases: Sequence[Summary], monitor: str, failed: int = 0) -> Table:
+def _response_table(cases: Sequence[Summary], monitor: str, failed: int = 0) -> Table:
     """The same for a terminal: of many cases the extreme ones, with warnings."""
     shown = cases if len(cases) <= MOST_ROWS else _extremes(cases)
     notes = warnings.without_effect([(c.values, c) for c in cases])
@@ -287,7 +287,7 @@ def linear_table(peaks: Mapping[str, Peak | None], monitor: str, name: str) -> T
     """Linear peaks with contacts free and stuck, one line where the two are the same."""
     columns = (Column("contacts"), *PEAK)
     rows = [
-        (which, *place(peak))
+        (which, *_place(peak))
         for which, peak in peaks.items()
         if which == "free" or peak != peaks["free"]
     ]
@@ -319,4 +319,4 @@ def tables(run: RunResult) -> Iterator[Table]:
         yield run.first.products.get("mesh_error").table
     if run.failed:
         yield _failed_table(run.failed)
-    yield response_table(run.summaries, run.monitor.name, len(run.failed))
+    yield _response_table(run.summaries, run.monitor.name, len(run.failed))

@@ -46,13 +46,13 @@ APART = ("harmonics", "mu", "x", "converged", "seconds")
 """Columns of the cases that other sections have."""
 
 
-def summary(run: RunResult) -> Section:
+def _summary(run: RunResult) -> Section:
     """Answers, warnings and a line for each case."""
     blocks: list[Block] = [Answers(tuple(_answers_of(run))), response_plot(run)]
-    warned = warnings(run)
+    warned = _warnings(run)
     if warned:
         blocks.append(Text("**Be careful.** " + "\n\n".join(warned)))
-    return Section("Summary", [*blocks, cases(run)], id="summary")
+    return Section("Summary", [*blocks, _cases(run)], id="summary")
 
 
 def _answers_of(run: RunResult) -> list[Answer]:
@@ -76,7 +76,7 @@ def _answers_of(run: RunResult) -> list[Answer]:
     ]
     for analysis in run.analyses:
         found += analysis.answers(run.cases[most.case])
-    return [*found, *best_friction(run)]
+    return [*found, *_best_friction(run)]
 
 
 def _between(run: RunResult, most: Summary) -> str:
@@ -142,7 +142,7 @@ def _speed(run: RunResult, most: Summary) -> str:
     return "; ".join(texts)
 
 
-def best_friction(run: RunResult) -> list[Answer]:
+def _best_friction(run: RunResult) -> list[Answer]:
     """The optimum friction, where that of one joint is swept and nothing else."""
     found, swept = run.known, {key for each in run.known for key in each.values}
     if len(found) < 2 or len(swept) != 1 or not (key := swept.pop()).endswith(".mu"):
@@ -159,7 +159,7 @@ def best_friction(run: RunResult) -> list[Answer]:
     return [Answer("Optimum friction", f"μ = {mu[best]:g}", note, "warn" if at_end else "")]
 
 
-def warnings(run: RunResult) -> list[str]:
+def _warnings(run: RunResult) -> list[str]:
     """What keeps the answers from being taken as they are, a line each."""
     cases = {each.case: each for each in run.summaries}
     lines = [*_failed(run), *by_text(cases)]
@@ -193,7 +193,7 @@ def _failed(run: RunResult) -> list[str]:
     return [f"{len(names)} of {every} cases FAILED and are left out: {shown}{more}."]
 
 
-def cases(run: RunResult) -> Table:
+def _cases(run: RunResult) -> Table:
     """A line for each case, its stress as well where it is known."""
     lines = [case_row(each.summary, each.numbers) for each in run.cases.values()]
     found = case_table(lines, run.monitor.name).without(*APART)
@@ -209,10 +209,10 @@ def show(run: RunResult) -> None:
     """Draw the pictures of a run and write its page, unless they show the same already."""
     draw(run)
     if "report" in run.given.outputs.show:
-        run.output_files.draw(REPORT, shown(run), lambda path: write_page(path, page(run)))
+        run.output_files.draw(REPORT, _shown(run), lambda path: write_page(path, _page(run)))
 
 
-def page(run: RunResult) -> Page:
+def _page(run: RunResult) -> Page:
     """The page."""
     about = f"Friction-damped vibration; vanelock {vanelock.__version__}, {begun(run)}"
     return Page(run.given.name, about, tuple(_sections(run)))
@@ -222,13 +222,13 @@ def _sections(run: RunResult) -> list[Section]:
     """All of its sections."""
     analysed = _analyses(run)
     made = [
-        summary(run),
+        _summary(run),
         inputs(run.given, [each.given for each in run.cases.values()]),
         *(section for section in analysed if not section.folded),
         shapes(run),
         loops(run),
         *(section for section in analysed if section.folded),
-        pictures(run),
+        _pictures(run),
         convergence(run),
         models(run),
         provenance(run),
@@ -261,7 +261,7 @@ def _by_case(run: RunResult, pictures: Sequence[Picture]) -> list[OfCase]:
     return run.of_cases({each.case: [each] for each in pictures})
 
 
-def pictures(run: RunResult) -> Section:
+def _pictures(run: RunResult) -> Section:
     """The run's figures that no other section shows, those of the chosen case last."""
     shown = [each for each in run.pictures if not each.section]
     own: dict[str, list[Single]] = {}
@@ -272,7 +272,7 @@ def pictures(run: RunResult) -> Section:
     return Section("Figures", [*shared, *run.of_cases(own)], id="figures")
 
 
-def shown(run: RunResult) -> Any:
+def _shown(run: RunResult) -> Any:
     """All that the page depends on, but for the date; as JSON can hold it."""
     return {
         "study": run.given.model_dump(mode="json"),

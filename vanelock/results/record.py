@@ -150,7 +150,7 @@ class Record:
                     _put_strain(file, where, strain)
             group = file[where]
             if case.numbers:
-                put_answers(group, case.numbers)
+                _put_answers(group, case.numbers)
             group.attrs.update(_attributes(case))
             if "about" in group:
                 del group["about"]
@@ -281,7 +281,7 @@ def _put_jumps(file: h5py.File, where: str, sweeps: Sequence[Sweep]) -> None:
         ]
 
 
-def put_answers(group: h5py.Group, numbers: Numbers) -> None:
+def _put_answers(group: h5py.Group, numbers: Numbers) -> None:
     """Write what a case answers at its peak into its group: values and their units."""
     answers = group.require_group("answers")
     for name, (value, unit) in numbers.items():

@@ -41,14 +41,14 @@ import os, sys
 from vanelock import __main__ as command
 from vanelock.pipeline import progress
 
-json_lines, (event, stage, number, *arguments) = progress.json_lines, sys.argv[1:]
+json_lines, (event, stage, number, *arguments) = progress._json_lines, sys.argv[1:]
 
 def printed(said):
     json_lines(said)
     if type(said).__name__ == event and said.stage == stage:
         os.kill(os.getpid(), int(number))
 
-progress.json_lines = printed
+progress._json_lines = printed
 command.main(arguments)
 """
 
@@ -86,9 +86,9 @@ def stopped_here(called, monkeypatch):
             if type(said).__name__ == event and said.stage == stage:
                 os.kill(os.getpid(), number)
 
-        json_lines = progress.json_lines
+        json_lines = progress._json_lines
         with monkeypatch.context() as patched:
-            patched.setattr(progress, "json_lines", printed)
+            patched.setattr(progress, "_json_lines", printed)
             return called(*RUN)
 
     return call

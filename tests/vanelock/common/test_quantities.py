@@ -2,7 +2,7 @@
 
 import pytest
 
-from vanelock.common.quantities import rpm, si
+from vanelock.common.quantities import _rpm, si
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ def test_text_that_is_no_length_is_refused(text):
 
 
 def test_revolutions_are_not_radians():
-    assert rpm("16000 rpm") == rpm("1.6e4rpm") == rpm(16000) == 16000
+    assert _rpm("16000 rpm") == _rpm("1.6e4rpm") == _rpm(16000) == 16000
     for text in ("270 Hz", "16000", "1.2.3 rpm", "rpm"):
         with pytest.raises(ValueError, match="expected a number in rpm"):
-            rpm(text)
+            _rpm(text)

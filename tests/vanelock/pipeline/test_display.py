@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import Progress, TextColumn
 
 from vanelock.common.tables import Column, Table
-from vanelock.pipeline.display import Bar, PlainLines, width_of
+from vanelock.pipeline.display import PlainLines, _Bar, _width_of
 from vanelock.pipeline.progress import (
     Begun,
     Done,
@@ -66,9 +66,9 @@ def test_plain_lines_say_each_thing_once_and_a_file_has_no_width_unless_asked_fo
     shown = [line.strip() for line in heard.out.splitlines() if "─" not in line]
     assert shown == ["", "Responses", "peak", "case    [um]", "mu=0.3    40", "warning: w"]
     monkeypatch.delenv("COLUMNS", raising=False)
-    assert width_of(StringIO()) == 1000
+    assert _width_of(StringIO()) == 1000
     monkeypatch.setenv("COLUMNS", "72")
-    assert width_of(StringIO()) == 72
+    assert _width_of(StringIO()) == 72
 
 
 SHOW = """
@@ -159,9 +159,9 @@ def test_a_kind_of_stage_has_one_bar() -> None:
     assert cases.fields["said"] == "3 of 16 cases, 1 FAILED, largest peak 40.0 um, 1:15 left"
 
 
-def bars() -> tuple[Bar, Progress]:
+def bars() -> tuple[_Bar, Progress]:
     shown = Progress(TextColumn("{task.fields[said]}"), console=Console(file=StringIO()))
-    return Bar(shown), shown
+    return _Bar(shown), shown
 
 
 def test_a_fit_says_its_responses(capsys, monkeypatch):

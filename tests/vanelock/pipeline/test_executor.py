@@ -20,7 +20,7 @@ from tests.vanelock.results.one_file import contents
 from vanelock import parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.pipeline import executor
-from vanelock.pipeline.executor import Cluster, protected
+from vanelock.pipeline.executor import _Cluster, _protected
 from vanelock.pipeline.progress import Failed, Finished, Notice, Tasks
 
 STUDY = """
@@ -157,8 +157,8 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster
 ELSEWHERE = """
 import vanelock.pipeline.executor as executor
 if not hasattr(executor, "there"):  # Dask loads it more than once
-    executor.there = executor.unfit
-executor.unfit = lambda path, *more: executor.there(path + ".elsewhere", *more)
+    executor.there = executor._unfit
+executor._unfit = lambda path, *more: executor.there(path + ".elsewhere", *more)
 """
 """What a worker loads first that is to see another folder."""
 
@@ -205,13 +205,13 @@ def test_where_no_scheduler_answers_an_error_says_so(monkeypatch, tmp_path, addr
     """An unencrypted one elsewhere is asked if the option is given."""
     monkeypatch.setattr(executor, "PATIENCE", 0.3)
     with pytest.raises(InputError, match="no answer"):
-        Cluster(f"tcp://{address}:9", print, tmp_path, insecure)
+        _Cluster(f"tcp://{address}:9", print, tmp_path, insecure)
 
 
 @pytest.mark.parametrize("address", ["", "tcp://", "tcp://[bad", "file.json", "localhost"])
 def test_what_is_no_address_of_a_scheduler_is_refused(tmp_path, address):
     with pytest.raises(InputError, match="no address of a scheduler, such as tcp://host:8786"):
-        Cluster(address, print, tmp_path)
+        _Cluster(address, print, tmp_path)
 
 
 @pytest.fixture
@@ -238,15 +238,15 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
     with dask_of(tmp_path, 1, "tls", **certificates) as (address, *_):
         assert address.startswith("tls://127.0.0.1:")
         with pytest.raises(InputError, match="no answer") as caught:
-            Cluster(address, print, tmp_path)
+            _Cluster(address, print, tmp_path)
         assert len(str(caught.value).splitlines()) == 1
         with dask.config.set(own):
-            found = Cluster(address, print, tmp_path)
+            found = _Cluster(address, print, tmp_path)
             assert found.slots == 2
             assert found._client.scheduler.address == address
             found.shutdown()
         with pytest.raises(InputError, match="no answer"):
-            Cluster(address.replace("tls", "tcp"), print, tmp_path)
+            _Cluster(address.replace("tls", "tcp"), print, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -265,7 +265,7 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
     ],
 )
 def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(tmp_path, address, safe):
-    assert protected(address) == safe
+    assert _protected(address) == safe
     if not safe:
         with pytest.raises(InputError, match="without encryption.*--insecure-scheduler"):
-            Cluster(address, print, tmp_path)
+            _Cluster(address, print, tmp_path)

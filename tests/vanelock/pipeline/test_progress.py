@@ -9,8 +9,8 @@ from vanelock.files import parse_study
 from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import linear_response
 from vanelock.pipeline.display import PlainLines
-from vanelock.pipeline.progress import Done, Finished, PointDone, Tasks, json_lines
-from vanelock.results.listing import response_table, stage_times
+from vanelock.pipeline.progress import Done, Finished, PointDone, Tasks, _json_lines
+from vanelock.results.listing import _response_table, stage_times
 from vanelock.stages.cost_estimate import Clock
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
@@ -30,7 +30,7 @@ def summary(**changed):
 @pytest.mark.parametrize("peaks", [10, 30, 41])
 def test_of_many_cases_the_table_has_each_once(peaks):
     tops = [Peak(4, 252.5, 1e-6 * i, False) if i < peaks else None for i in range(60)]
-    found = response_table([summary(case=f"mu={i}", peak=top) for i, top in enumerate(tops)], "x")
+    found = _response_table([summary(case=f"mu={i}", peak=top) for i, top in enumerate(tops)], "x")
     names = [row[0] for row in found.rows]
     assert len(names) == len(set(names)) == min(peaks, 40)
     assert names[:10] == [f"mu={i}" for i in range(10)]
@@ -40,7 +40,7 @@ def test_of_many_cases_the_table_has_each_once(peaks):
 def test_response_table_says_what_did_not_converge():
     lost = summary(case="lost", peak=None, converged=8, worst=3e-4, of_free=float("nan"))
     edge = summary(case="edge", peak=Peak(0, 240.0, 1e-5, True))
-    table = response_table([summary(), lost, edge], "vane output 1, radial")
+    table = _response_table([summary(), lost, edge], "vane output 1, radial")
     whole, lost, _ = table.record()["rows"]
     assert (whole["peak_um"], whole["slipping_percent"]) == (45, 100)
     assert (lost["peak_um"], lost["of_free"], lost["converged"]) == (None, None, "8/10")
@@ -67,7 +67,7 @@ def test_a_range_beside_free_and_stuck_has_no_place_between_them(ring):
     assert position(265.0) == pytest.approx(0.5)
     assert np.isnan(position(245.0))
     assert np.isnan(position(1000.0))
-    assert "0 at the free, 1 at the stuck" in response_table([summary()], "o").lines[0]
+    assert "0 at the free, 1 at the stuck" in _response_table([summary()], "o").lines[0]
 
 
 def test_stage_times_add_up():
@@ -87,9 +87,9 @@ def test_stage_times_add_up():
 
 
 def test_json_is_one_valid_object_a_line(capsys):
-    json_lines(Done("mesh", 1.5, False))
+    _json_lines(Done("mesh", 1.5, False))
     cases = [{"x": np.nan, "y": float("inf"), "z": (1, 2.5)}]
-    json_lines(Finished("runs/a", 2.0, {"cases": cases}))
+    _json_lines(Finished("runs/a", 2.0, {"cases": cases}))
     done, finished = map(json.loads, capsys.readouterr().out.splitlines())
     assert done == {"event": "done", "stage": "mesh", "seconds": 1.5, "cached": False}
     assert finished["page"] == ""

@@ -19,7 +19,7 @@ import vanelock
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear import PointStore
-from vanelock.pipeline.cache import HEAD, Cache, PointsFile
+from vanelock.pipeline.cache import HEAD, Cache, _PointsFile
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, Step, step
 from vanelock.results.files.run_folder import claimed
@@ -62,7 +62,7 @@ POINTS: dict[str, tuple[list[float], Any]] = {
 def written(tmp_path: Path) -> Path:
     """A file of four points."""
     path = tmp_path / "a.points"
-    with closing(PointsFile(path, print)) as opened:
+    with closing(_PointsFile(path, print)) as opened:
         for label, (numbers, unknowns) in POINTS.items():
             opened.add(label, numbers, unknowns)
     return path
@@ -72,7 +72,7 @@ def read(path: Path) -> tuple[list[str], list[str]]:
     """Which points a file has, to the bit, and what was said about it."""
     said: list[str] = []
     found = []
-    with closing(PointsFile(path, said.append)) as opened:
+    with closing(_PointsFile(path, said.append)) as opened:
         for label, (numbers, unknowns) in POINTS.items():
             if (known := opened.get(label)) is not None:
                 assert known[0] == numbers
@@ -84,11 +84,11 @@ def read(path: Path) -> tuple[list[str], list[str]]:
 
 def test_points_come_back_and_more_follow(written: Path) -> None:
     assert read(written) == ([*POINTS], [])
-    with closing(PointsFile(written, print)) as opened:
+    with closing(_PointsFile(written, print)) as opened:
         assert opened.get("more") is None
         opened.add("more", (1, True, 0.5), np.zeros(3))
     assert read(written) == ([*POINTS], [])
-    with closing(PointsFile(written, print)) as opened:
+    with closing(_PointsFile(written, print)) as opened:
         known = opened.get("more")
         assert known is not None
         assert known[0] == [1, True, 0.5]
@@ -108,7 +108,7 @@ def test_a_torn_tail_is_left_out_wherever_it_tears(written: Path) -> None:
         found, said = read(written)
         assert found == whole
         assert bool(said) == (0 < size not in ends), (size, said)
-        with closing(PointsFile(written, print)) as opened:  # what follows is in its place
+        with closing(_PointsFile(written, print)) as opened:  # what follows is in its place
             opened.add("along 0 3", *POINTS["along 0 3"])
         assert read(written) == (list(dict.fromkeys([*whole, "along 0 3"])), [])
 
@@ -124,8 +124,8 @@ def test_a_flipped_bit_ends_a_file_there(written: Path) -> None:
 
 def test_two_processes_do_not_write_into_one_file(written: Path) -> None:
     with (
-        closing(PointsFile(written, print)) as first,
-        closing(PointsFile(written, print)) as second,
+        closing(_PointsFile(written, print)) as first,
+        closing(_PointsFile(written, print)) as second,
     ):
         assert second.get("along 0 3") is None
         second.add("of the second", (0, 0, 0), np.zeros(1))
@@ -134,12 +134,12 @@ def test_two_processes_do_not_write_into_one_file(written: Path) -> None:
 
 
 def test_points_on_a_full_disk_end_with_a_whole_one(written: Path) -> None:
-    with disk_of(written.stat().st_size + 500), closing(PointsFile(written, print)) as opened:
+    with disk_of(written.stat().st_size + 500), closing(_PointsFile(written, print)) as opened:
         opened.add("fits", (0, 0, 0), np.zeros(40))
         with pytest.raises(InputError) as caught:
             opened.add("does not", (0, 0, 0), np.zeros(40))
     assert reason(caught, written) == "File too large"
-    with closing(PointsFile(written, print)) as opened:
+    with closing(_PointsFile(written, print)) as opened:
         assert opened.get("fits") is not None
     assert read(written) == ([*POINTS], [])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.tables import Column, Table
-from vanelock.pipeline.text_table import digits, text_lines, wrapped
+from vanelock.pipeline.text_table import _digits, text_lines, wrapped
 
 FOUND = 3, 6.309e-5, 252.021, 0.4752, 8e-4, "63/63"
 CASES = Table(
@@ -82,11 +82,11 @@ def test_lines_break_after_commas_and_spaces_alone_and_no_rows_leave_heads():
 
 def test_a_column_has_the_same_decimals() -> None:
     plain = Column("peak", "µm")
-    assert digits(plain, [132.8, 6.3, None, 0.0]) == ["132.8", "6.3", "-", "0.0"]
-    assert digits(plain, [257.4, 1.437]) == ["257.40", "1.44"]
-    assert digits(Column("mu", form=".3g"), [0.3, 0.15]) == ["0.30", "0.15"]
-    assert digits(Column("f", form=".6g"), [1319.0, 1348.55]) == ["1319.00", "1348.55"]
+    assert _digits(plain, [132.8, 6.3, None, 0.0]) == ["132.8", "6.3", "-", "0.0"]
+    assert _digits(plain, [257.4, 1.437]) == ["257.40", "1.44"]
+    assert _digits(Column("mu", form=".3g"), [0.3, 0.15]) == ["0.30", "0.15"]
+    assert _digits(Column("f", form=".6g"), [1319.0, 1348.55]) == ["1319.00", "1348.55"]
     # One that would be left with a single digit keeps its own.
-    assert digits(plain, [132.8, 0.0123]) == ["132.8", "0.0123"]
-    assert digits(plain, [9.99999, 1.5]) == ["10.0", "1.5"]
-    assert digits(Column("error", form=".0e"), [6e-7, np.nan]) == ["6e-07", "nan"]
+    assert _digits(plain, [132.8, 0.0123]) == ["132.8", "0.0123"]
+    assert _digits(plain, [9.99999, 1.5]) == ["10.0", "1.5"]
+    assert _digits(Column("error", form=".0e"), [6e-7, np.nan]) == ["6e-07", "nan"]

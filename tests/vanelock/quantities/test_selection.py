@@ -12,7 +12,7 @@ from vanelock import cases, parse_study, render
 from vanelock.quantities.run_result import looked_into_names, named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
-from vanelock.results.figures.pictures import detailed
+from vanelock.results.figures.pictures import _detailed
 from vanelock.results.page_sections.curves import response_plot
 from vanelock.stages.response.summary import Peak
 
@@ -83,7 +83,7 @@ def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
 )
 def test_pictures_of_a_few_are_announced_where_there_are_any(wanted, said):
     many, events = run_data(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
-    detailed(many)
+    _detailed(many)
     expected = "pictures of {} for the lowest, the middle and the largest peak of 30"
     assert [event.text for event in events] == [expected.format(each) for each in said]
 

@@ -23,8 +23,8 @@ from vanelock.nonlinear import (
     wear_history,
 )
 from vanelock.quantities import warnings
-from vanelock.results.listing import limits_table, response_table
-from vanelock.results.page import best_friction
+from vanelock.results.listing import _response_table, limits_table
+from vanelock.results.page import _best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.limits import limits
 from vanelock.stages.response.summary import Peak, peak_of
@@ -223,7 +223,7 @@ def test_keys_without_effect_are_named():
     alone = [(values, replace(found, peak=rows[0][1].peak)) for values, found in rows]
     assert len(warnings.without_effect(alone)) == 2
     assert warnings.without_effect(rows[:1]) == []
-    notes = response_table([replace(f, values=v) for v, f in rows], "monitor").notes
+    notes = _response_table([replace(f, values=v) for v, f in rows], "monitor").notes
     assert any(note.startswith("warning: response.coupling has no effect") for note in notes)
 
 
@@ -244,10 +244,10 @@ def test_the_friction_that_damps_best_is_withheld_where_a_peak_may_lie_beyond():
         for mu, top in height.items()
     ]
     content: Any = SimpleNamespace(known=known)
-    (card,) = best_friction(content)
+    (card,) = _best_friction(content)
     assert card.value == "μ = 0.2"
     known[2] = replace(known[2], peak=replace(known[2].peak, at_edge=True))
-    (card,) = best_friction(content)
+    (card,) = _best_friction(content)
     assert (card.value, card.flag) == ("withheld", "warn")
     assert "a peak may lie beyond: widen response.range" in card.note
 

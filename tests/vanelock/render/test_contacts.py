@@ -123,7 +123,7 @@ def contact(u, t, normal=LOAD):
 
 def test_an_open_contact_is_open_and_drawn(tmp_path):
     normal = np.array([5.0, 0.0, 0.0, 5.0])
-    state = contacts.states(normal, np.array([1.0, 0.0, 0.0, 1.5]), MU)
+    state = contacts._states(normal, np.array([1.0, 0.0, 0.0, 1.5]), MU)
     assert list(state) == [contacts.STICKS, contacts.OPEN, contacts.OPEN, contacts.SLIPS]
     flat = np.zeros((64, 3))
     path = loop_picture(tmp_path / "open.png", flat, flat, flat[:, 0], MU, "Open contact")

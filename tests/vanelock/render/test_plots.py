@@ -147,15 +147,16 @@ def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
 
 
 def test_listed_points_are_dots_and_frequencies_far_apart_get_a_logarithmic_axis(figures):
-    lone = Curve([265.0], [2e-5], "μ = 0.3", joined=False)
-    some = Curve([240.0, 265.0], [1e-5, 3e-5], "μ = 0.1", joined=False)
+    lone = Curve(np.array([265.0]), np.array([2e-5]), "μ = 0.3", joined=False)
+    some = Curve(np.array([240.0, 265.0]), np.array([1e-5, 3e-5]), "μ = 0.1", joined=False)
     response_curves("x.png", [lone, some])
     assert labels(figures[0]) == ["μ = 0.3\n20.0 µm at 265.0 Hz", "μ = 0.1\n30.0 µm at 265.0 Hz"]
     lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
     assert all(len(line.get_xdata()) < 2 for line in lines)
-    assert peak(Curve([265.0], [2e-5])) == MarkedPeak(265.0, 2e-5, False)
+    assert peak(Curve(np.array([265.0]), np.array([2e-5]))) == MarkedPeak(265.0, 2e-5, False)
     figures.clear()
-    response_curves("x.png", [Curve([1e-9, 265.0, 1e9], [1e-6, 2e-6, 0.0])], engine_order=1)
+    wide = Curve(np.array([1e-9, 265.0, 1e9]), np.array([1e-6, 2e-6, 0.0]))
+    response_curves("x.png", [wide], engine_order=1)
     figures[0].canvas.draw()
     (axes,) = figures[0].axes
     assert axes.get_xscale() == "log"

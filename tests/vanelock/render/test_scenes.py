@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.mesh import Part, read_mesh
 from vanelock.render import style, write_vtu
 from vanelock.render.scenes import annulus, offscreen, scene
-from vanelock.render.scenes.surface import packed, surface
+from vanelock.render.scenes.surface import _packed, surface
 
 
 def test_colours_follow_maps_the_phase_map_closes_and_repeated_bodies_keep_their_points():
@@ -159,7 +159,7 @@ def test_rows_are_told_apart_by_one_number(columns, count):
     random = np.random.default_rng(columns)
     rows = random.integers(0, min(count, 12), (3000, columns)) + count - min(count, 12)
     _, first, counts = np.unique(rows, axis=0, return_index=True, return_counts=True)
-    found = np.unique(packed(rows, count), return_index=True, return_counts=True)
+    found = np.unique(_packed(rows, count), return_index=True, return_counts=True)
     np.testing.assert_array_equal(np.sort(found[1]), np.sort(first))
     np.testing.assert_array_equal(found[2][found[1].argsort()], counts[first.argsort()])
 
@@ -173,19 +173,19 @@ def unknown():
 
 
 def test_this_machine_draws_and_a_trial_that_crashes_or_errs_does_not_count(unknown):
-    assert offscreen.missing(["libc.so.6", "libNoSuchThing.so.1"]) == ["libNoSuchThing.so.1"]
-    assert offscreen.render_window() in ("vtkEGLRenderWindow", "")
+    assert offscreen._missing(["libc.so.6", "libNoSuchThing.so.1"]) == ["libNoSuchThing.so.1"]
+    assert offscreen._render_window() in ("vtkEGLRenderWindow", "")
     crash = "import ctypes; ctypes.string_at(0)"  # a segmentation fault, as VTK's
-    assert offscreen.draws("", "pass")
-    assert not offscreen.draws("", crash)
+    assert offscreen._draws("", "pass")
+    assert not offscreen._draws("", crash)
     blue = offscreen._PROBE.replace("SetBackground(1.0, 0.0, 0.0)", "SetBackground(0.0, 0.0, 1.0)")
-    assert offscreen.draws(offscreen.render_window())
-    assert not offscreen.draws(offscreen.render_window(), blue)
+    assert offscreen._draws(offscreen._render_window())
+    assert not offscreen._draws(offscreen._render_window(), blue)
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("missing", lambda libraries: list(libraries)), ("draws", lambda window: False)],
+    [("_missing", lambda libraries: list(libraries)), ("_draws", lambda window: False)],
 )
 def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
     monkeypatch.setattr(sys, "platform", "linux")
@@ -199,16 +199,16 @@ def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
 
 def test_one_library_of_the_two_is_worth_a_trial(unknown, monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(offscreen, "missing", lambda libraries: ["libGL.so.1"])
-    monkeypatch.setattr(offscreen, "draws", lambda window: window == "vtkEGLRenderWindow")
-    assert offscreen.render_window() == "vtkEGLRenderWindow"
+    monkeypatch.setattr(offscreen, "_missing", lambda libraries: ["libGL.so.1"])
+    monkeypatch.setattr(offscreen, "_draws", lambda window: window == "vtkEGLRenderWindow")
+    assert offscreen._render_window() == "vtkEGLRenderWindow"
 
 
 def test_the_environment_is_put_back(monkeypatch):
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "mine")
     with offscreen.selected():
         inside = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW")
-    assert inside == (offscreen.render_window() or "mine")
+    assert inside == (offscreen._render_window() or "mine")
     assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "mine"
 
 

@@ -22,9 +22,9 @@ from vanelock.render import (
 )
 from vanelock.render.scenes import annulus, gif
 from vanelock.render.scenes.surface import surface
-from vanelock.render.scenes.window import Window
+from vanelock.render.scenes.window import _Window
 from vanelock.render.shapes import animation, shapes
-from vanelock.render.shapes.meshes import meridional_section
+from vanelock.render.shapes.meshes import _meridional_section
 from vanelock.render.shapes.shapes import skins_of
 
 
@@ -37,7 +37,7 @@ def test_the_deformed_ring_is_the_wave_that_goes_round_it(sector, nodal_diameter
     """Takes radius r to r + s a cos(α - ND θ), all round the ring, of the skin and its lines."""
     part = sector(sectors=16)
     (skin,) = skins = shapes.skins_of([part], [radial_wave(part, nodal_diameter, 1e-4)])
-    drawn = shapes.ring_scene(skins, nodal_diameter, 0.4, 200.0, black)
+    drawn = shapes._ring_scene(skins, nodal_diameter, 0.4, 200.0, black)
     for points, nodes in (
         (drawn.bodies[0].points, skin.surface.nodes[skin.split]),
         (drawn.lines[0].points, skin.surface.nodes),
@@ -56,7 +56,7 @@ def test_a_ring_hides_its_inner_faces_and_a_lone_part_does_not(sector):
     count = []
     for one in (part, alone):
         skins = shapes.skins_of([one], [radial_wave(one, 0, 1.0)])
-        count.append(len(shapes.ring_scene(skins, 0, 0.0, 0.01, black).bodies[0].triangles))
+        count.append(len(shapes._ring_scene(skins, 0, 0.0, 0.01, black).bodies[0].triangles))
     skin = surface(part)
     assert count == [8 * np.count_nonzero(~skin.cyclic), len(skin.triangles)]
 
@@ -66,7 +66,7 @@ def test_the_sector_is_drawn_at_its_largest_deflection(sector):
     shape = radial_wave(part, 0, 1e-3) * np.exp(0.7j)
     angle = annulus.largest_instant(shape)
     skins = shapes.skins_of([part], [shape])
-    body = shapes.sector_scene(skins, angle, 10.0, black).bodies[0]
+    body = shapes._sector_scene(skins, angle, 10.0, black).bodies[0]
     moved = np.hypot(body.points[:, 0], body.points[:, 1])
     still = np.hypot(*part.points[skins[0].surface.nodes][skins[0].split, :2].T)
     np.testing.assert_allclose(np.abs(moved - still), 1e-2, rtol=1e-12)
@@ -186,16 +186,16 @@ def expected_radius(start, turns, alpha, scale):
 def test_the_frames_divide_the_period_and_the_file_holds_them(two_waves, tmp_path, monkeypatch):
     part, waves = two_waves
     shown: list[np.ndarray] = []
-    move = Window.move
+    move = _Window.move
 
     def heard(self, scene):
         shown.append(scene.bodies[0].points)
         move(self, scene)
 
-    monkeypatch.setattr(Window, "move", heard)
+    monkeypatch.setattr(_Window, "move", heard)
     monkeypatch.setattr(animation, "FRAMES", 6)
     path = response_animation(tmp_path / "wave.gif", [part], waves, "Wave")
-    moving = animation.moving_parts([part], waves)
+    moving = animation._moving_parts([part], waves)
     split = moving[0].skin.split
     start = np.tile(moving[0].skin.points[split], (16, 1))
     turns = np.repeat(2 * np.pi * np.arange(16) / 16, len(split))
@@ -227,7 +227,7 @@ def test_a_mode_is_drawn_as_large_as_in_its_picture(sector, tmp_path, monkeypatc
 
     monkeypatch.setattr(style, "figure", noted)
     reached: list[np.ndarray] = []
-    monkeypatch.setattr(Window, "move", lambda _, scene: reached.append(scene.bodies[0].points))
+    monkeypatch.setattr(_Window, "move", lambda _, scene: reached.append(scene.bodies[0].points))
     monkeypatch.setattr(animation, "FRAMES", 4)
     for scale in (1.0, 1e-6):
         wave = [radial_wave(part, 2, scale)]
@@ -241,7 +241,7 @@ def test_a_mode_is_drawn_as_large_as_in_its_picture(sector, tmp_path, monkeypatc
 def test_a_thinned_skin_has_fewer_triangles_over_the_same_body(sector):
     part = sector(sectors=8, divisions=(2, 24, 12))
     whole = skins_of([part], [radial_wave(part, 0, 1.0)], corners_only=True)[0]
-    thin = animation.thinned(whole, 400)
+    thin = animation._thinned(whole, 400)
     shown = whole.triangles[~whole.surface.cyclic]
     assert len(thin.triangles) <= 401 < len(shown) / 3
     assert np.isin(thin.surface.nodes, whole.surface.nodes).all()
@@ -294,7 +294,7 @@ def pipe(p):
 @pytest.mark.parametrize("cell_type", ["tetra", "tetra10", "hexahedron", "hexahedron20"])
 def test_a_rectangle_is_covered_once(lattice, cell_type):
     part = lattice((2, 3, 2), pipe, cell_type, curved=True)
-    pieces, edges = meridional_section(part, 0.3)
+    pieces, edges = _meridional_section(part, 0.3)
     # Of straight elements the section lies inside the arc by their sagitta at most.
     linear = cell_type in ("tetra", "hexahedron", "hexahedron20")
     sagitta = 1 - np.cos(np.pi / 24)
@@ -310,7 +310,7 @@ def test_a_rectangle_is_covered_once(lattice, cell_type):
 
 
 def test_a_plane_beside_the_part_cuts_nothing(lattice):
-    pieces, edges = meridional_section(lattice((1, 1, 1), pipe), -0.5)
+    pieces, edges = _meridional_section(lattice((1, 1, 1), pipe), -0.5)
     assert (len(pieces), len(edges)) == (0, 0)
 
 

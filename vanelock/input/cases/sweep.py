@@ -181,10 +181,10 @@ def _case(
         why = explain(error, {}, type(given))[0]
         raise InputError(f"{_where(given, chosen)}: {text}{why}") from None
     values = {key: value_at(changed, key) for key in chosen}
-    return Case(named(values, names, type(given)), values, changed)
+    return Case(_named(values, names, type(given)), values, changed)
 
 
-def named(values: dict[str, float | str], names: dict[str, str], schema: type[Given]) -> str:
+def _named(values: dict[str, float | str], names: dict[str, str], schema: type[Given]) -> str:
     """A name from values by key, and what their keys are called: "mu=0.15,interference=4um"."""
     texts = (f"{names[key]}={valued(v, unit_of(key, schema))}" for key, v in values.items())
     return ",".join(texts)
@@ -325,6 +325,6 @@ def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
             fixed.append(key)
     names = _short_names(keys)
     return [
-        named({key: case.values[key] for key in fixed}, names, type(case.given)) or case.name
+        _named({key: case.values[key] for key in fixed}, names, type(case.given)) or case.name
         for case in cases
     ]

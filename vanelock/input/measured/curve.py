@@ -93,10 +93,10 @@ def _read(given: Given, i: int) -> Measured:
     order, gauges = ring_of(given)[1], 0
     if isinstance(given, Study):
         gauges = len(given.outputs.gauges)
-    return read_measured(given.measured[i], abs(order) or 1, gauges, f"measured[{i}]")
+    return _read_measured(given.measured[i], abs(order) or 1, gauges, f"measured[{i}]")
 
 
-def read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:
+def _read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:
     """A measured curve."""
     (path, record), own = _place(keys.file), keys.engine_order or order
     points = _points(keys, path, record, own, where)

@@ -37,17 +37,8 @@ ALIKE = 1e-3
 
 
 @dataclass(frozen=True)
-class Ordinate:
-    """What a record holds.
-
-    Attributes
-    ----------
-    kind : str
-        "displacement", "velocity", "acceleration" or "strain".
-    factor : float
-        What one unit is in SI: m, m/s, m/s² or 1, over N where it is per force.
-    per_force : bool
-    """
+class _RecordOrdinate:
+    """What a record holds: a kind of `SI_UNITS`, and what one unit of it is in SI, maybe over N."""
 
     kind: str
     factor: float
@@ -61,7 +52,7 @@ class Ordinate:
 
 def _ordinate(
     record: Mapping[str, Any], units: Mapping[str, Any] | None, given: str | None, where: str
-) -> Ordinate:
+) -> _RecordOrdinate:
     """What a record is of: by the unit that the study gives, else by the file.
 
     The file says it twice, by a label and by the system of units of its data set 164, and where
@@ -91,7 +82,7 @@ def _ordinate(
                 f"{SI_UNITS[known[0]]} by the file's units (data set 164): give unit"
             )
     force = _newtons(under, units, where) if below in FORCES and not given else 1.0
-    return Ordinate(known[0], known[1] / force, per_force)
+    return _RecordOrdinate(known[0], known[1] / force, per_force)
 
 
 def _label(record: Mapping[str, Any], of: str) -> str:
@@ -260,7 +251,7 @@ def _abscissa(record: dict[str, Any]) -> Floats:
     return np.asarray(float(record["abscissa_min"]) + float(record["abscissa_inc"]) * steps)
 
 
-def _factor(found: Ordinate, frequency: Floats, force: float | None, where: str) -> Floats:
+def _factor(found: _RecordOrdinate, frequency: Floats, force: float | None, where: str) -> Floats:
     """(p,) displacement or strain of one unit of the ordinate."""
     if found.per_force and force is None:
         raise InputError(f"{where}: a response per force: give force, what it is multiplied by")

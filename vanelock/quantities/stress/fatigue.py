@@ -90,11 +90,11 @@ def cycle(harmonics: Stress) -> Cycle:
         amplitude=fem.peak_von_mises(alternating),
         mean=trace,
         mean_mises=np.where(trace < 0, -1.0, 1.0) * fem.von_mises(mean),
-        chord=half_chord(alternating),
+        chord=_half_chord(alternating),
     )
 
 
-def half_chord(harmonics: Stress) -> Floats:
+def _half_chord(harmonics: Stress) -> Floats:
     """Half of the largest von Mises stress of σ(t) - σ(s) over all t and s, (n,) Pa.
 
     Taken from 16 H samples of the period, which miss no more than 2 % of harmonic H.

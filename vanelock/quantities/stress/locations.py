@@ -28,7 +28,7 @@ READ_OUT = 0.4
 """Of the wall's thickness, the least distance from a corner at which a stress is read."""
 
 
-def reentrant_edges(part: Part) -> Floats:
+def _reentrant_edges(part: Part) -> Floats:
     """Ends (k, 2, 3) of the skin's edges that are sharp and re-entrant, m.
 
     An edge is sharp where the skin turns by more than a meshed fillet does in one step. Edges of
@@ -45,7 +45,7 @@ def reentrant_edges(part: Part) -> Floats:
     return np.asarray(points[edges[inwards]])
 
 
-def within(points: Floats, edges: Floats, distance: float) -> NDArray[np.bool_]:
+def _within(points: Floats, edges: Floats, distance: float) -> NDArray[np.bool_]:
     """(n,) points that lie within a distance of line segments (k, 2, 3), m."""
     if not len(edges):
         return np.zeros(len(points), bool)
@@ -138,9 +138,9 @@ def locations_of(study: Study, part: Part) -> SurfaceLocations:
     dimensions = getattr(study, part.name)
     if not isinstance(dimensions, VaneDimensions | CasingDimensions):
         dimensions = None
-    edges = reentrant_edges(part)
+    edges = _reentrant_edges(part)
     if isinstance(dimensions, VaneDimensions):
-        feature = _of_vane(dimensions, part, within(part.points, edges, ON))
+        feature = _of_vane(dimensions, part, _within(part.points, edges, ON))
         wall = min(dimensions.thickness, dimensions.leg_rear - dimensions.leg_front)
     elif isinstance(dimensions, CasingDimensions):
         feature = _of_casing(dimensions, study.vane.hook, part)
@@ -150,7 +150,7 @@ def locations_of(study: Study, part: Part) -> SurfaceLocations:
         corners = part.points[part.cells[:, :4]]
         wall = float(np.median(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1)))
     distance = READ_OUT * wall
-    corner = within(part.points, edges, distance)
+    corner = _within(part.points, edges, distance)
     held = [part.node_sets[name] for name in CONTACTS if name in part.node_sets]
     chosen = part.points[np.unique(np.concatenate([np.empty(0, np.int64), *held]))]
     loaded = np.zeros(len(part.points), bool)

@@ -102,10 +102,10 @@ def margins(
     """Margins of a study's parts; its `gauges` by their names."""
     worst, features = {}, {}
     for part in PARTS:
-        of = part, at[part], getattr(cycles, part), strength(study, part)
+        of = part, at[part], getattr(cycles, part), _strength(study, part)
         worst[part], features[part] = _margins(*of), _features(*of)
     if cycles.gauges is not None:
-        bears = strength(study, "vane")
+        bears = _strength(study, "vane")
         worst["vane"] += tuple(
             _margin("vane", f"gauge {i + 1}", None, name, "", cycles.gauges, i, bears)
             for i, name in enumerate(gauges)
@@ -113,7 +113,7 @@ def margins(
     return Margins(cycles, at, worst, features)
 
 
-def strength(study: Study, part: str) -> Strength:
+def _strength(study: Study, part: str) -> Strength:
     """What a part of a study bears."""
     own = getattr(study.material, part)
     return Strength(own.fatigue_limit, own.tensile_strength)

@@ -106,26 +106,26 @@ def _period(
     u: Floats, f: Floats, load: Floats, mu: float, isotropic: bool, tangents: tuple[str, str]
 ) -> _LoopPeriod:
     """A contact's period in the direction that takes more energy, as of `loop_picture`."""
-    energy = [dissipated(u[:, k], f[:, k]) for k in (1, 2)]
+    energy = [_dissipated(u[:, k], f[:, k]) for k in (1, 2)]
     k = 1 + int(energy[1] > energy[0])
     if isotropic:
-        state = states(load, np.hypot(f[:, 1], f[:, 2]), mu)
+        state = _states(load, np.hypot(f[:, 1], f[:, 2]), mu)
         bound = np.sqrt(np.maximum((mu * load) ** 2 - f[:, 3 - k] ** 2, 0.0))
     else:
-        state, bound = states(load, f[:, k], mu), mu * load
+        state, bound = _states(load, f[:, k], mu), mu * load
     name = tangents[k - 1]
     own = f"{name} {_energy(energy[k - 1])}"
     taken = f"Friction dissipates {_energy(sum(energy))} per cycle ({own})"
     return _LoopPeriod(name, u[:, k], f[:, k], f[:, 0], bound, state, taken)
 
 
-def dissipated(displacement: Floats, friction: Floats) -> float:
+def _dissipated(displacement: Floats, friction: Floats) -> float:
     """Energy ∮ t du that friction takes in a cycle of equal steps, J (trapezoidal, closed)."""
     step = np.roll(displacement, -1) - displacement
     return float(np.sum((friction + np.roll(friction, -1)) / 2 * step))
 
 
-def states(normal: Floats, friction: Floats, mu: float) -> NDArray[np.int64]:
+def _states(normal: Floats, friction: Floats, mu: float) -> NDArray[np.int64]:
     """STICKS, SLIPS or OPEN at each instant: |t| at its bound μn, or no normal force."""
     bound = mu * normal
     slack = 1e-6 * max(float(np.abs(bound).max()), np.finfo(float).tiny)
@@ -153,17 +153,17 @@ def _coloured(axes: Axes, x: Floats, y: Floats, state: NDArray[np.int64], width:
     axes.autoscale_view()
 
 
-def closed(values: Any) -> Any:
+def _closed(values: Any) -> Any:
     """Values of a period with the first one repeated at the end."""
     return np.append(values, values[:1])
 
 
 def _loop(axes: Axes, found: _LoopPeriod) -> None:
-    micrometres = 1e6 * closed(found.sliding)
+    micrometres = 1e6 * _closed(found.sliding)
     for sign in (1, -1):
-        bound = sign * closed(found.bound)
+        bound = sign * _closed(found.bound)
         axes.plot(micrometres, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
-    _coloured(axes, micrometres, closed(found.friction), closed(found.state), 2.8)
+    _coloured(axes, micrometres, _closed(found.friction), _closed(found.state), 2.8)
     axes.set_xlabel(f"relative displacement, {found.direction} (µm)")
     axes.set_ylabel(f"friction force, {found.direction} (N)")
     axes.margins(0.06)
@@ -175,7 +175,7 @@ def _histories(normal: Axes, friction: Axes, found: _LoopPeriod) -> None:
     normal.set_ylim(bottom=min(0.0, float(found.normal.min())))
     time = np.linspace(0, 1, len(found.bound) + 1)
     for sign in (1, -1):
-        bound = sign * closed(found.bound)
+        bound = sign * _closed(found.bound)
         friction.plot(time, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
     title = f"Friction force, {found.direction}, and its bounds"
     _history(friction, found.friction, found.state, title, "friction force (N)")
@@ -184,7 +184,7 @@ def _histories(normal: Axes, friction: Axes, found: _LoopPeriod) -> None:
 
 def _history(axes: Axes, force: Floats, state: NDArray[np.int64], title: str, label: str) -> None:
     time = np.linspace(0, 1, len(force) + 1)
-    _coloured(axes, time, closed(force), closed(state), 2.4)
+    _coloured(axes, time, _closed(force), _closed(state), 2.4)
     axes.set(xlim=(0, 1), ylabel=label, title=title)
 
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats, Integers
 from vanelock.render import style
 
 Kind = Literal["nonlinear", "free", "stuck", "measured"]
@@ -49,8 +50,8 @@ class Band:
         Whose they are, such as "200 samples".
     """
 
-    frequency: NDArray[np.float64]
-    levels: NDArray[np.float64]
+    frequency: Floats
+    levels: Floats
     label: str
 
 
@@ -66,10 +67,10 @@ class Envelope:
         Curves that it goes round, Hz and m.
     """
 
-    frequency: NDArray[np.float64]
-    low: NDArray[np.float64]
-    high: NDArray[np.float64]
-    outlines: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]] = ()
+    frequency: Floats
+    low: Floats
+    high: Floats
+    outlines: Sequence[tuple[Floats, Floats]]
 
 
 @dataclass(frozen=True)
@@ -105,16 +106,16 @@ class Curve:
         What tables call its case, if it is of one.
     """
 
-    frequency: ArrayLike
-    amplitude: ArrayLike
+    frequency: Floats
+    amplitude: Floats
     group: str = ""
     harmonics: int | None = None
-    converged: ArrayLike | None = None
+    converged: NDArray[np.bool_] | None = None
     kind: Kind = "nonlinear"
     joined: bool = True
     variant: str = ""
     envelope: Envelope | None = None
-    verdict: ArrayLike | None = None
+    verdict: Integers | None = None
     case: str = ""
 
     @property
@@ -138,14 +139,14 @@ class Curve:
         top = peak(self)
         if top is None or self.verdict is None:
             return ""
-        at = np.asarray(self.frequency, float).tolist().index(top.frequency)
-        return ("stable", "unstable", "undecided", "")[int(np.asarray(self.verdict)[at])]
+        at = self.frequency.tolist().index(top.frequency)
+        return ("stable", "unstable", "undecided", "")[int(self.verdict[at])]
 
     @property
     def pieces(self) -> list[tuple[int, slice]]:
         """Runs of points of one verdict, neighbouring ones sharing a point; 2 between others."""
-        count = len(np.asarray(self.frequency))
-        code = np.full(count, -1) if self.verdict is None else np.asarray(self.verdict)
+        count = len(self.frequency)
+        code = np.full(count, -1) if self.verdict is None else self.verdict
         between = np.where(code[1:] == code[:-1], code[1:], np.maximum(code[1:], 2))
         unknown = (code[1:] < 0) | (code[:-1] < 0)
         between[unknown] = -1
@@ -158,11 +159,10 @@ class Curve:
 
 def peak(curve: Curve) -> MarkedPeak | None:
     """Largest converged point of a curve; None where no point converged."""
-    amplitude = np.where(converged(curve), np.asarray(curve.amplitude, float), np.nan)
+    amplitude, frequency = np.where(converged(curve), curve.amplitude, np.nan), curve.frequency
     if np.all(np.isnan(amplitude)):
         return None
     at = int(np.nanargmax(amplitude))
-    frequency = np.asarray(curve.frequency, float)
     ends = (frequency.min(), frequency.max())
     at_edge = curve.joined and ends[0] < ends[1] and bool(frequency[at] in ends)
     return MarkedPeak(float(frequency[at]), float(amplitude[at]), at_edge)
@@ -170,10 +170,8 @@ def peak(curve: Curve) -> MarkedPeak | None:
 
 def converged(curve: Curve) -> NDArray[np.bool_]:
     """(p,) points that converged and have an amplitude."""
-    known: NDArray[np.bool_] = np.isfinite(np.asarray(curve.amplitude, float))
-    if curve.converged is not None:
-        known &= np.asarray(curve.converged, bool)
-    return known
+    known: NDArray[np.bool_] = np.isfinite(curve.amplitude)
+    return known if curve.converged is None else known & curve.converged
 
 
 @dataclass(frozen=True)

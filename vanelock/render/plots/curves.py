@@ -80,9 +80,8 @@ def response_figure(
         shades = [] if band is None else _shade(axes, band)
         handles = [_draw(axes, curve, look) for curve, look in looked]
         axes.set(xlabel=AXES[0], ylabel=AXES[1])
-        ends = [np.asarray(curve.frequency, float) for curve in curves]
-        ends = [np.array([each.min(), each.max()]) for each in ends]
-        low, high = float(np.min(ends)), float(np.max(ends))
+        every = np.concatenate([curve.frequency for curve in curves])
+        low, high = float(every.min()), float(every.max())
         if low > 0 and high > _WIDE * low:
             axes.set_xscale("log")
         if low < high:
@@ -118,7 +117,6 @@ def response_curves(
 
 def _draw(axes: Axes, curve: Curve, look: CurveLook) -> Line2D:
     """Draw a curve and its peak; return what the legend shows."""
-    frequency = np.asarray(curve.frequency, float)
     if curve.kind == "measured":
         return _draw_measured(axes, curve, look)
     if (around := curve.envelope) is not None:
@@ -126,8 +124,8 @@ def _draw(axes: Axes, curve: Curve, look: CurveLook) -> Line2D:
         axes.fill_between(around.frequency, *ends, color=look.colour, alpha=0.14, linewidth=0)
         for across, up in around.outlines:
             axes.plot(across, MICROMETRES * up, color=look.colour, lw=0.9)
-    shown = MICROMETRES * np.asarray(curve.amplitude, float)
-    shown = np.where(converged(curve), shown, np.nan)
+    frequency = curve.frequency
+    shown = np.where(converged(curve), MICROMETRES * curve.amplitude, np.nan)
     dashes = _LIMITS.get(curve.kind, _DASHES[look.dash]) if curve.joined else ""
     drawn: dict[str, Any] = {"color": look.colour, "ls": dashes, "lw": look.width}
     # A lone converged point between two lost ones has no line: give it a dot.
@@ -175,9 +173,9 @@ def _shade(axes: Axes, band: Band) -> list[Any]:
 
 def _draw_measured(axes: Axes, curve: Curve, look: CurveLook) -> Line2D:
     """Draw a measured curve as dots; return what the legend shows."""
-    shown = MICROMETRES * np.asarray(curve.amplitude, float)
     dots: dict[str, Any] = {"color": look.colour, "ls": "", "marker": look.marker, "ms": 4.5}
-    axes.plot(np.asarray(curve.frequency, float), shown, **dots, mfc="white", mew=1.1, zorder=4.5)
+    shown = MICROMETRES * curve.amplitude
+    axes.plot(curve.frequency, shown, **dots, mfc="white", mew=1.1, zorder=4.5)
     top = peak(replace(curve, joined=False))
     text = _wrapped(curve.label) + ("" if top is None else f"\n{top.place}")
     return Line2D([], [], **dots, mfc="white", mew=1.1, label=text)
@@ -192,8 +190,8 @@ def _wrapped(label: str) -> str:
 def _flag(axes: Axes, curve: Curve, look: CurveLook) -> int:
     """Cross out the points that did not converge, and count them."""
     lost = ~converged(curve)
-    frequency = np.asarray(curve.frequency, float)[lost]
-    shown = MICROMETRES * np.asarray(curve.amplitude, float)[lost]
+    frequency = curve.frequency[lost]
+    shown = MICROMETRES * curve.amplitude[lost]
     low, high = axes.get_ylim()
     placed = np.isfinite(shown) & (shown >= low) & (shown <= 1.5 * high)
     cross: dict[str, Any] = {

@@ -40,13 +40,13 @@ raise SystemExit(0 if red == [255, 0, 0] else 3)
 
 def pyvista() -> ModuleType:
     """`pyvista`, once it is certain that a picture can be drawn here."""
-    render_window()
+    _render_window()
     import pyvista
 
     return pyvista
 
 
-def render_window() -> str:
+def _render_window() -> str:
     """VTK window class that draws off-screen here; "" where VTK's own choice does."""
     return trial().result()
 
@@ -60,13 +60,13 @@ def trial() -> Future[str]:
 def _tried() -> str:
     if sys.platform != "linux":
         return ""
-    if missing(LIBRARIES) == list(LIBRARIES):
+    if _missing(LIBRARIES) == list(LIBRARIES):
         raise InputError(
             f"pictures: neither {' nor '.join(LIBRARIES)} can be loaded: "
             f"install OpenGL by `{INSTALL}`"
         )
     for window in _WINDOWS:
-        if draws(window):
+        if _draws(window):
             return window
     raise InputError(
         "pictures: VTK cannot draw off-screen with the OpenGL libraries found here: "
@@ -74,7 +74,7 @@ def _tried() -> str:
     )
 
 
-def missing(libraries: Sequence[str]) -> list[str]:
+def _missing(libraries: Sequence[str]) -> list[str]:
     """Those shared libraries that the loader does not find."""
     absent = []
     for library in libraries:
@@ -85,7 +85,7 @@ def missing(libraries: Sequence[str]) -> list[str]:
     return absent
 
 
-def draws(window: str, program: str = _PROBE) -> bool:
+def _draws(window: str, program: str = _PROBE) -> bool:
     """Whether a process of its own draws one small picture with that VTK window class."""
     environment = {key: value for key, value in os.environ.items() if key != _SWITCH}
     if window:
@@ -103,7 +103,7 @@ def draws(window: str, program: str = _PROBE) -> bool:
 def selected() -> Iterator[None]:
     """Let VTK make the windows of this block of the class that draws here, then restore."""
     before = os.environ.get(_SWITCH)
-    window = render_window()
+    window = _render_window()
     if window:
         os.environ[_SWITCH] = window
     try:

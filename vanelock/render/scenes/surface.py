@@ -17,16 +17,7 @@ _EIGHT: Final = ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 6), (4, 6, 7
 _NINE: Final = tuple((a, b, 8) for a, b in ((0, 4), (4, 1), (1, 5), (5, 2))) + tuple(
     (a, b, 8) for a, b in ((2, 6), (6, 3), (3, 7), (7, 0))
 )
-_TETRA: Final = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
 _TETRA10: Final = ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6))
-_HEXA: Final = (
-    (0, 3, 2, 1),
-    (4, 5, 6, 7),
-    (0, 1, 5, 4),
-    (1, 2, 6, 5),
-    (2, 3, 7, 6),
-    (3, 0, 4, 7),
-)
 _HEXA20: Final = (
     (0, 3, 2, 1, 11, 10, 9, 8),
     (4, 5, 6, 7, 12, 13, 14, 15),
@@ -40,9 +31,9 @@ _HEXA27: Final = tuple(
 )
 _LINEAR: Final = {"tetra10": "tetra", "hexahedron20": "hexahedron", "hexahedron27": "hexahedron"}
 _FACES: Final[dict[str, tuple[int, tuple[tuple[int, ...], ...], tuple[tuple[int, ...], ...]]]] = {
-    "tetra": (3, _TETRA, ((0, 1, 2),)),
+    "tetra": (3, tuple(face[:3] for face in _TETRA10), ((0, 1, 2),)),
     "tetra10": (3, _TETRA10, _SIX),
-    "hexahedron": (4, _HEXA, ((0, 1, 2), (0, 2, 3))),
+    "hexahedron": (4, tuple(face[:4] for face in _HEXA20), ((0, 1, 2), (0, 2, 3))),
     "hexahedron20": (4, _HEXA20, _EIGHT),
     "hexahedron27": (4, _HEXA27, _NINE),
 }
@@ -85,7 +76,7 @@ def surface(part: Part, corners_only: bool = False) -> Surface:
     drawn_type = _LINEAR.get(part.cell_type, part.cell_type) if corners_only else part.cell_type
     corners, faces, drawn = _FACES[drawn_type]
     every = np.concatenate([part.cells[:, list(face)] for face in faces])
-    key = packed(np.sort(every[:, :corners], axis=1), len(part.points))
+    key = _packed(np.sort(every[:, :corners], axis=1), len(part.points))
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
     skin = every[np.sort(first[count == 1])]  # a face of one element alone lies outside
     triangles = np.concatenate([skin[:, list(corner)] for corner in drawn])
@@ -129,7 +120,7 @@ def skin_edges(points: Floats, triangles: Integers) -> tuple[Integers, Integers,
     normal = normal / np.where(length > 0, length, 1)
     edges = np.sort(np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
     owner = np.tile(np.arange(len(triangles)), 3)
-    key = packed(edges, len(points))
+    key = _packed(edges, len(points))
     order = np.argsort(key, kind="stable")
     key, owner = key[order], owner[order]
     _, start, count = np.unique(key, return_index=True, return_counts=True)
@@ -151,12 +142,12 @@ def _mesh_edges(faces: NDArray[np.int64], corners: int) -> NDArray[np.int64]:
         else:
             pieces += [faces[:, [i, corners + i]], faces[:, [corners + i, j]]]
     edges = np.sort(np.concatenate(pieces), axis=1)
-    first = np.unique(packed(edges, int(edges.max()) + 1), return_index=True)[1]
+    first = np.unique(_packed(edges, int(edges.max()) + 1), return_index=True)[1]
     found: NDArray[np.int64] = edges[first]
     return found
 
 
-def packed(rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+def _packed(rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
     """One number for each row of numbers below `count`, in the rows' order, where they fit.
 
     Numbers are sorted ten times faster than rows. Four corners of up to 55,000 nodes fit into a

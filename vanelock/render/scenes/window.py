@@ -29,18 +29,8 @@ _LOOK: Final = {"ambient": 0.45, "diffuse": 0.65, "specular": 0.0, "smooth_shadi
 
 
 @dataclass(frozen=True)
-class Window:
-    """An open window with a scene in it.
-
-    Attributes
-    ----------
-    plotter : pyvista.Plotter
-        What draws it.
-    bodies, lines : list
-        The actors of the scene's bodies and lines.
-    nearer : (3,) float
-        Step towards the viewer of a fine pixel's length, m.
-    """
+class _Window:
+    """An open window: plotter, actors of the scene, and a fine pixel towards the viewer, m."""
 
     plotter: Any
     bodies: list[Any]
@@ -66,7 +56,7 @@ class Window:
 
 
 @contextmanager
-def window(scene: DrawnScene, size: tuple[int, int]) -> Iterator[Window]:
+def window(scene: DrawnScene, size: tuple[int, int]) -> Iterator[_Window]:
     """Open a window of that size in pixels on a scene without marks, on white."""
     pv = offscreen.pyvista()
     fine = [_FINER * length for length in size]
@@ -80,7 +70,7 @@ def window(scene: DrawnScene, size: tuple[int, int]) -> Iterator[Window]:
                 plotter.add_light(lamp)
             frame, pixel = _aim(plotter, scene, fine)
             nearer = -pixel * frame[2]  # moves nothing in a parallel view
-            yield Window(
+            yield _Window(
                 plotter,
                 [_add_body(plotter, body) for body in scene.bodies],
                 [_add_lines(plotter, lines, 2 * nearer) for lines in _drawn(scene.lines)],

@@ -103,7 +103,7 @@ def mode_animation(
     Drawn as large as in `mode_picture`, whose parameters these are; colours show the displacement
     at the instant over the largest one.
     """
-    moving = moving_parts(parts, [Wave(1, nodal_diameter, shapes)])
+    moving = _moving_parts(parts, [Wave(1, nodal_diameter, shapes)])
     largest, drawn = _largest(moving), mode_size(parts)
     stated = f"Largest displacement drawn as {1e3 * drawn:.3g} mm"
     bar = _ColourBar("displacement / largest displacement (–)", 1 / largest, 1.0)
@@ -140,7 +140,7 @@ def response_animation(
     InputError
         If the shape is zero, or this machine cannot draw.
     """
-    moving = moving_parts(parts, waves)
+    moving = _moving_parts(parts, waves)
     amplitude = max(float(annulus.peak(shape).max()) for shape in waves[0].shapes)
     scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
     stated = f"Deformation drawn {scale:,.10g} times as large"
@@ -150,11 +150,11 @@ def response_animation(
     return _animate(path, moving, scale, bar, texts)
 
 
-def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[_Moving]:
+def _moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[_Moving]:
     """Parts with their waves, on skins of few triangles."""
     found = []
     for i, skin in enumerate(skins_of(parts, waves[0].shapes, corners_only=True)):
-        thin = thinned(skin)
+        thin = _thinned(skin)
         of_skin = [np.asarray(wave.shapes[i])[thin.surface.nodes] for wave in waves]
         each = zip(waves, of_skin, strict=True)
         found.append(
@@ -163,7 +163,7 @@ def moving_parts(parts: Sequence[Part], waves: Sequence[Wave]) -> list[_Moving]:
     return found
 
 
-def thinned(skin: DeformedSkin, triangles: int = TRIANGLES) -> DeformedSkin:
+def _thinned(skin: DeformedSkin, triangles: int = TRIANGLES) -> DeformedSkin:
     """A skin of about so many of the triangles that a ring shows, between nodes that it has.
 
     The edges at which sectors meet stay; nodes that are not needed go.

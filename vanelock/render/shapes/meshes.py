@@ -134,7 +134,7 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
         # Just beside a node, so that the cut does not run along element faces.
         angle += 1e-3
     for part in (casing, vane):
-        pieces, edges = meridional_section(part, angle)
+        pieces, edges = _meridional_section(part, angle)
         colour = style.part_colour(part.name)
         # Thin lines of the same colour close the seams between the pieces.
         axes.add_collection(
@@ -160,7 +160,7 @@ def _section(axes: Axes, parts: Sequence[Part]) -> None:
     axes.grid(False)
 
 
-def meridional_section(part: Part, angle: float) -> tuple[list[Floats], Floats]:
+def _meridional_section(part: Part, angle: float) -> tuple[list[Floats], Floats]:
     """Cut of a part's elements by the half plane at `angle` radians about z.
 
     Quadratic tetrahedra are cut in eight pieces each, so that their curved sides show.

@@ -101,11 +101,11 @@ def mode_picture(
     stated = f"Drawn at its largest deflection; largest displacement drawn as {1e3 * drawn:.3g} mm"
     with style.applied():
         figure = style.figure(6.9, title, sentences(subtitle, stated))
-        sector = sector_scene(skins, angle, scale, paint)
+        sector = _sector_scene(skins, angle, scale, paint)
         window.panel(figure, sector, 0.3, 5.0, "One sector (undeformed in grey)")
         # Each sector of the ring is small: its elements' corners are enough.
         coarse = skins_of(parts, shapes, corners_only=True)
-        ring = ring_scene(coarse, nodal_diameter, angle, scale, paint)
+        ring = _ring_scene(coarse, nodal_diameter, angle, scale, paint)
         heading = f"Full ring, {ring_and_wave(parts, nodal_diameter)}"
         window.panel(figure, ring, 5.3, 5.4, heading)
         bar = style.axes(figure, 10.95, 1.4, 0.16, 3.6)
@@ -173,12 +173,12 @@ def response_picture(
     name = COMPONENTS[component]
     with style.applied():
         figure = style.figure(6.9, title, sentences(subtitle, stated))
-        left = ring_scene(skins, nodal_diameter, angle, scale, by_amplitude)
+        left = _ring_scene(skins, nodal_diameter, angle, scale, by_amplitude)
         heading = f"Amplitude, {ring_and_wave(parts, nodal_diameter)}"
         window.panel(figure, left, 0.3, 4.75, heading)
         bar = style.axes(figure, 5.1, 1.6, 0.15, 3.2)
         style.colour_bar(bar, style.AMPLITUDE_MAP, 0, 1e6 * amplitude, "amplitude (µm)")
-        right = ring_scene(skins, nodal_diameter, angle, scale, by_phase)
+        right = _ring_scene(skins, nodal_diameter, angle, scale, by_phase)
         window.panel(figure, right, 6.1, 4.75, f"Phase of the {name} motion")
         bar = style.axes(figure, 10.9, 1.6, 0.15, 3.2)
         phase = style.colour_bar(bar, style.PHASE_MAP, -180, 180, "phase (degrees)")
@@ -218,7 +218,7 @@ def outer_radius(parts: Sequence[Part]) -> float:
     return max(float(np.hypot(part.points[:, 0], part.points[:, 1]).max()) for part in parts)
 
 
-def sector_scene(
+def _sector_scene(
     skins: Sequence[DeformedSkin], angle: float, scale: float, paint: Paint
 ) -> scene.DrawnScene:
     """Scene of sector 0, with the undeformed outline."""
@@ -234,7 +234,7 @@ def sector_scene(
     return scene.DrawnScene(camera, bodies, lines)
 
 
-def ring_scene(
+def _ring_scene(
     skins: Sequence[DeformedSkin], nodal_diameter: int, angle: float, scale: float, paint: Paint
 ) -> scene.DrawnScene:
     """Scene of all sectors of a wave, each deformed and painted by the shape on it."""

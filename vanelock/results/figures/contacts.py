@@ -55,7 +55,7 @@ def _preload(run: RunResult, each: CaseResult) -> Picture:
         "Preload of the contacts",
         shows,
         draw,
-        lambda: preload_columns(static, joints, names),
+        lambda: _preload_columns(static, joints, names),
         (),
         caption,
     )
@@ -68,7 +68,7 @@ def _at_rest(static: Response) -> tuple[Floats, Floats]:
     return force, render.utilisation(force, static.mu, static.friction == "isotropic")
 
 
-def preload_columns(
+def _preload_columns(
     static: Response, joints: tuple[str, ...], names: Mapping[str, tuple[str, str]]
 ) -> Mapping[str, ArrayLike]:
     """Contact by contact: joint, number in its joint, state, forces in directions with names."""
@@ -178,20 +178,8 @@ def loops(run: RunResult, each: CaseResult) -> list[Picture]:
 
 
 @dataclass(frozen=True)
-class Around:
-    """The contacts at some points of a response, k of them.
-
-    Attributes
-    ----------
-    headings : tuple of str
-        Where each is, such as "at the peak".
-    frequency : (k,) float
-        Hz.
-    state : (k, c) int
-        As of `Response`.
-    dissipation : (k, c) float
-        J in a cycle.
-    """
+class _Around:
+    """The contacts (c,) at k points of a response: where these are, Hz, states, J in a cycle."""
 
     headings: tuple[str, ...]
     frequency: Floats
@@ -199,7 +187,7 @@ class Around:
     dissipation: Floats
 
     @classmethod
-    def of(cls, response: Response, amplitude: Floats, peak: int) -> "Around":
+    def of(cls, response: Response, amplitude: Floats, peak: int) -> "_Around":
         """The peak and, on either side, the converged point nearest to half its amplitude."""
         frequency, solved = response.frequency, np.flatnonzero(response.converged)
         chosen, headings = [], []
@@ -219,7 +207,7 @@ def contacts(run: RunResult, each: CaseResult) -> Picture:
     """The map of a case's contacts, with its table."""
     name = each.name
     response = each.response
-    around = Around.of(response, run.monitor.amplitude(response), each.at_peak.point)
+    around = _Around.of(response, run.monitor.amplitude(response), each.at_peak.point)
     title = f"{run.study.name}: contacts around the resonance"
     shows = [each.key_at("response"), title, name, run.monitor.name]
 
@@ -249,7 +237,7 @@ def contacts(run: RunResult, each: CaseResult) -> Picture:
 
     def table() -> Mapping[str, ArrayLike]:
         nodes, positions, _, joint = places()
-        return contact_columns(around, joint, nodes, positions)
+        return _contact_columns(around, joint, nodes, positions)
 
     notes = [f"{title}{of_case(name)}; places on the vane of sector 0; energy of friction a cycle"]
     hertz = around.frequency[around.headings.index("at the peak")]
@@ -265,8 +253,8 @@ def contacts(run: RunResult, each: CaseResult) -> Picture:
     return run.picture(file, heading, shows, picture, table, notes, caption)
 
 
-def contact_columns(
-    around: Around, joint: tuple[str, ...], nodes: ArrayLike, positions: Floats
+def _contact_columns(
+    around: _Around, joint: tuple[str, ...], nodes: ArrayLike, positions: Floats
 ) -> Mapping[str, ArrayLike]:
     """A row for each contact at each frequency: its place, its state and its energy."""
     names = np.array([look[0] for look in render.LOOKS])

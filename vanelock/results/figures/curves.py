@@ -28,7 +28,7 @@ STABILITY = ("stable", "unstable", "undecided", None)
 Row = tuple[str, str, float, float, int | None, str | None]
 
 
-def columns(
+def _columns(
     curves: Sequence[render.Curve], band: render.Band | None = None
 ) -> Mapping[str, ArrayLike]:
     """Columns of some curves, with their bounds, and of percentiles of many."""
@@ -45,12 +45,12 @@ def columns(
 
 
 def _rows(curve: render.Curve) -> Iterator[Row]:
-    frequency = np.asarray(curve.frequency, float)
-    converged: Sequence[int | None] = [None] * len(frequency)
+    count = len(curve.frequency)
+    converged: Sequence[int | None] = [None] * count
     if curve.converged is not None:
-        converged = np.asarray(curve.converged).astype(int).tolist()
-    verdict = [-1] * len(frequency) if curve.verdict is None else np.asarray(curve.verdict)
-    points = _points(curve.label, curve.case, frequency, curve.amplitude)
+        converged = curve.converged.astype(int).tolist()
+    verdict = [-1] * count if curve.verdict is None else curve.verdict
+    points = _points(curve.label, curve.case, curve.frequency, curve.amplitude)
     for point, solved, code in zip(points, converged, verdict, strict=True):
         yield (*point[:4], solved, STABILITY[code])
     if (around := curve.envelope) is not None:
@@ -58,10 +58,9 @@ def _rows(curve: render.Curve) -> Iterator[Row]:
             yield from _points(f"{curve.label}, {end}", curve.case, around.frequency, level)
 
 
-def _points(label: str, case: str, frequency: ArrayLike, amplitude: ArrayLike) -> list[Row]:
-    hertz = np.asarray(frequency, float).tolist()
-    micrometres = (1e6 * np.asarray(amplitude, float)).tolist()
-    return [(label, case, f, a, None, None) for f, a in zip(hertz, micrometres, strict=True)]
+def _points(label: str, case: str, frequency: Floats, amplitude: Floats) -> list[Row]:
+    points = zip(frequency.tolist(), (1e6 * amplitude).tolist(), strict=True)
+    return [(label, case, f, a, None, None) for f, a in points]
 
 
 RESPONSE = "Forced response"
@@ -71,7 +70,7 @@ MOST = 16
 
 def all_curves(run: RunResult) -> list[render.Curve]:
     """Linear limits, responses and measured curves, as they are drawn."""
-    made = linear(run)
+    made = _linear(run)
     for each in drawn_alone(run):
         name, verdicts, ends = each.name, each.verdicts, each.ends
         for direction, curve in each.curves.items():
@@ -122,7 +121,7 @@ def curves(run: RunResult) -> Picture:
         f"{title}, {monitor}: half the peak-to-peak over the excitation frequency",
         NOTE,
     ]
-    data = run.table("figures/response.csv", shows, lambda: columns(made, shade), notes)
+    data = run.table("figures/response.csv", shows, lambda: _columns(made, shade), notes)
     limits = (
         f"The thin lines are the linear limits, with {run.opens} free (dashed) and "
         "stuck (dotted): without friction's damping the peak would be as high as theirs. "
@@ -185,7 +184,7 @@ def called(name: str) -> str:
     return "with friction" if name == "nominal" else words(name, without="harmonics")
 
 
-def linear(run: RunResult) -> list[render.Curve]:
+def _linear(run: RunResult) -> list[render.Curve]:
     """Linear limits, equal ones once."""
     limits = run.limits
     if len(limits) > MOST:  # a stiffness is swept: those of the cases that are shown

@@ -57,7 +57,7 @@ class _ShownField:
         return self.recover()
 
 
-def mesh(run: RunResult, each: CaseResult, data: Sequence[Path] = ()) -> Picture:
+def _mesh(run: RunResult, each: CaseResult, data: Sequence[Path] = ()) -> Picture:
     """Both parts with their node sets."""
     title = f"{run.study.name}: mesh"
     path = run.output_files.draw(
@@ -75,19 +75,19 @@ def mesh(run: RunResult, each: CaseResult, data: Sequence[Path] = ()) -> Picture
     return Picture(path, "Mesh and node sets", caption, tuple(data))
 
 
-def all_modes(run: RunResult) -> list[Picture]:
+def _all_modes(run: RunResult) -> list[Picture]:
     """Modes of distinct sets of linear limits, of many the first and the last."""
     distinct = _distinct_modes(run)
     if len(distinct) > DETAILED:
         text = f"pictures of modes for the first and the last of {len(distinct)} linear limits"
         run.output_files.listener(Notice(text))
     found: list[Picture] = []
-    for each, name in few(distinct):
+    for each, name in _few(distinct):
         found += _modes(run, each, name, "animations" in run.given.outputs.show and not found)
     return found
 
 
-def few(distinct: list[tuple[CaseResult, str]]) -> list[tuple[CaseResult, str]]:
+def _few(distinct: list[tuple[CaseResult, str]]) -> list[tuple[CaseResult, str]]:
     """Those of distinct modes that are drawn."""
     return distinct if len(distinct) <= DETAILED else [distinct[0], distinct[-1]]
 
@@ -151,7 +151,7 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
     return made
 
 
-def response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]:
+def _response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]:
     """First harmonic at the peak; `animated`, all of them too."""
     name = each.name
     top, peak = each.top, each.at_peak
@@ -190,7 +190,7 @@ def response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]:
     return made
 
 
-def stress(run: RunResult, each: CaseResult) -> Picture:
+def _stress(run: RunResult, each: CaseResult) -> Picture:
     """Von Mises stress of the vane at the peak."""
     name = each.name
     peak = each.at_peak
@@ -250,7 +250,7 @@ def _data(run: RunResult, each: CaseResult, drawn: _ShownField) -> tuple[Path, .
     return tuple(data)
 
 
-def mesh_errors(run: RunResult, each: CaseResult) -> list[Picture]:
+def _mesh_errors(run: RunResult, each: CaseResult) -> list[Picture]:
     """The picture of a case, where a part of it is an own mesh."""
     if "mesh_error" not in each.products:
         return []
@@ -286,7 +286,7 @@ def look_into(run: RunResult) -> None:
                 run.cases[name] = with_details(case)
             elif case.peak is not None and len(run.cases) <= FEW:
                 run.cases[name] = replace(case, numbers=energies(case))
-    wanted = [(case, "mode_shapes") for case, _ in few(_distinct_modes(run))] if shapes else []
+    wanted = [(case, "mode_shapes") for case, _ in _few(_distinct_modes(run))] if shapes else []
     wanted += [(case, "fields") for case in named(run)] if shapes else []
     wanted += [(run.first, "mesh_error")] if shapes else []
     if (main := run.main) is not None:
@@ -307,20 +307,20 @@ def _drawn(run: RunResult) -> list[Picture]:
     """All but those of analyses."""
     shown = run.given.outputs.show
     made = [curves(run), *preloads(run)]
-    chosen = detailed(run)
+    chosen = _detailed(run)
     moving = chosen[:1] + chosen[-1:] if "animations" in shown else []
     if "loops" in shown:
         for each in chosen:
             made += _own(each, loops(run, each))
     if run.shapes:
-        modes = all_modes(run)
-        made.append(mesh(run, run.first, modes[0].data if modes else ()))
-        made += mesh_errors(run, run.first)
+        modes = _all_modes(run)
+        made.append(_mesh(run, run.first, modes[0].data if modes else ()))
+        made += _mesh_errors(run, run.first)
         made += modes
         for each in chosen:
-            made += _own(each, response(run, each, each in moving))
+            made += _own(each, _response(run, each, each in moving))
         for each in chosen:
-            made += _own(each, [stress(run, each), contacts(run, each)])
+            made += _own(each, [_stress(run, each), contacts(run, each)])
     return made
 
 
@@ -336,7 +336,7 @@ def _of_analyses(run: RunResult) -> Iterator[Picture]:
         yield from (replace(picture, section=analysis.key) for picture in made)
 
 
-def detailed(run: RunResult) -> list[CaseResult]:
+def _detailed(run: RunResult) -> list[CaseResult]:
     """Cases with pictures of their own; says which, if any are drawn."""
     cases, count = named(run), len(run.peaks)
     drawn = [name for name in ("loops", "shapes") if name in run.given.outputs.show]

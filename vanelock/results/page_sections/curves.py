@@ -35,7 +35,7 @@ STEP = 4
 
 def loops(run: RunResult) -> Section:
     """The loops of the contacts that slide most."""
-    made = {name: loop(each) for name, each in run.looked_into.items()}
+    made = {name: _loop(each) for name, each in run.looked_into.items()}
     return Section("Hysteresis", run.of_cases(made), id="loops")
 
 
@@ -65,7 +65,7 @@ def _around_peaks(
     """Range of frequency [Hz] and of amplitude [µm] about the peaks with friction."""
     across, up = [], []
     for curve in curves:
-        frequency, amplitude = np.asarray(curve.frequency), 1e6 * np.asarray(curve.amplitude)
+        frequency, amplitude = curve.frequency, 1e6 * curve.amplitude
         solved = converged(curve)
         if curve.kind == "nonlinear" and solved.any():
             top = amplitude[solved].max()
@@ -79,7 +79,7 @@ def _around_peaks(
     return ends, (0.05 * float(min(up)), ROOM * float(max(up)))
 
 
-def loop(found: CaseResult) -> list[Plot]:
+def _loop(found: CaseResult) -> list[Plot]:
     """The loop of the contact with the most friction work."""
     energy = np.where(found.top.state[0] == ELEMENT, 0.0, found.wear.energy)
     if not energy.any() or not exact(found.top):
@@ -209,7 +209,7 @@ def shapes(run: RunResult) -> Section:
     """
     main = run.main
     wanted = main is not None and main.margins and run.shapes
-    blocks: list[Block] = [view(run, _same_mesh(run))] if wanted else []
+    blocks: list[Block] = [_view(run, _same_mesh(run))] if wanted else []
     return Section("Shapes in three dimensions", blocks, id="shapes")
 
 
@@ -221,7 +221,7 @@ def _same_mesh(run: RunResult) -> list[CaseResult]:
     return [each for each in cases if each.mesh_keys == main.mesh_keys][:MOST]
 
 
-def view(run: RunResult, cases: list[CaseResult]) -> View:
+def _view(run: RunResult, cases: list[CaseResult]) -> View:
     """Modes of the first of some cases on one mesh, and the response of each at its peak."""
     found = [body_of(part) for part in cases[0].parts]
     taken = [nodes for _, nodes in found]

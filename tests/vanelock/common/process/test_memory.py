@@ -45,10 +45,10 @@ def limited(monkeypatch, **given):
 
 def test_machine_and_limits_of_the_shell_bound_what_is_not_taken_already(proc, monkeypatch):
     limited(monkeypatch)
-    assert process.bounds() == [(8000 * KB, 6000 * KB, "this machine's memory")]
+    assert process._bounds() == [(8000 * KB, 6000 * KB, "this machine's memory")]
     assert process.capacity() == 8000 * KB
     limited(monkeypatch, space=3000 * KB, data=1000 * KB)
-    left = {each.name: each.left / KB for each in process.bounds()}
+    left = {each.name: each.left / KB for each in process._bounds()}
     assert left["the address space that `ulimit -v` allows"] == 2500
     assert left["the data that `ulimit -d` allows"] == 800
     assert process.capacity() == 1000 * KB
@@ -63,7 +63,7 @@ def test_control_groups_bound_a_process_as_those_above_them_do(proc, monkeypatch
         (place / "memory.max").write_text(most + "\n")
         (place / "memory.current").write_text(used + "\n")
         (place / "memory.stat").write_text("anon 3\ninactive_file 24000\n")
-    (group,) = [each for each in process.bounds() if "group" in each.name]
+    (group,) = [each for each in process._bounds() if "group" in each.name]
     assert group[:2] == (4096000, 4096000 - 1024000 + 24000)
 
 
@@ -76,14 +76,14 @@ def test_control_groups_of_the_first_version(proc, monkeypatch):
     (place / "memory.usage_in_bytes").write_text("96000")
     (place.parent / "memory.limit_in_bytes").write_text(str(2**63 - 4096))  # none
     (place.parent / "memory.usage_in_bytes").write_text("96000")
-    (group,) = [each for each in process.bounds() if "group" in each.name]
+    (group,) = [each for each in process._bounds() if "group" in each.name]
     assert group[:2] == (4096000, 4000000)
 
 
 def test_an_unknown_machine_bounds_nothing(tmp_path, monkeypatch):
     limited(monkeypatch)
     monkeypatch.setattr(process, "_PROC", tmp_path)
-    assert process.bounds() == []
+    assert process._bounds() == []
     assert process.capacity() == np.inf
     process.require(1e15, "anything")
 
@@ -91,8 +91,8 @@ def test_an_unknown_machine_bounds_nothing(tmp_path, monkeypatch):
 def test_a_factorisation_that_does_not_fit_is_refused_before_it_is_begun(monkeypatch):
     A = sp.diags_array(np.arange(1.0, 1001.0), format="csc")
     assert fem.factorise(A).solve(np.ones(1000))[9] == pytest.approx(0.1)
-    little = process.Bound(1e9, 1e6, "a test's memory")
-    monkeypatch.setattr(process, "bounds", lambda: [little])
+    little = process._Bound(1e9, 1e6, "a test's memory")
+    monkeypatch.setattr(process, "_bounds", lambda: [little])
     said = r"^factorising 1,000 rows takes about 0.00\d+ GB, 0.001 GB of a test's memory are left$"
     with pytest.raises(MemoryError, match=said):
         fem.factorise(A)

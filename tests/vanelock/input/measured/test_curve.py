@@ -5,14 +5,14 @@ import pytest
 
 from vanelock import load_study, parse_study
 from vanelock.common.errors import InputError
-from vanelock.input.measured.curve import load_measured, read_measured
+from vanelock.input.measured.curve import _read_measured, load_measured
 from vanelock.input.schema.comparison import MeasuredCurve
 
 
 def read(folder, text, gauges=1, order=2, **keys):
     path = folder / "data.csv"
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return read_measured(MeasuredCurve(file=str(path), **keys), order, gauges, "measured[0]")
+    return _read_measured(MeasuredCurve(file=str(path), **keys), order, gauges, "measured[0]")
 
 
 def test_frequency_and_amplitude_in_any_order_of_rows_and_what_the_study_says_of_them(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Contacts, Diameter, Force, System
-from vanelock.quantities.contacts import EnergyBalance, balance, bandwidth_ratio, half_power
+from vanelock.quantities.contacts import EnergyBalance, _half_power, balance, bandwidth_ratio
 
 ZETA, K, M = 0.02, 4e6, 1.0
 F = np.sqrt(K / M) / (2 * np.pi)
@@ -50,7 +50,7 @@ def test_linear_curve_has_its_damping_ratio_by_bandwidth():
     amplitude = np.abs(curve.x[1][:, 0])
     # Where |H|² is half its largest value: r² = 1 - 2ζ² ± 2ζ√(1 - ζ²), so nearly ζ.
     r = [np.sqrt(1 - 2 * ZETA**2 + s * 2 * ZETA * np.sqrt(1 - ZETA**2)) for s in (-1, 1)]
-    assert half_power(hertz, amplitude) == pytest.approx([F * each for each in r], rel=1e-5)
+    assert _half_power(hertz, amplitude) == pytest.approx([F * each for each in r], rel=1e-5)
     assert bandwidth_ratio(hertz, amplitude) == pytest.approx(ZETA, rel=2e-3)
 
 
@@ -86,7 +86,7 @@ def test_a_lost_point_beside_the_peak_leaves_no_bandwidth():
 
 def test_curve_that_does_not_fall_to_half_power_has_no_bandwidth():
     f, a = np.linspace(1, 2, 50), np.linspace(1, 1.2, 50)
-    assert half_power(f, a) is None
+    assert _half_power(f, a) is None
     assert np.isnan(bandwidth_ratio(f, a))
 
 

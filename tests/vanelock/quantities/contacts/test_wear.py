@@ -5,7 +5,7 @@ import pytest
 
 from vanelock import nonlinear
 from vanelock.nonlinear import Contacts, Diameter, Force, System
-from vanelock.quantities.contacts import travel, wear
+from vanelock.quantities.contacts import _travel, wear
 
 K, KT, MU, N = 4e5, 2e6, 0.4, 50.0
 
@@ -49,14 +49,14 @@ def test_slip_counts_in_the_plane_and_while_the_contact_is_closed(loop):
     """Of a Jenkins element it is four times what exceeds its play."""
     U, displacement, force = loop
     stiffness = np.array([1e6, KT, KT])
-    slip = travel(displacement, force, stiffness)
+    slip = _travel(displacement, force, stiffness)
     assert slip == pytest.approx(4 * (U - MU * N / KT), rel=1e-5)
     both, pushed, opened = displacement.copy(), force.copy(), force.copy()
     both[:, 1:] = displacement[:, [1]] * [0.6, 0.8]
     pushed[:, 1:] = force[:, [1]] * [0.6, 0.8]
-    assert travel(both, pushed, stiffness) == pytest.approx(slip)
+    assert _travel(both, pushed, stiffness) == pytest.approx(slip)
     opened[:2048] = 0
-    assert travel(displacement, opened, stiffness) == pytest.approx(slip / 2, rel=1e-2)
+    assert _travel(displacement, opened, stiffness) == pytest.approx(slip / 2, rel=1e-2)
 
 
 def test_solved_response_dissipates_what_its_slider_travels_under_load():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.quantities.stress.fatigue import Strength, cycle, half_chord
+from vanelock.quantities.stress.fatigue import Strength, _half_chord, cycle
 
 STEEL = Strength(limit=200e6, tensile=800e6)
 
@@ -81,4 +81,4 @@ def test_chord_is_that_of_all_pairs_of_instants_and_within_the_distance_from_the
     d = s[:, None] - s[None]
     x, y, z, yz, zx, xy = np.moveaxis(d, -1, 0)
     vm = np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3 * (yz**2 + zx**2 + xy**2))
-    assert 0.98 * vm.max() / 2 <= half_chord(h)[0] <= vm.max() / 2 * (1 + 1e-4)
+    assert 0.98 * vm.max() / 2 <= _half_chord(h)[0] <= vm.max() / 2 * (1 + 1e-4)

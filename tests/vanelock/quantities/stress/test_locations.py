@@ -6,7 +6,7 @@ import pytest
 from vanelock import mesh, parse_study
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry.aerofoil import output_points
-from vanelock.quantities.stress.locations import locations_of, reentrant_edges, within
+from vanelock.quantities.stress.locations import _reentrant_edges, _within, locations_of
 from vanelock.stages.parts.outputs import places_on
 
 
@@ -26,22 +26,22 @@ def found(study, vane):
 
 
 def test_bent_bar_has_the_edge_inside_its_bend_and_a_cube_none(lattice):
-    assert len(reentrant_edges(lattice((2, 2, 2)))) == 0
+    assert len(_reentrant_edges(lattice((2, 2, 2)))) == 0
     part = lattice((4, 2, 4), place=lambda p: p * [2, 1, 2], cell_type="hexahedron")
     middle = part.points[part.cells].mean(axis=1)
     kept = ~((middle[:, 0] > 1) & (middle[:, 2] > 1))
-    edges = reentrant_edges(type(part)(**{**vars(part), "cells": part.cells[kept]}))
+    edges = _reentrant_edges(type(part)(**{**vars(part), "cells": part.cells[kept]}))
     assert edges[..., [0, 2]] == pytest.approx(1.0)
     assert np.abs(np.diff(edges[..., 1], axis=1)).sum() == pytest.approx(1.0)
 
 
 def test_sharp_corners_are_where_the_drawing_has_them_and_fillets_leave_only_the_roots(vane):
-    edges = reentrant_edges(vane)
+    edges = _reentrant_edges(vane)
     radius = np.unique(np.hypot(*edges[..., :2].reshape(-1, 2).T).round(4))
     # Roots of the aerofoils, and the leg's corners at the shroud and the foot.
     assert radius.tolist() == [0.432, 0.567, 0.573, 0.584]
     dimensions = VaneDimensions(fillet=0.002, root_fillet=0.0)
-    edges = reentrant_edges(mesh.vane_segment(dimensions, size="coarse"))
+    edges = _reentrant_edges(mesh.vane_segment(dimensions, size="coarse"))
     radius = np.hypot(*edges[..., :2].reshape(-1, 2).T)
     assert radius.max() < 0.568
 
@@ -50,7 +50,7 @@ def test_fillets_of_hooks_and_roots_leave_none(study):
     """The roots are judged: their nodes belong to an aerofoil, and none lies beside a corner."""
     dimensions = VaneDimensions(fillet=0.002, root_fillet=0.0025, lean=4.0, twist=6.0, aerofoils=2)
     part = mesh.vane_segment(dimensions, size="coarse")
-    assert len(reentrant_edges(part)) == 0
+    assert len(_reentrant_edges(part)) == 0
     found = locations_of(study.model_copy(update={"vane": dimensions}), part)
     assert not found.corner.any()
     radius = np.hypot(*part.points[:, :2].T)
@@ -64,7 +64,7 @@ def test_fillets_of_hooks_and_roots_leave_none(study):
 def test_distance_is_to_the_segment_and_not_to_its_ends():
     edges = np.array([[[0.0, 0, 0], [10, 0, 0]]])
     points = np.array([[5.0, 1, 0], [5, 1.01, 0], [-0.6, 0.8, 0], [10.8, 0.7, 0]])
-    assert within(points, edges, 1.0 + 1e-12).tolist() == [True, False, True, False]
+    assert _within(points, edges, 1.0 + 1e-12).tolist() == [True, False, True, False]
 
 
 def test_output_nodes_are_named_as_they_were_placed(study, vane, found):

@@ -10,10 +10,10 @@ import pytest
 from vanelock import nonlinear
 from vanelock.nonlinear import static_response
 from vanelock.results.figures.contacts import (
-    Around,
     Loop,
-    contact_columns,
-    preload_columns,
+    _Around,
+    _contact_columns,
+    _preload_columns,
 )
 from vanelock.stages.parts.outputs import TANGENTS
 
@@ -21,7 +21,7 @@ from vanelock.stages.parts.outputs import TANGENTS
 def test_preload_columns_are_the_state_at_rest(ring):
     gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
     rest = static_response(gap)
-    columns = preload_columns(rest, gap.contacts.joint, TANGENTS)
+    columns = _preload_columns(rest, gap.contacts.joint, TANGENTS)
     found = {name: np.asarray(column) for name, column in columns.items()}
     assert found["joint"].tolist() == ["hook", "interlock"]
     assert found["contact"].tolist() == [1, 1]
@@ -54,12 +54,12 @@ def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
         state=np.array([0, 1, 2, 0, 3, 0])[:, None],
         dissipation=1e-6 * np.arange(6.0)[:, None],
     )
-    found = Around.of(response, amplitude, 2)
+    found = _Around.of(response, amplitude, 2)
     assert found.headings == ("below the peak", "at the peak", "above the peak")
     assert found.frequency.tolist() == [251, 252, 254]
     assert found.state[:, 0].tolist() == [1, 2, 3]
-    assert Around.of(response, amplitude, 0).headings == ("at the peak", "above the peak")
-    columns = contact_columns(found, ("hook",), [7], np.ones((1, 3)))
+    assert _Around.of(response, amplitude, 0).headings == ("at the peak", "above the peak")
+    columns = _contact_columns(found, ("hook",), [7], np.ones((1, 3)))
     assert np.asarray(columns["at"]).tolist() == list(found.headings)
     assert np.asarray(columns["frequency (Hz)"]).tolist() == [251, 252, 254]
     assert np.asarray(columns["energy per cycle (µJ)"]) == pytest.approx([1.0, 2.0, 4.0])
@@ -68,8 +68,8 @@ def test_contacts_are_shown_at_the_peak_and_where_half_as_much_moves():
         "open all the time",
         "slips and opens",
     ]
-    two = Around(("at the peak", "above the peak"), np.ones(2), np.eye(2, dtype=int), np.eye(2))
-    columns = contact_columns(two, ("hook", "lock"), [7, 9], np.arange(6.0).reshape(2, 3))
+    two = _Around(("at the peak", "above the peak"), np.ones(2), np.eye(2, dtype=int), np.eye(2))
+    columns = _contact_columns(two, ("hook", "lock"), [7, 9], np.arange(6.0).reshape(2, 3))
     assert np.asarray(columns["joint"]).tolist() == ["hook", "lock"] * 2
     assert np.asarray(columns["y (mm)"]).tolist() == [1e3, 4e3] * 2
     assert np.asarray(columns["energy per cycle (µJ)"]).tolist() == [1e6, 0, 0, 1e6]

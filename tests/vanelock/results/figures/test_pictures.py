@@ -18,9 +18,9 @@ from vanelock.input.measured.units import STRAIN
 from vanelock.nonlinear import static_response
 from vanelock.pipeline.progress import silent
 from vanelock.report import Picture
+from vanelock.results.figures.curves import _linear as linear_curves
 from vanelock.results.figures.curves import curves
-from vanelock.results.figures.curves import linear as linear_curves
-from vanelock.results.figures.pictures import all_modes, draw
+from vanelock.results.figures.pictures import _all_modes, draw
 from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.listing import preload_table
 from vanelock.stages.response.limits import Limits
@@ -57,7 +57,7 @@ def modes(monkeypatch, drawn):
 
     monkeypatch.setattr("vanelock.results.figures.pictures._picture", picture)
     monkeypatch.setattr("vanelock.results.figures.pictures._data", lambda *_: ())
-    all_modes(drawn)
+    _all_modes(drawn)
     return heard
 
 
@@ -144,13 +144,13 @@ def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
         heard.append((each.name, animated))
         return []
 
-    for name in ("curves", "stress", "contacts", "mesh"):
+    for name in ("curves", "_stress", "contacts", "_mesh"):
         monkeypatch.setattr(
             f"vanelock.results.figures.pictures.{name}", lambda *_: Picture(Path(), "", "")
         )
-    for name in ("preloads", "all_modes", "loops", "mesh_errors"):
+    for name in ("preloads", "_all_modes", "loops", "_mesh_errors"):
         monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])
-    monkeypatch.setattr("vanelock.results.figures.pictures.response", noted)
+    monkeypatch.setattr("vanelock.results.figures.pictures._response", noted)
 
     every = ["mu=0.1", "mu=0.2", "mu=0.3"]
 

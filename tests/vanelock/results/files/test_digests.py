@@ -17,7 +17,7 @@ from vanelock.nonlinear import Options, Response, frequency_response, static_res
 from vanelock.pipeline.cache import Cache
 from vanelock.results.files.results_file import as_json
 from vanelock.results.files.writer import Results
-from vanelock.results.record import STORED, put_answers
+from vanelock.results.record import STORED, _put_answers
 from vanelock.rom import System
 
 CASES = {"mu=0.1": 0.1, "mu=0.3": 0.3}
@@ -65,7 +65,7 @@ def run_of(ring, folder, complete):
     for name in CASES:
         with results.edit(f"response/{name}") as file:
             numbers = {"goodman_reserve": (2.0, "")}
-            put_answers(file[f"response/{name}"], numbers)
+            _put_answers(file[f"response/{name}"], numbers)
             none: Any = {"given": {}, "places": {}, "number": 0, "linear_name": ""}
             case = case_of(name, {"mu": CASES[name]}, numbers=numbers)
             stored = {each: getattr(case, each) for each in STORED}

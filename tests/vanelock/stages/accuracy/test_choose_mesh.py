@@ -109,7 +109,7 @@ def test_the_largest_mesh_is_taken_where_the_share_is_out_of_reach(monkeypatch):
 
 def test_no_mesh_is_chosen_that_memory_does_not_hold(monkeypatch):
     estimating(monkeypatch, lambda size: 0.07 * (size / 0.025) ** 0.5)
-    monkeypatch.setattr(process, "bounds", lambda: [process.Bound(4e9, 1e9, "a test's memory")])
+    monkeypatch.setattr(process, "_bounds", lambda: [process._Bound(4e9, 1e9, "a test's memory")])
     most = mesh_sizes.most_dofs()
     assert mesh_sizes.peak_memory(most) == pytest.approx(mesh_sizes.SHARE * 4e9)
     found = choice_of("accuracy = 0.001")

@@ -23,7 +23,7 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, silent
 from vanelock.pipeline.step import Stages
 from vanelock.quantities.products import StepProducts
-from vanelock.results.figures.pictures import mesh_errors
+from vanelock.results.figures.pictures import _mesh_errors
 from vanelock.results.files.run_folder import OutputFiles
 from vanelock.stages.parts.components import PARTS, mesh_step
 from vanelock.stages.plan import plan
@@ -218,7 +218,7 @@ def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
     stages = Stages(Cache(folder / "cache", print), silent)
     data = run_of(study, cases(study), output_files=OutputFiles(folder, silent))
     products = StepProducts(planned, stages, MONITOR, None, {})
-    (picture,) = mesh_errors(data, replace(data.first, products=products))
+    (picture,) = _mesh_errors(data, replace(data.first, products=products))
     assert picture.path == folder / "figures" / "mesh_error.png"
     (table,) = picture.data
     with table.open() as file:
