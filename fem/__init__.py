@@ -3,7 +3,7 @@
 from vanelock.common import lazy
 
 _modules = {
-    "Factor": "solvers.factor",
+    "Factor": "solvers.backend",
     "Gauge": "gauges",
     "Interior": "solvers.schur",
     "Material": "model",

@@ -13,7 +13,8 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.block_lanczos import krylov_space, lowest_modes
 from vanelock.fem.model import Model
-from vanelock.fem.solvers.factor import Factor, factorise
+from vanelock.fem.solvers.backend import Factor
+from vanelock.fem.solvers.factor import factorise
 from vanelock.mesh import Part
 from vanelock.mesh.part import called
 

@@ -16,7 +16,7 @@ fitted to both parts of the example with elements of 4.8 to 25 mm (docs/benchmar
 import hashlib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,19 +29,6 @@ from vanelock.common.errors import InputError
 
 Sparse = sp.sparray | sp.spmatrix
 Solve = Callable[[Array], Array]
-
-
-@dataclass(frozen=True)
-class Numeric:
-    """A numerical factorisation."""
-
-    solve: Solve  # A⁻¹ b for a dense (n, k) array b of A's kind in Fortran order
-    negative: int | None = None
-    """Number of negative eigenvalues of A (Sylvester's law of inertia), where the pivots give
-    it."""
-    nonzeros: int | None = None  # entries stored in the factors, where the solver counts them
-    analysis: Any = None
-    """What a later factorisation with the same pattern may begin from; None if nothing."""
 
 
 class BreakdownError(Exception):
@@ -75,34 +62,25 @@ _COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing m
 _BYTES = 2**28  # and no more of them than fit in this
 
 
-def in_blocks(
-    apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool, by_rows: bool = False
-) -> Array:
+def in_blocks(apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool) -> Array:
     """A linear operator times the columns of b, a block at a time."""
     if not sp.issparse(b):
         b = np.asarray(b)
     if b.shape[0] != shape[1] or b.ndim > 2:
         raise ValueError(f"right-hand side of shape {b.shape} for a matrix of {shape[1]} rows")
     kind = np.complex128 if is_complex or np.iscomplexobj(b) else np.float64
-    make = _as_it_is if by_rows else _block
     if b.ndim == 1:
         column = b.toarray() if sp.issparse(b) else b
-        return make(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
+        return _block(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
     if sp.issparse(b):
         b = b.tocsc()
     width = max(1, min(_COLUMNS, _BYTES // (max(shape) * kind().itemsize)))
-    if by_rows and b.shape[1] <= width:
-        return make(apply, b.toarray() if sp.issparse(b) else b, is_complex)
-    x = np.empty((shape[0], b.shape[1]), kind, order="C" if by_rows else "F")
+    x = np.empty((shape[0], b.shape[1]), kind, order="F")
     for start in range(0, b.shape[1], width):
         block = b[:, start : start + width]
         dense = block.toarray() if sp.issparse(block) else block
-        x[:, start : start + width] = make(apply, dense, is_complex)
+        x[:, start : start + width] = _block(apply, dense, is_complex)
     return x
-
-
-def _as_it_is(apply: Solve, b: Array, is_complex: bool) -> Array:
-    return apply(np.asarray(b, np.complex128 if np.iscomplexobj(b) else np.float64))
 
 
 def _block(apply: Solve, b: Array, is_complex: bool) -> Array:
@@ -117,6 +95,57 @@ def _block(apply: Solve, b: Array, is_complex: bool) -> Array:
     x = np.empty((len(parts), k), np.complex128, order="F")
     x.real, x.imag = parts[:, :k], parts[:, k:]
     return x
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A factorised symmetric or Hermitian matrix A.
+
+    Attributes
+    ----------
+    backend : str
+        "cholmod", "pardiso" or "superlu".
+    size : int
+        Rows of A.
+    is_complex : bool
+        Whether A is.
+    negative : int or None
+        Number of negative eigenvalues of A; None where the pivots do not give it. For K - ω² M
+        with M positive definite it is the number of natural frequencies below ω.
+    nonzeros : int or None
+        Entries stored in the factors, where the backend counts them.
+    """
+
+    backend: str
+    size: int
+    is_complex: bool
+    negative: int | None
+    nonzeros: int | None
+    _solve: Solve = field(repr=False)  # A⁻¹ b of a dense (n, k) b of A's kind in Fortran order
+    _analysis: Any = field(default=None, repr=False)
+    """What a later factorisation with the same pattern may begin from; None if nothing."""
+
+    def solve(self, b: Any) -> Array:
+        """Solution x of A x = b.
+
+        Parameters
+        ----------
+        b : (n,) or (n, k) array, or sparse
+            Right-hand sides, real or complex whatever A is. They are solved in blocks, a sparse b
+            being made dense one block at a time.
+
+        Returns
+        -------
+        (n,) or (n, k) array
+            Complex if A or b is.
+
+        Notes
+        -----
+        A single column costs five to seven times as much as one of a block of 32 and more, and
+        one of a block of four twice as much: the factors have to come through memory once for
+        each block.
+        """
+        return in_blocks(self._solve, b, (self.size, self.size), self.is_complex)
 
 
 @dataclass(frozen=True)
@@ -142,8 +171,8 @@ def cholmod_errors() -> Generator[None, None, None]:
         raise MemoryError("CHOLMOD could not allocate") from None
 
 
-def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
-    """Factorise a matrix in canonical form; `like` is an earlier `Numeric.analysis` or None."""
+def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Factor:
+    """Factorise a matrix in canonical form; `like` is an earlier analysis or None."""
     if not definite and np.iscomplexobj(A.data):
         A = _with_real_diagonal(A)
     with cholmod_errors():
@@ -160,7 +189,8 @@ def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
             x[order] = factor(np.asfortranarray(b[order]))
             return x
 
-    return Numeric(solve, negative, analysis=analysis)
+    is_complex = np.iscomplexobj(A.data)
+    return Factor("cholmod", A.shape[0], is_complex, negative, None, solve, analysis)
 
 
 def _analysed(A: sp.csc_array, mode: str, like: Any) -> _SymbolicFactor:

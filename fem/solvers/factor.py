@@ -10,7 +10,7 @@ twice the size and with every eigenvalue twice.
 
 import weakref
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import replace
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
@@ -24,12 +24,11 @@ from vanelock.common.errors import InputError
 from vanelock.fem.solvers.backend import (
     MEMORY_TIMES,
     BreakdownError,
-    Numeric,
+    Factor,
     Solve,
     Sparse,
     cholmod,
     hermitian,
-    in_blocks,
     require_memory,
 )
 from vanelock.fem.solvers.singular import (
@@ -47,7 +46,7 @@ _SOLVE = 33  # its phase of forward and backward substitution
 _NEGATIVE, _NONZEROS, _PERTURBED = 23, 18, 14  # of its iparm, counted from 1
 
 
-def _pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
+def _pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Factor:
     """Factorise a matrix in canonical form; `like` is not used.
 
     Its analysis lives in the handle of one factorisation and cannot be shared by two.
@@ -81,7 +80,8 @@ def _pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Numeric:
     if not definite:
         count = int(solver.get_iparm(_NEGATIVE)) // (2 if is_complex else 1)
         negative = None if solver.get_iparm(_PERTURBED) else count
-    return Numeric(solve, negative, int(solver.get_iparm(_NONZEROS)))
+    nonzeros = int(solver.get_iparm(_NONZEROS))
+    return Factor("pardiso", n, is_complex, negative, nonzeros, solve)
 
 
 def _upper(A: Any) -> sp.csr_matrix:
@@ -93,7 +93,7 @@ def _upper(A: Any) -> sp.csr_matrix:
     return sp.csr_matrix(sp.coo_array((entries, places), shape=A.shape).tocsr())
 
 
-def _superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float = 0.0) -> Numeric:
+def _superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float = 0.0) -> Factor:
     """Factorise a matrix in canonical form.
 
     With a threshold of 0 the pivots stay on the diagonal unless they vanish, so that their signs
@@ -116,11 +116,12 @@ def _superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float
         negative = int(np.sum(factor.U.diagonal().real <= 0))
     if definite and negative != 0:
         raise BreakdownError
-    return Numeric(lambda b: np.asarray(factor.solve(b)), negative, factor.nnz)
+    is_complex = np.iscomplexobj(A.data)
+    return Factor("superlu", A.shape[0], is_complex, negative, factor.nnz, factor.solve)
 
 
 _MODULES = {"cholmod": "sksparse", "pardiso": "pypardiso", "superlu": "scipy"}
-_SOLVERS: dict[str, Callable[..., Numeric]] = {
+_SOLVERS: dict[str, Callable[..., Factor]] = {
     "cholmod": cholmod,
     "pardiso": _pardiso,
     "superlu": _superlu,
@@ -137,57 +138,6 @@ _NOT_DEFINITE = (
     "the matrix is not positive definite: a part that is free to move as a rigid body needs "
     "a clamped set or a negative shift"
 )
-
-
-@dataclass(frozen=True)
-class Factor:
-    """A factorised symmetric or Hermitian matrix A.
-
-    Attributes
-    ----------
-    backend : str
-        "cholmod", "pardiso" or "superlu".
-    size : int
-        Rows of A.
-    is_complex : bool
-        Whether A is.
-    negative : int or None
-        Number of negative eigenvalues of A; None where the pivots do not give it. For K - ω² M
-        with M positive definite it is the number of natural frequencies below ω.
-    nonzeros : int or None
-        Entries stored in the factors, where the backend counts them.
-    """
-
-    backend: str
-    size: int
-    is_complex: bool
-    negative: int | None
-    nonzeros: int | None
-    _solve: Solve = field(repr=False)
-    _analysis: Any = field(default=None, repr=False)
-    _by_rows: bool = field(default=False, repr=False)
-
-    def solve(self, b: Any) -> Array:
-        """Solution x of A x = b.
-
-        Parameters
-        ----------
-        b : (n,) or (n, k) array, or sparse
-            Right-hand sides, real or complex whatever A is. They are solved in blocks, a sparse b
-            being made dense one block at a time.
-
-        Returns
-        -------
-        (n,) or (n, k) array
-            Complex if A or b is.
-
-        Notes
-        -----
-        A single column costs five to seven times as much as one of a block of 32 and more, and
-        one of a block of four twice as much: the factors have to come through memory once for
-        each block.
-        """
-        return in_blocks(self._solve, b, (self.size, self.size), self.is_complex, self._by_rows)
 
 
 def backends() -> tuple[str, ...]:
@@ -244,18 +194,9 @@ def factorise(
     backend = _chosen(backend, is_complex, definite)
     scale = scale_of(A, definite)
     try:
-        found, numeric = _factors(A, backend, definite, like)
+        factor = _factors(A, backend, definite, like)
     except BreakdownError:
         raise _diagnosis(A, backend, definite, scale) from None
-    factor = Factor(
-        found,
-        A.shape[0],
-        is_complex,
-        numeric.negative,
-        numeric.nonzeros,
-        numeric.solve,
-        numeric.analysis,
-    )
     if is_singular(factor.solve, scale):
         motions, _ = free_motions(A, factor.solve, scale)
         raise SingularError(motions, definite)
@@ -273,39 +214,37 @@ def _chosen(backend: str | None, is_complex: bool, definite: bool) -> str:
     return backend
 
 
-def _factors(
-    A: sp.csc_array, backend: str, definite: bool, like: Factor | None = None
-) -> tuple[str, Numeric]:
-    """Factors that are accurate, and the backend that they come from."""
+def _factors(A: sp.csc_array, backend: str, definite: bool, like: Factor | None = None) -> Factor:
+    """Factors that are accurate."""
     solver = _SOLVERS[backend]
     require_memory(A.shape[0], np.iscomplexobj(A.data), MEMORY_TIMES[backend])
     analysis = like._analysis if like is not None else None
     if definite:
-        return backend, solver(A, True, analysis)
-    pivoting: Callable[..., Numeric] = partial(_superlu, threshold=0.1)
-    for name, attempt in ((backend, solver), ("superlu", pivoting)):
+        return solver(A, True, analysis)
+    pivoting: Callable[..., Factor] = partial(_superlu, threshold=0.1)
+    for attempt in (solver, pivoting):
         try:
-            return name, _accurate(A, attempt(A, False, analysis))
+            return _accurate(A, attempt(A, False, analysis))
         except BreakdownError:
             continue
     raise BreakdownError
 
 
-def _accurate(A: sp.csc_array, numeric: Numeric) -> Numeric:
+def _accurate(A: sp.csc_array, factor: Factor) -> Factor:
     """The factors, with a step of refinement if they need it."""
-    error = _backward_error(A, numeric.solve)
+    error = _backward_error(A, factor._solve)
     if error < _ACCURATE:
-        return numeric
+        return factor
 
     def refined(b: Array) -> Array:
-        x = numeric.solve(b)
-        return x + numeric.solve(np.asfortranarray(b - A @ x))
+        x = factor._solve(b)
+        return x + factor._solve(np.asfortranarray(b - A @ x))
 
     if not _backward_error(A, refined) < _USABLE:
         raise BreakdownError
     # The signs of the pivots are those of a matrix that is as far away as this error.
-    negative = numeric.negative if error < _COUNTED else None
-    return Numeric(refined, negative, numeric.nonzeros, numeric.analysis)
+    negative = factor.negative if error < _COUNTED else None
+    return replace(factor, _solve=refined, negative=negative)
 
 
 def _backward_error(A: sp.csc_array, solve: Solve) -> float:
@@ -326,11 +265,10 @@ def _diagnosis(A: sp.csc_array, backend: str, definite: bool, scale: Floats) -> 
     if definite and diagonal.min() <= 0:
         return InputError(f"{_NOT_DEFINITE} (row {int(diagonal.argmin())} of its diagonal)")
     try:
-        _, near = _factors(lifted(A, scale), backend, definite)
+        near = _factors(lifted(A, scale), backend, definite)
     except BreakdownError:
         return InputError(_NOT_DEFINITE)
-    factor = Factor(backend, A.shape[0], np.iscomplexobj(A.data), None, None, near.solve)
-    motions, values = free_motions(A, factor.solve, scale)
+    motions, values = free_motions(A, near.solve, scale)
     if definite and values[0] < -FREE:
         return InputError(_NOT_DEFINITE)
     return SingularError(motions, definite)

@@ -20,13 +20,14 @@ from vanelock.common.errors import InputError
 from vanelock.fem.solvers.backend import (
     SCHUR_TIMES,
     BreakdownError,
+    Factor,
     Solve,
     Sparse,
     hermitian,
     in_blocks,
     require_memory,
 )
-from vanelock.fem.solvers.factor import Factor, backends, factorise
+from vanelock.fem.solvers.factor import backends, factorise
 from vanelock.fem.solvers.singular import is_singular, scale_of
 from vanelock.fem.solvers.supernodal import trailing_factor
 
@@ -49,13 +50,14 @@ class Interior(Factor):
     _up: Solve = field(kw_only=True, repr=False)
     half_is_root: bool = field(kw_only=True, repr=False)
 
+    @property
+    def _size(self) -> int:
+        return len(self.rest) + len(self.kept_rows)
+
     def extend(self, v: Any) -> Array:
         """Ψ v = -A_ss⁻¹ A_sm v, (s,) or (s, k): how the rest follows the kept rows statically."""
         v = np.asarray(v)
-        shape = len(self.rest), len(self.rest) + len(self.kept_rows)
-        both = np.zeros((shape[1], *v.shape[1:]), v.dtype)
-        both[shape[0] :] = v
-        return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
+        return self.up(np.zeros((len(self.rest), *v.shape[1:]), v.dtype), v)
 
     def restrict(self, z: Any) -> Array:
         """Ψᴴ z, (m,) or (m, k): what acts on the rest, carried to the kept rows."""
@@ -63,16 +65,13 @@ class Interior(Factor):
 
     def down(self, z: Any) -> tuple[Array, Array]:
         """First sweep of a solution: what `up` goes on from, (s,) or (s, k), and Ψᴴ z."""
-        shape = len(self.rest) + len(self.kept_rows), len(self.rest)
-        both = in_blocks(self._down, z, shape, self.is_complex, self._by_rows)
+        both = in_blocks(self._down, z, (self._size, len(self.rest)), self.is_complex)
         return both[: len(self.rest)], both[len(self.rest) :]
 
     def up(self, half: Array, v: Array) -> Array:
         """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
-        shape = len(self.rest), len(self.rest) + len(self.kept_rows)
-        both = np.empty((shape[1], *half.shape[1:]), np.result_type(half, v))
-        both[: shape[0]], both[shape[0] :] = half, v
-        return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
+        both = np.concatenate([half, v])
+        return in_blocks(self._up, both, (len(self.rest), self._size), self.is_complex)
 
     def energy(self, z: Array, half: Array, other: Array | None = None) -> Array:
         """zᴴ A_ss⁻¹ y, (k, l), from z, (s, k), what `down` left of it, and of another y than z."""
@@ -136,7 +135,6 @@ def schur_complement(
         factor.nonzeros,
         factor.solve,
         factor.analysis,
-        True,
         kept_rows=kept,
         rest=rest,
         _down=factor.down,
@@ -163,13 +161,7 @@ def _by_solves(
         return np.concatenate([solved, -(A_ms @ solved)])
 
     interior = Interior(
-        factor.backend,
-        factor.size,
-        factor.is_complex,
-        0,
-        factor.nonzeros,
-        factor._solve,
-        factor._analysis,
+        **vars(factor),
         kept_rows=kept_rows,
         rest=rest,
         _down=down,

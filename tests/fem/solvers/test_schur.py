@@ -14,7 +14,7 @@ from vanelock.fem import (
     cyclic_transform,
     schur_complement,
 )
-from vanelock.fem.solvers.supernodal import _FILLED, _panels_of, trailing_factor
+from vanelock.fem.solvers.supernodal import trailing_factor
 
 every_backend = pytest.mark.parametrize("backend", backends())
 
@@ -39,10 +39,7 @@ def eliminated(A, kept, rest):
 @every_backend
 @pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
 @pytest.mark.parametrize("free", [False, True], ids=["clamped", "free"])
-@pytest.mark.parametrize("filled", [-1, 5, _FILLED])
-def test_equals_dense_elimination(lattice, monkeypatch, backend, is_complex, free, filled):
-    """However few columns the panels of CHOLMOD's factor have."""
-    monkeypatch.setattr(_panels_of, "__defaults__", (filled,))
+def test_equals_dense_elimination(lattice, backend, is_complex, free):
     A = matrices(lattice, is_complex, free)
     n = A.shape[0]
     rng = np.random.default_rng(2)
