@@ -238,8 +238,8 @@ def _ring_camera(points: Floats) -> dict[str, Any]:
     """Right, up and backward direction, and centre and radius of what is to be seen."""
     low, high = points[:, 2].min(), points[:, 2].max()
     radius = float(np.hypot(points[:, 0], points[:, 1]).max())
-    middle = np.array([0.0, 0.0, (low + high) / 2])
-    return _framed(_rows(cameras.ring_camera(points)), middle, radius)
+    rows = _rows(cameras.ring_camera(points)).tolist()
+    return {"rows": rows, "centre": [0.0, 0.0, float(low + high) / 2], "radius": radius}
 
 
 def _sector_camera(points: Floats) -> dict[str, Any]:
@@ -247,7 +247,8 @@ def _sector_camera(points: Floats) -> dict[str, Any]:
     seen = points @ rows.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     radius = 1.1 * float((high - low)[:2].max()) / 2  # room for its motion
-    return _framed(rows, (low + high) / 2 @ rows, radius)
+    centre = ((low + high) / 2 @ rows).tolist()
+    return {"rows": rows.tolist(), "centre": centre, "radius": radius}
 
 
 def _rows(camera: Camera) -> Floats:
@@ -257,10 +258,6 @@ def _rows(camera: Camera) -> Floats:
     right = np.cross(np.asarray(camera.up, float), backward)
     right = right / np.linalg.norm(right)
     return np.vstack([right, np.cross(backward, right), backward])
-
-
-def _framed(rows: Floats, centre: Floats, radius: float) -> dict[str, Any]:
-    return {"rows": rows.tolist(), "centre": centre.tolist(), "radius": radius}
 
 
 def _padded(values: NDArray[Any]) -> NDArray[Any]:

@@ -84,9 +84,8 @@ def run_study(
         cache = Cache(path / "cache", lambda message: listener(Notice(message)))
         stages = Stages(cache, listener)
         found = cases(given)
-        needed = None
-        if isinstance(given, Study):
-            needed = estimated(found, memory, analyses=ANALYSES)
+        of_study = isinstance(given, Study)
+        needed = estimated(found, memory, analyses=ANALYSES) if of_study else None
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
         others = chosen_workers(workers, scheduler, listener, cache.folder, insecure)
