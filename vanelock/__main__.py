@@ -185,36 +185,27 @@ def page(
         show_again(folder, listener)
 
 
-@app.command()
-def fit(
+@app.command(
+    "optimise",
+    help="Find the friction, interference or stiffness with which the largest peak is smallest.",
+)
+@app.command(
+    "fit", help="Fit friction, stiffness, interference, load or damping to measured curves."
+)
+def search(
+    context: typer.Context,
     study: StudyFile,
     output: Output = None,
     allow_outside: Outside = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
 ) -> None:
-    """Fit friction, stiffness, interference, load or damping to measured curves."""
-    from vanelock.commands.fit.fit import fit_study
+    """Find values of a study's keys."""
     from vanelock.files import read_text
 
+    found_by = getattr(vanelock, f"{context.info_name}_study")
     with _begun(study, output, allow_outside, quiet, as_json, searches=True) as begun:
-        fit_study(*begun, read_text(study), study.parent)
-
-
-@app.command()
-def optimise(
-    study: StudyFile,
-    output: Output = None,
-    allow_outside: Outside = False,
-    quiet: Quiet = False,
-    as_json: AsJson = False,
-) -> None:
-    """Find the friction, interference or stiffness with which the largest peak is smallest."""
-    from vanelock.commands.optimise.optimise import optimise_study
-    from vanelock.files import read_text
-
-    with _begun(study, output, allow_outside, quiet, as_json, searches=True) as begun:
-        optimise_study(*begun, read_text(study), study.parent)
+        found_by(*begun, read_text(study), study.parent)
 
 
 @app.command()

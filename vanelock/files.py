@@ -207,7 +207,7 @@ def _case_mistakes(given: Given) -> list[str]:
     return raised(lambda: cases(given))
 
 
-NamedFile = tuple[dict[Any, Any], Any, str]
+_NamedFile = tuple[dict[Any, Any], Any, str]
 """The table of a key that names a file, the key, and what errors call it."""
 
 
@@ -215,7 +215,7 @@ def _beside(
     data: dict[str, Any],
     folder: Path,
     outside: bool,
-    named: Callable[[dict[str, Any]], Iterable[NamedFile]],
+    named: Callable[[dict[str, Any]], Iterable[_NamedFile]],
 ) -> tuple[dict[str, Any], list[str]]:
     """The tables with files where they are, and a line for each that may not be read.
 
@@ -230,7 +230,7 @@ def _beside(
     return found, refused
 
 
-def _files_of_study(data: dict[str, Any]) -> Iterator[NamedFile]:
+def _files_of_study(data: dict[str, Any]) -> Iterator[_NamedFile]:
     """Files that a study's tables name."""
     for (*path, key), _ in files_named(data):
         table: Any = data
@@ -239,7 +239,7 @@ def _files_of_study(data: dict[str, Any]) -> Iterator[NamedFile]:
         yield table, key, dotted((*path, key))
 
 
-def _files_of_scene(data: dict[str, Any]) -> Iterator[NamedFile]:
+def _files_of_scene(data: dict[str, Any]) -> Iterator[_NamedFile]:
     """Files that a scene's tables name."""
     tables: list[tuple[Any, Iterable[str], str]] = []
     for kind, of_kind in FILES.items():

@@ -17,7 +17,7 @@ from vanelock.report import Page, Plot, Section, Text, curve_plot, write_page
 from vanelock.results.listing import CASE_COLUMNS, case_row
 
 PAGE = "compare.html"
-Pairs = Sequence[tuple[CaseResult, CaseResult]]
+_Pairs = Sequence[tuple[CaseResult, CaseResult]]
 
 
 def compare_runs(
@@ -90,7 +90,7 @@ def compared(one: StoredRun, other: StoredRun) -> tuple[list[str], Table, Table,
     return [*notes, *alone], inputs, results, _plot(one, other, pairs)
 
 
-def matched(one: StoredRun, other: StoredRun) -> tuple[Pairs, list[str]]:
+def matched(one: StoredRun, other: StoredRun) -> tuple[_Pairs, list[str]]:
     """Cases that belong together: by name, else by the values they share, else by their order.
 
     And a note on each that has no namesake.
@@ -131,7 +131,7 @@ def _inputs(one: StoredRun, other: StoredRun) -> Table:
     return Table(title, heads("key", one.label, other.label), rows, key="inputs")
 
 
-def _results(one: StoredRun, other: StoredRun, pairs: Pairs) -> Table:
+def _results(one: StoredRun, other: StoredRun, pairs: _Pairs) -> Table:
     """The numbers of each pair of cases, a line each, and how far the second is off the first."""
     rows: list[tuple[Cell, ...]] = []
     for pair in pairs:
@@ -160,7 +160,7 @@ def _change(one: Shown, other: Shown) -> str:
     return f"{100 * (other / one - 1):+.3g} %"
 
 
-def _plot(one: StoredRun, other: StoredRun, pairs: Pairs) -> Plot:
+def _plot(one: StoredRun, other: StoredRun, pairs: _Pairs) -> Plot:
     """The curves of all pairs over one another."""
     curves = []
     for pair in pairs:

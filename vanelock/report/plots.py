@@ -36,24 +36,15 @@ def legend(plot: Plot) -> list[dict[str, Any]]:
     colours = _colours(plot)
     entries = []
     for traces in members.values():
-        first = plot.traces[traces[0]]
-        entries.append(
-            {
-                "name": first.name,
-                "colour": colours[traces[0]],
-                "dash": first.dash,
-                "lines": "lines" in first.mode,
-                "markers": "markers" in first.mode,
-                "fill": first.fill,
-                "traces": traces,
-            }
-        )
+        top = plot.traces[traces[0]]
+        drawn = {"lines": "lines" in top.mode, "markers": "markers" in top.mode, "traces": traces}
+        looks = {"colour": colours[traces[0]], "dash": top.dash, "fill": top.fill}
+        entries.append({"name": top.name, **looks, **drawn})
     return entries
 
 
 def _colours(plot: Plot) -> list[str]:
     """Each trace's own colour, or the next of the house's series; a group shares one."""
-    named: dict[str, str] = {}
     keys = [trace.group or f"\0{i}" for i, trace in enumerate(plot.traces)]
     wanting = list(dict.fromkeys(k for k, t in zip(keys, plot.traces, strict=True) if not t.colour))
     named = dict(zip(wanting, style.series(len(wanting)), strict=True))

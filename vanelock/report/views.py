@@ -237,8 +237,8 @@ def _ring_camera(points: Floats) -> dict[str, Any]:
     """Right, up and backward direction, and centre and radius of what is to be seen."""
     low, high = points[:, 2].min(), points[:, 2].max()
     radius = float(np.hypot(points[:, 0], points[:, 1]).max())
-    middle = np.array([0.0, 0.0, (low + high) / 2])
-    return _framed(_rows(ring_camera(points)), middle, radius)
+    rows = _rows(ring_camera(points)).tolist()
+    return {"rows": rows, "centre": [0.0, 0.0, float(low + high) / 2], "radius": radius}
 
 
 def _sector_camera(points: Floats) -> dict[str, Any]:
@@ -246,7 +246,8 @@ def _sector_camera(points: Floats) -> dict[str, Any]:
     seen = points @ rows.T
     low, high = seen.min(axis=0), seen.max(axis=0)
     radius = 1.1 * float((high - low)[:2].max()) / 2  # room for its motion
-    return _framed(rows, (low + high) / 2 @ rows, radius)
+    centre = ((low + high) / 2 @ rows).tolist()
+    return {"rows": rows.tolist(), "centre": centre, "radius": radius}
 
 
 def _rows(camera: Camera) -> Floats:
@@ -256,10 +257,6 @@ def _rows(camera: Camera) -> Floats:
     right = np.cross(np.asarray(camera.up, float), backward)
     right = right / np.linalg.norm(right)
     return np.vstack([right, np.cross(backward, right), backward])
-
-
-def _framed(rows: Floats, centre: Floats, radius: float) -> dict[str, Any]:
-    return {"rows": rows.tolist(), "centre": centre.tolist(), "radius": radius}
 
 
 def _padded(values: NDArray[Any]) -> NDArray[Any]:

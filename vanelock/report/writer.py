@@ -74,7 +74,7 @@ def _webp(picture: Image.Image) -> bytes:
     return target.getvalue()
 
 
-Packed: TypeAlias = tuple[str, tuple[int, int]]
+_Packed: TypeAlias = tuple[str, tuple[int, int]]
 """A picture as a data URI, and its width and height in pixels."""
 _HERE: Final = Path(__file__).resolve().parent / "page"
 _MARKS: Final = {"good": "✓", "warn": "!", "bad": "✗"}
@@ -156,7 +156,7 @@ def _script(name: str) -> Markup:
 
 
 def _sections(
-    sections: Sequence[Section], folder: Path, packed: Mapping[Path, Packed]
+    sections: Sequence[Section], folder: Path, packed: Mapping[Path, _Packed]
 ) -> Iterator[dict[str, Any]]:
     taken: set[str] = {"content"}
     names = (f"figure-{number}" for number in count(1))
@@ -172,7 +172,7 @@ def _sections(
 
 
 def _shown(
-    block: Block, names: Iterator[str], folder: Path, packed: Mapping[Path, Packed]
+    block: Block, names: Iterator[str], folder: Path, packed: Mapping[Path, _Packed]
 ) -> SimpleNamespace:
     """What the template needs of a block."""
     shown: dict[str, Any] = {field.name: getattr(block, field.name) for field in fields(block)}

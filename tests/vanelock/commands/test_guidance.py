@@ -61,7 +61,7 @@ def test_the_help_of_all_shows_the_way_of_a_first_study() -> None:
     assert set(named[1].split(", ")) <= set(pages())
     listed = re.findall(r"^  (\w+)  +(\S.*)$", text.partition("Commands:")[2], re.MULTILINE)
     assert [name for name, _ in listed if name in COMMANDS] == [
-        each.callback.__name__ for each in app.registered_commands if each.callback
+        each.name or each.callback.__name__ for each in app.registered_commands if each.callback
     ]
     assert [line for _, line in listed if line.endswith("...")] == []
 

@@ -10,9 +10,9 @@ import json
 import os
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,8 +112,7 @@ def pinned(case: Case, stages: Stages) -> Study:
     return with_values(choice.study, chosen)
 
 
-@dataclass(frozen=True)
-class _Peak:
+class _Peak(NamedTuple):
     amplitude: float
     frequency: float
     lost: int

@@ -33,7 +33,7 @@ COARSEST = 0.025
 """Largest elements tried, m, unless the study has larger ones; larger ones change little."""
 
 
-Values = Iterable[tuple[str, dict[str, Any]]]
+_Values = Iterable[tuple[str, dict[str, Any]]]
 """Of a setting: each in words, and the keys that are changed for it."""
 
 
@@ -101,7 +101,7 @@ def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
     yield _setting(study, "joints.patch", patches)
 
 
-def _of(key: str, values: Iterable[Any]) -> Values:
+def _of(key: str, values: Iterable[Any]) -> _Values:
     """Values of one key."""
     return [(str(value), {key: value}) for value in values]
 
@@ -158,7 +158,7 @@ def _points(study: Study) -> NumericalSetting:
     return _setting(study, key, values, points=True)
 
 
-def _setting(study: Study, key: str, values: Values, points: bool = False) -> NumericalSetting:
+def _setting(study: Study, key: str, values: _Values, points: bool = False) -> NumericalSetting:
     """A setting of those of its values that the study can have."""
     levels = []
     for shown, changes in values:

@@ -15,7 +15,7 @@ from vanelock.commands.converge.converge import pinned
 from vanelock.commands.fit.least_squares import enough, fit
 from vanelock.commands.fit.parameters import FitParameter, by_key, in_words, varied_parameters
 from vanelock.commands.fit.refit_model import Rejoined
-from vanelock.commands.fit.solution import FitSolution, Start
+from vanelock.commands.fit.solution import FitSolution
 from vanelock.commands.fit.tables import fit_table, json_of
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
@@ -30,7 +30,7 @@ from vanelock.input.rewrite import rewritten
 from vanelock.input.schema.structure.loads import files_named
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, Trial, silent
+from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.campbell.frequencies import with_temperature_speeds
@@ -164,23 +164,6 @@ def _fitted(
         chosen = by_key(parameters, values)
         return np.concatenate([model.slopes(chosen, keys, curve) for curve in curves])
 
-    def progress(number: int, start: Start) -> None:
-        where = in_words(parameters, start.value)
-        listener(
-            Notice(
-                f"start {number} of {starts} ({where}): misfit {start.before:.3g} to "
-                f"{start.after:.3g}, {counted(start.steps, 'step')}, "
-                f"{counted(start.evaluations, 'response')}"
-            )
-        )
-
-    began = time.perf_counter()
-
-    def tried(count: int, total: int, misfit: float, least: float) -> None:
-        factor, unit = (1, "standard deviations") if sigma else (100, "% of the largest amplitude")
-        left = (time.perf_counter() - began) / count * (total - count)
-        listener(Trial(count, factor * misfit, factor * least, unit, total, left))
-
     def named(curve: Measured, hertz: float) -> str:
         return f"{hertz:.6g} Hz" + (f" of {curve.label}" if len(curves) > 1 else "")
 
@@ -196,8 +179,7 @@ def _fitted(
         parameters,
         starts,
         weights,
-        progress,
-        tried,
+        listener,
         [[named(each, f) for f in each.frequency] for each in curves],
         slopes,
     )
@@ -282,23 +264,35 @@ def _files(
     table = write_columns(path / "figures" / f"{NAME}.csv", columns, [title, values])
     record(path / f"{NAME}.json", json.dumps(json_of(found), indent=1))
     files = [picture, table, path / f"{NAME}.json"]
+    return files + write_fitted(path / "fitted.toml", text, after, beside, listener)
+
+
+def write_fitted(
+    path: Path,
+    text: str,
+    values: Mapping[str, float | str],
+    beside: Path,
+    listener: Listener,
+    without: Iterable[str] = (),
+) -> list[Path]:
+    """Write the study's text with fitted values, if that can be; what was written."""
     try:
-        made = fitted_text(text, after, beside, path)
-        record(path / "fitted.toml", made)
+        made = _fitted_text(text, values, beside, path.parent, without)
+        record(path, made)
     except InputError as error:
-        listener(Notice(f"fitted.toml is not written: {error}"))
-        return files
+        listener(Notice(f"{path.name} is not written: {error}"))
+        return []
     if any(file.startswith("..") for _, file in files_named(toml_tables(made, "study"))):
-        listener(Notice("fitted.toml names files outside its folder: run it with --allow-outside"))
-    return [*files, path / "fitted.toml"]
+        listener(Notice(f"{path.name} names files outside its folder: run it with --allow-outside"))
+    return [path]
 
 
-def fitted_text(
+def _fitted_text(
     text: str,
     values: Mapping[str, float | str],
     beside: Path,
     folder: Path,
-    without: Iterable[str] = (),
+    without: Iterable[str],
 ) -> str:
     """The study's text with fitted values, its files reachable from another folder."""
     changes: dict[Any, float | str] = {

@@ -15,8 +15,9 @@ model is linear as far as its own errors reach: Σ r² must rise by s² one stan
 each singular vector, which is evaluated.
 """
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +27,7 @@ from scipy.stats import qmc
 from vanelock.commands.fit.parameters import (
     FitParameter,
     bounds_of,
+    in_words,
     on_bounds,
     starts_of,
     values_of,
@@ -33,11 +35,11 @@ from vanelock.commands.fit.parameters import (
 from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitSolution, Start, noise_tests
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
+from vanelock.common.tables import counted
+from vanelock.pipeline.progress import Listener, Notice, Trial, silent
 
 Predict = Callable[[Floats], Floats]
 """Model values (n,) at parameters θ (p,), or their (n, p) slopes θ dA/dθ; NaN where not known."""
-Tried = Callable[[int, int, float, float], None]
-
 STEP = 2e-4
 """Of x, for differences: forward on the way, to both sides for the errors. A modulus moves a peak
 by half as much, a few hundredths of its width; responses are solved to 1e-10."""
@@ -62,8 +64,7 @@ def fit(
     parameters: Sequence[FitParameter],
     starts: int = 1,
     weights: Floats | None = None,
-    progress: Callable[[int, Start], None] = lambda number, start: None,
-    tried: Tried = lambda count, total, misfit, least: None,
+    listener: Listener = silent,
     curves: Sequence[Sequence[str]] | None = None,
     slopes: Predict | None = None,
 ) -> FitSolution:
@@ -71,38 +72,41 @@ def fit(
     n, p = len(data), len(parameters)
     enough(n, p)
     spread = np.asarray(sigma if sigma is not None else np.ones(n) if weights is None else weights)
-    problem = _Problem(predict, slopes, data, spread, tuple(parameters), tried)
+    problem = _Problem(
+        predict, slopes, data, spread, tuple(parameters), sigma is not None, listener
+    )
     curves = curves or [[f"point {i + 1}" for i in range(n)]]
     found: list[tuple[Start, Floats]] = []
     for number, x in enumerate(problem.begins(starts), 1):
         begun = problem.evaluations
         problem.expect(starts - number + 1, [start.evaluations for start, _ in found])
         before = problem.misfit(x)
-        if not np.isfinite(before):
-            progress(number, Start(problem.outer(x), problem.outer(x), before, before, 0, 1))
-            continue
-        size = before * np.sqrt(n) or 1.0  # least_squares takes a small gradient for none at all
-        run = least_squares(
-            lambda x, size=size: problem.residuals(x) / size,
-            x,
-            lambda x, size=size: problem.jacobian(x) / size,
-            problem.bounds,
-            x_scale=1.0,
-            xtol=STOP,
-            ftol=STOP,
-            max_nfev=MOST,
-        )
-        after = problem.misfit(run.x)
-        used = problem.evaluations - begun
-        ended = problem.outer(run.x)
-        start = Start(problem.outer(x), ended, before, after, int(run.nfev), used)
-        progress(number, start)
-        found.append((start, run.x))
+        start = Start(problem.outer(x), problem.outer(x), before, before, 0, 1)
+        if np.isfinite(before):
+            size = before * np.sqrt(n) or 1.0  # least_squares takes a small gradient for none
+            run = least_squares(
+                lambda x, size=size: problem.residuals(x) / size,
+                x,
+                lambda x, size=size: problem.jacobian(x) / size,
+                problem.bounds,
+                x_scale=1.0,
+                xtol=STOP,
+                ftol=STOP,
+                max_nfev=MOST,
+            )
+            after, ended = problem.misfit(run.x), problem.outer(run.x)
+            used = problem.evaluations - begun
+            start = replace(start, found=ended, after=after, steps=int(run.nfev), evaluations=used)
+            found.append((start, run.x))
+        where = in_words(parameters, start.value)
+        done = f"{counted(start.steps, 'step')}, {counted(start.evaluations, 'response')}"
+        misfits = f"misfit {start.before:.3g} to {start.after:.3g}"
+        listener(Notice(f"start {number} of {starts} ({where}): {misfits}, {done}"))
     if not found:
         raise InputError("fit: the model has no solution at any start: change the start or bounds")
     best = min(found, key=lambda each: each[0].after)[1]
     problem.expect(0, [])
-    return _assessed(problem, best, sigma is not None, curves, tuple(start for start, _ in found))
+    return _assessed(problem, best, curves, tuple(start for start, _ in found))
 
 
 def enough(points: int, parameters: int) -> None:
@@ -122,10 +126,12 @@ class _Problem:
     data: Floats
     sigma: Floats
     parameters: tuple[FitParameter, ...]
-    tried: Tried
+    known: bool
+    listener: Listener
     evaluations: int = 0
     total: int = 0
     _least: float = float("inf")
+    _began: float = field(default_factory=time.perf_counter)
     _known: dict[bytes, Floats] = field(default_factory=dict)
     _sloped: dict[bytes, Floats] = field(default_factory=dict)
 
@@ -146,8 +152,17 @@ class _Problem:
             self._known[key] = np.asarray(self.predict(self.outer(x)), float)
             misfit = self.misfit(x)
             self._least = min(self._least, misfit)
-            self.tried(self.evaluations, max(self.total, self.evaluations), misfit, self._least)
+            self._tell(misfit)
         return self._known[key]
+
+    def _tell(self, misfit: float) -> None:
+        """How far the fit is."""
+        factor, unit = (1, "standard deviations")
+        if not self.known:
+            factor, unit = (100, "% of the largest amplitude")
+        count, total = self.evaluations, max(self.total, self.evaluations)
+        left = (time.perf_counter() - self._began) / count * (total - count)
+        self.listener(Trial(count, factor * misfit, factor * self._least, unit, total, left))
 
     def residuals(self, x: Floats) -> Floats:
         """Weighted residuals; all huge where the model mostly has no value.
@@ -223,12 +238,12 @@ class _Problem:
 def _assessed(
     problem: _Problem,
     x: Floats,
-    known: bool,
     curves: Sequence[Sequence[str]],
     starts: tuple[Start, ...],
 ) -> FitSolution:
     """Errors and correlations at a solution, and whether they hold."""
     J, lost = problem.jacobian(x, central=True), np.isnan(problem.model(x))
+    known = problem.known
     n, p = int(np.sum(~lost)), len(x)
     left = problem.residuals(x)[~lost]
     square = float(left @ left) / max(n - p, 1)

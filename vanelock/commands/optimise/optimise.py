@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.analyses.bounds import BOUNDS, BoundsKeys
-from vanelock.commands.fit.fit import fitted_text, model_of, planned_alone
+from vanelock.commands.fit.fit import model_of, planned_alone, write_fitted
 from vanelock.commands.fit.parameters import by_key, varied_parameters
 from vanelock.commands.optimise.bound import BOUND, least_bound
 from vanelock.commands.optimise.front import (
@@ -118,7 +118,7 @@ def _case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Op
     listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
     peaks = Peaks(model_of(planned, stages), parameters, near)
     found = optimum(peaks, keys.starts, listener)
-    peaks, found = corrected(peaks, found, study, stages, listener)
+    peaks, found = _corrected(peaks, found, study, stages, listener)
     if keys.of == BOUND:
         asked = BOUNDS.keys_of(study) or BoundsKeys()
         listener(Notice(f"with assembled joints: {notes(found)[0]}"))
@@ -135,7 +135,7 @@ def _case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Op
     return found
 
 
-def corrected(
+def _corrected(
     peaks: Peaks, found: Optimum, study: Study, stages: Stages, listener: Listener = silent
 ) -> tuple[Peaks, Optimum]:
     """An optimum whose mesh correction is that of its own joints, and its peaks.
@@ -181,7 +181,7 @@ def _files(
     text: str,
     beside: Path,
     listener: Listener,
-) -> Sequence[Path]:
+) -> list[Path]:
     """What optima leave behind: all of them, and the text of the study with the smallest."""
     case, best = lowest(found)
     content = json_of(best)
@@ -189,11 +189,6 @@ def _files(
         every = [{"case": each.name, **json_of(optimum)} for each, optimum in found]
         content = {"case": case.name, **content, "cases": every}
     record(path / f"{NAME}.json", json.dumps(content, indent=1))
-    files = [path / f"{NAME}.json"]
     values = {**case.values, **by_key(best.parameters, best.value)}
-    try:
-        record(path / "optimised.toml", fitted_text(text, values, beside, path, VARIED))
-    except InputError as error:
-        listener(Notice(f"optimised.toml is not written: {error}"))
-        return files
-    return [*files, path / "optimised.toml"]
+    made = write_fitted(path / "optimised.toml", text, values, beside, listener, VARIED)
+    return [path / f"{NAME}.json", *made]

@@ -175,7 +175,7 @@ LOOSE = 4.0
 """Steps of that sweep, beside those of a curve that is drawn: its tops are refined."""
 ENOUGH = 1e-4
 """Distance from a peak, in half-widths: its amplitude is right to the square of that."""
-Rate = tuple[float, Floats]
+_Rate = tuple[float, Floats]
 """What a peak's circular frequency, rad/s, and w, m, change by over a step."""
 
 
@@ -305,7 +305,7 @@ class Peaks:
         end: Floats,
         ready: PreparedSystem,
         known: Sequence[CurvePoint],
-        rates: Sequence[Rate] = (),
+        rates: Sequence[_Rate] = (),
         halvings: int = HALVINGS,
     ) -> list[CurvePoint]:
         """Known peaks at the end of a step, halved where one is lost; none if one stays lost."""
@@ -325,12 +325,12 @@ class Peaks:
         return self._followed(middle, end, ready, half, gone, halvings - 1)
 
     def _stepped(
-        self, ready: PreparedSystem, known: Sequence[CurvePoint], rates: Sequence[Rate]
+        self, ready: PreparedSystem, known: Sequence[CurvePoint], rates: Sequence[_Rate]
     ) -> list[CurvePoint]:
         """Peaks near known ones, or where their rates lead; none where one is lost."""
         family, tolerance = ready.solver.family, ready.options.tolerance
         resonance = _CountedResonance(family, self.component, tolerance, ENOUGH)
-        still: list[Rate] = [(0.0, np.zeros(1))]
+        still: list[_Rate] = [(0.0, np.zeros(1))]
         found: list[CurvePoint] = []
         for i, last in enumerate(known):
             omega, w = last.solution.omega, last.solution.w

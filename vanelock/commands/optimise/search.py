@@ -37,7 +37,7 @@ ON_BOUND = 1e-3
 """Of the range: closer to a bound a value lies on it."""
 EQUAL = 1e-3
 """Relative difference of two peaks that are equally high."""
-Follow = Callable[[Floats], Functions | None]
+_Follow = Callable[[Floats], Functions | None]
 """Functions of x, of peaks; None where there is none."""
 TRIALS = 10
 """Of a search, before any is known."""
@@ -138,7 +138,7 @@ class Progress:
         """Begin to measure time."""
         self._began = time.perf_counter()
 
-    def __call__(self, peaks: Follow, x: Floats) -> Functions | None:
+    def __call__(self, peaks: _Follow, x: Floats) -> Functions | None:
         """Try a place."""
         found = peaks(x)
         size = np.inf if found is None else found.largest
@@ -191,8 +191,8 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
 
 
 def searched(
-    followed: Follow,
-    afresh: Follow,
+    followed: _Follow,
+    afresh: _Follow,
     parameters: Sequence[FitParameter],
     begin: Floats,
     progress: Progress,

@@ -19,7 +19,7 @@ from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_are
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unusual
 from vanelock.nonlinear import Response
-from vanelock.pipeline.progress import Failed, Listener, Notice, silent
+from vanelock.pipeline.progress import Failed, Notice, silent
 from vanelock.pipeline.step import Stages, Step
 from vanelock.pipeline.tasks import Failure, TaskFailed, Workers
 from vanelock.quantities import warnings
@@ -62,16 +62,14 @@ class OngoingRun:
         self,
         given: Given,
         folder: Path,
-        listener: Listener,
         stages: Stages,
         found: Sequence[Case],
-        output_files: OutputFiles,
-        workers: Workers | None = None,
-        memory: float | None = None,
-        text: str = "",
+        workers: Workers | None,
+        memory: float | None,
+        text: str,
     ) -> None:
-        self.given, self.listener, self.stages = given, listener, stages
-        self._output_files, self._text = output_files, text
+        self.given, self.listener, self.stages = given, stages.listener, stages
+        self.output_files, self._text = OutputFiles(folder, stages.listener), text
         self.failed: dict[str, Failure] = {}
         self._workers = workers
         self.measured = load_measured(given)  # refused before the long stages
@@ -161,7 +159,7 @@ class OngoingRun:
             self.run = RunResult(
                 self.given,
                 watched,
-                self._output_files,
+                self.output_files,
                 ANALYSES,
                 opening(system.contacts),
                 self.measured,

@@ -23,7 +23,7 @@ from vanelock.pipeline.step import Stages
 from vanelock.results import listing
 from vanelock.results.figures.pictures import look_into
 from vanelock.results.files import results_file
-from vanelock.results.files.run_folder import REPORT, OutputFiles, claimed
+from vanelock.results.files.run_folder import REPORT, claimed
 from vanelock.results.listing import tables
 from vanelock.results.page import show
 from vanelock.stages.accuracy.mesh_sizes import processes
@@ -84,16 +84,12 @@ def run_study(
         cache = Cache(path / "cache", lambda message: listener(Notice(message)))
         stages = Stages(cache, listener)
         found = cases(given)
-        needed = None
-        if isinstance(given, Study):
-            needed = estimated(found, memory, analyses=ANALYSES)
+        of_study = isinstance(given, Study)
+        needed = estimated(found, memory, analyses=ANALYSES) if of_study else None
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
         others = chosen_workers(workers, scheduler, listener, cache.folder, insecure)
-        output_files = OutputFiles(path, listener)
-        running = OngoingRun(
-            given, path, listener, stages, found, output_files, others, memory, text
-        )
+        running = OngoingRun(given, path, stages, found, others, memory, text)
         running.record.provenance(given, text)
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
@@ -111,7 +107,7 @@ def run_study(
                 listener(table)
             running.record.rest(running.run)
             show(running.run)
-            listener(listing.stage_times([*stages.done.values(), *output_files.done]))
+            listener(listing.stage_times([*stages.done.values(), *running.output_files.done]))
             running.record.complete(stages.done)
     summary = {
         "cases": [asdict(case) for case in summaries],

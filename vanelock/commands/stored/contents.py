@@ -36,7 +36,7 @@ REMEMBERED = 32
 """Products of a file that are remembered."""
 
 
-class StoredProducts(Products):
+class _StoredProducts(Products):
     """Those of a results file, by where it says that they are."""
 
     def __init__(
@@ -199,7 +199,7 @@ def _case(name: str, about: dict[str, Any], run: StoredRun, file: h5py.File) -> 
     """A case from what is stored of it."""
     hints = CaseResult.__annotations__
     places = from_json(dict[str, tuple[str, str]], about["places"])
-    products = StoredProducts(Path(file.filename), places, run.shared)
+    products = _StoredProducts(Path(file.filename), places, run.shared)
     return CaseResult(
         name=name,
         given=given_of(about["given"]),
