@@ -311,8 +311,8 @@ def _crossings(name: str, diagram: "Campbell") -> Table:
         Column("rotor speed", "rpm", ",.0f", "speed_rpm"),
         Column("of interest", key="interest"),
     )
-    words = np.where(lines.is_stuck, "stuck", "free") if lines.interlock else ["none"]
-    held = np.broadcast_to(words, len(lines.speed)).tolist()
+    states = np.where(lines.is_stuck, "stuck", "free") if lines.interlock else ["none"]
+    held = np.broadcast_to(states, len(lines.speed)).tolist()
     modes, places = (lines.order, lines.diameter, lines.mode), (lines.frequency, lines.speed)
     rows = list(zip(*modes, held, *places, lines.interest, strict=True))
     low, high = float(lines.speeds[0]), float(lines.speeds[-1])
