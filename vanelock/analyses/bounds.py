@@ -128,10 +128,10 @@ def _compute(case: "SolvedCase", keys: BoundsKeys, part: AnalysisPart) -> Bounde
     return BoundedPeak(found, low, high, np.array([each.residual[0] for each in audits]))
 
 
-def _summarise(found: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
+def _summarise(summary: "Summary", products: Sequence[BoundedPeak]) -> "Summary":
     """A case's summary with both ends."""
     (bounds,) = products
-    return replace(found, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH))
+    return replace(summary, lowest=bounds.peak(LOW), highest=bounds.peak(HIGH))
 
 
 def _lines(products: Sequence[BoundedPeak]) -> CurveLines:

@@ -75,9 +75,7 @@ def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Cam
         along = case.get(along_step(planned, order, linear, watched))
         curve = (case.response, watched) if order == own else None
         circles.append(_circles(lines, order, along, curve))
-    orders, speed, frequency, amplitude, by_friction = (
-        np.concatenate(each) for each in zip(*circles, strict=True)
-    )
+    orders, speed, frequency, amplitude, by_friction = np.concatenate(circles).T
     shown = amplitude > LEAST * amplitude.max(initial=0.0)
     return Campbell(
         lines=lines,
@@ -102,8 +100,8 @@ def _condition(limits: "Limits", peak: "Peak | None") -> "Limit":
 
 def _circles(
     lines: "Lines", order: int, along: "Along", curve: "tuple[Response, Monitor] | None"
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Order, speed, frequency, amplitude and origin of the circles on a line."""
+) -> Floats:
+    """(b, 5) order, speed, frequency, amplitude and origin of the circles on a line."""
     speed, amplitude = along.speed, along.amplitude
     nonlinear = np.zeros(len(speed))
     if curve is not None:
@@ -114,15 +112,9 @@ def _circles(
         amplitude = np.concatenate([amplitude[outside], monitor.amplitude(response)])
         nonlinear = np.concatenate([nonlinear[outside], np.ones(len(own))])
     inside = (speed >= lines.speeds[0]) & (speed <= lines.speeds[-1]) & ~np.isnan(amplitude)
-    speed, amplitude, nonlinear = speed[inside], amplitude[inside], nonlinear[inside]
-    chosen = _largest(lines, speed, amplitude)
-    return (
-        np.full(len(chosen), float(order)),
-        speed[chosen],
-        speed[chosen] * order / 60,
-        amplitude[chosen],
-        nonlinear[chosen],
-    )
+    orders = np.full(len(speed), float(order))
+    rows = np.column_stack((orders, speed, speed * order / 60, amplitude, nonlinear))[inside]
+    return np.asarray(rows[_largest(lines, speed[inside], amplitude[inside])])
 
 
 def _largest(lines: "Lines", speed: Floats, amplitude: Floats) -> Integers:
@@ -319,8 +311,8 @@ def _crossings(name: str, diagram: "Campbell") -> Table:
         Column("rotor speed", "rpm", ",.0f", "speed_rpm"),
         Column("of interest", key="interest"),
     )
-    words = np.where(lines.is_stuck, "stuck", "free") if lines.interlock else ["none"]
-    held = np.broadcast_to(words, len(lines.speed)).tolist()
+    states = np.where(lines.is_stuck, "stuck", "free") if lines.interlock else ["none"]
+    held = np.broadcast_to(states, len(lines.speed)).tolist()
     modes, places = (lines.order, lines.diameter, lines.mode), (lines.frequency, lines.speed)
     rows = list(zip(*modes, held, *places, lines.interest, strict=True))
     low, high = float(lines.speeds[0]), float(lines.speeds[-1])

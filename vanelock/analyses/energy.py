@@ -119,21 +119,21 @@ def _damping(run: "RunResult") -> "list[Block]":
     return [report.Text(text), Table(title, columns, rows)]
 
 
-def _shares(found: "CaseResult") -> dict[str, float]:
+def _shares(case: "CaseResult") -> dict[str, float]:
     """Share of each joint's friction in the excitation's work; empty where no work is done."""
-    if found.balance.input <= 0:
+    if case.balance.input <= 0:
         return {}
-    joint = np.array(found.places.joint)
+    joint = np.array(case.places.joint)
     return {
-        name: float(found.wear.energy[joint == name].sum()) / found.balance.input
-        for name in dict.fromkeys(found.places.joint)
+        name: float(case.wear.energy[joint == name].sum()) / case.balance.input
+        for name in dict.fromkeys(case.places.joint)
     }
 
 
-def _opinion(found: "CaseResult") -> str:
-    if not np.isfinite(found.bandwidth):
+def _opinion(case: "CaseResult") -> str:
+    if not np.isfinite(case.bandwidth):
         return "half-power points are outside the range"
-    ratio = found.bandwidth / found.balance.damping_ratio
+    ratio = case.bandwidth / case.balance.damping_ratio
     if abs(ratio - 1) < 0.1:
         return "agree within 10 %"
     return f"by bandwidth {ratio:.2f} times that by energy"
@@ -160,30 +160,30 @@ def _of_sector(run: "RunResult") -> str:
     return " of one sector" if run.first.ring[0] > 1 else ""
 
 
-def _contacts(found: "CaseResult") -> Table:
-    table = _contact_table(found.places, found.wear).without("x", "y", "z", *NOT_SHOWN)
-    order = np.argsort(-found.wear.energy, kind="stable")
-    chosen = [table.rows[i] for i in order if found.wear.energy[i] > 0][:SHOWN]
-    work = f"Contacts with the most friction work{of_case(found.name)}"
-    title = f"{work}; all of them in {_file(found)}"
+def _contacts(case: "CaseResult") -> Table:
+    table = _contact_table(case.places, case.wear).without("x", "y", "z", *NOT_SHOWN)
+    order = np.argsort(-case.wear.energy, kind="stable")
+    chosen = [table.rows[i] for i in order if case.wear.energy[i] > 0][:SHOWN]
+    work = f"Contacts with the most friction work{of_case(case.name)}"
+    title = f"{work}; all of them in {_file(case)}"
     return replace(table, title=title, rows=chosen)
 
 
-def _files(run: "RunResult", found: "CaseResult") -> None:
+def _files(run: "RunResult", case: "CaseResult") -> None:
     """CSV of every contact's wear indicators, of which the page shows some."""
-    names, *numbers = _contact_table(found.places, found.wear).by_head().items()
+    names, *numbers = _contact_table(case.places, case.wear).by_head().items()
     columns = dict([names, *((head, short(values)) for head, values in numbers)])
     notes = [
-        f"Contacts at the peak, {found.at_peak.frequency:.4g} Hz{of_case(found.name)}",
+        f"Contacts at the peak, {case.at_peak.frequency:.4g} Hz{of_case(case.name)}",
         "slip: distance under load in a cycle, both ways; pressure: force over the contact's area",
     ]
-    shows = [found.key, [str(k) for k in found.places.coefficient]]
-    run.table(_file(found), shows, lambda: columns, notes)
+    shows = [case.key, [str(k) for k in case.places.coefficient]]
+    run.table(_file(case), shows, lambda: columns, notes)
 
 
-def _file(found: "CaseResult") -> str:
+def _file(case: "CaseResult") -> str:
     """Where all contacts of a case are listed."""
-    return f"figures/wear_{slug(found.name)}.csv"
+    return f"figures/wear_{slug(case.name)}.csv"
 
 
 def _answers(main: "CaseResult") -> "Iterator[Answer]":

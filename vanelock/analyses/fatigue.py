@@ -67,16 +67,16 @@ def _flag(reserve: float) -> Flag:
     return "warn" if reserve < ENOUGH else "good"
 
 
-def _case_flag(found: "CaseResult", reserve: float, part: str) -> Flag:
+def _case_flag(case: "CaseResult", reserve: float, part: str) -> Flag:
     """Colour of a safety factor: good only of given strengths and a wave known to be stable."""
     verdict = _flag(reserve)
-    stable = (wave := found.summary.wave) is not None and wave.verdict == "stable"
-    return "" if verdict == "good" and (_assumed(found, part) or not stable) else verdict
+    stable = (wave := case.summary.wave) is not None and wave.verdict == "stable"
+    return "" if verdict == "good" and (_assumed(case, part) or not stable) else verdict
 
 
-def _assumed(found: "CaseResult", part: str) -> bool:
+def _assumed(case: "CaseResult", part: str) -> bool:
     """Whether the study leaves the strength of a part to the defaults."""
-    given = getattr(found.study.material, part).model_fields_set
+    given = getattr(case.study.material, part).model_fields_set
     return not {"fatigue_limit", "tensile_strength"} <= given
 
 
@@ -141,30 +141,30 @@ def _corners(run: "RunResult") -> str:
     )
 
 
-def _case(run: "RunResult", found: "CaseResult") -> "list[Single]":
-    case = of_case(found.name)
-    blocks: list[Single] = [_worst(found, "peak")]
+def _case(run: "RunResult", case: "CaseResult") -> "list[Single]":
+    blocks: list[Single] = [_worst(case, "peak")]
     for analysis in run.analyses:
-        if states := found.states(analysis):
+        if states := case.states(analysis):
             blocks.append(_worst(states[-1], f"peak: {analysis.state}"))
-    every = [(part, m) for part in PARTS for m in found.stress.features[part]]
-    rows = [_row(found, m, part, m.where) for part, m in every]
-    flags = [_case_flag(found, m.reserve, part) for part, m in every]
-    title = f"Worst location of each feature{case}, clear of sharp corners and point forces"
-    diagram = [e for e in run.pictures if e.section == "fatigue" and e.case == found.name]
+    every = [(part, m) for part in PARTS for m in case.stress.features[part]]
+    rows = [_row(case, m, part, m.where) for part, m in every]
+    flags = [_case_flag(case, m.reserve, part) for part, m in every]
+    clear = "clear of sharp corners and point forces"
+    title = f"Worst location of each feature{of_case(case.name)}, {clear}"
+    diagram = [e for e in run.pictures if e.section == "fatigue" and e.case == case.name]
     return [*blocks, Table(title, COLUMNS, rows, flags=flags), *diagram]
 
 
-def _worst(found: "CaseResult", peak: str) -> Table:
+def _worst(case: "CaseResult", peak: str) -> Table:
     """The worst places at a peak of a case."""
     rows: list[tuple[str | float | None, ...]] = []
     flags: list[Flag] = []
     for part in PARTS:
-        for what, m in _merged(found.stress.worst[part]):
+        for what, m in _merged(case.stress.worst[part]):
             prefix = "" if m.node is None else f"{part}, "
-            rows.append(_row(found, m, part, f"{prefix}{what}: {m.where}"))
-            flags.append("" if m.doubt else _case_flag(found, m.reserve, part))
-    title = f"Worst locations at the {peak}, {found.at_peak.frequency:.2f} Hz{of_case(found.name)}"
+            rows.append(_row(case, m, part, f"{prefix}{what}: {m.where}"))
+            flags.append("" if m.doubt else _case_flag(case, m.reserve, part))
+    title = f"Worst locations at the {peak}, {case.at_peak.frequency:.2f} Hz{of_case(case.name)}"
     return Table(title, COLUMNS, rows, flags=flags)
 
 
@@ -187,10 +187,10 @@ def _others(run: "RunResult") -> Table:
     return Table("The critical location of each case", COLUMNS, rows, flags=flags)
 
 
-def _row(found: "CaseResult", m: "Margin", part: str, place: str) -> tuple[str | float | None, ...]:
+def _row(case: "CaseResult", m: "Margin", part: str, place: str) -> tuple[str | float | None, ...]:
     at = ""
     if m.node is not None:
-        r, angle, z = found.stress.locations[part].coordinates(m.node)
+        r, angle, z = case.stress.locations[part].coordinates(m.node)
         at = f"{1e3 * r:.1f}, {angle:.2f}, {1e3 * z:.1f}"
     return (
         f"{place} ({m.doubt})" if m.doubt else place,
@@ -203,24 +203,24 @@ def _row(found: "CaseResult", m: "Margin", part: str, place: str) -> tuple[str |
     )
 
 
-def _pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
     from vanelock import render
 
-    if not found.has_meshes:
+    if not case.has_meshes:
         return
-    cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
-    bears = found.stress.worst["vane"][0].strength
-    marked = [*found.stress.features["vane"][:MARKED], *found.stress.gauges[:3]]
+    cycle, locations = case.stress.cycles.vane, case.stress.locations["vane"]
+    bears = case.stress.worst["vane"][0].strength
+    marked = [*case.stress.features["vane"][:MARKED], *case.stress.gauges[:3]]
     named = [render.Named(m.what, m.mean, m.amplitude, m.node is None) for m in marked]
-    title = f"Fatigue of the vane at the peak, {found.at_peak.frequency:.2f} Hz"
+    title = f"Fatigue of the vane at the peak, {case.at_peak.frequency:.2f} Hz"
     text = (
         f"fatigue limit {1e-6 * bears.limit:g} MPa, tensile strength {1e-6 * bears.tensile:g} MPa"
     )
-    subtitle = "; ".join([*([] if found.name == "nominal" else [words(found.name)]), text])
-    shows = [found.key, title, subtitle, [bears.limit, bears.tensile]]
+    subtitle = "; ".join([*([] if case.name == "nominal" else [words(case.name)]), text])
+    shows = [case.key, title, subtitle, [bears.limit, bears.tensile]]
     path = run.output_files.draw(
-        f"figures/haigh_{slug(found.name)}.png",
+        f"figures/haigh_{slug(case.name)}.png",
         shows,
         lambda path: render.haigh_picture(
             path,
@@ -235,14 +235,14 @@ def _pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
         ),
     )
     notes = [
-        f"{title}{of_case(found.name)}; {text}",
+        f"{title}{of_case(case.name)}; {text}",
         "amplitude: largest alternating von Mises stress; mean: trace of the mean stress;",
         "signed: its von Mises stress with the sign of the trace; n: Goodman safety factor",
         "clear: 0 at sharp re-entrant corners and beside point forces, where stress has no limit",
     ]
-    data = run.table(f"figures/fatigue_{slug(found.name)}.csv", shows, lambda: _nodes(found), notes)
+    data = run.table(f"figures/fatigue_{slug(case.name)}.csv", shows, lambda: _nodes(case), notes)
     caption = (
-        f"Every node of the vane{of_case(found.name)}: what alternates at the peak over what acts "
+        f"Every node of the vane{of_case(case.name)}: what alternates at the peak over what acts "
         "at rest, as equivalent stresses (von Mises amplitude and hydrostatic mean, by Sines). "
         "Below the black Goodman line life is infinite; the safety factor n is the factor on both "
         "stresses at which they reach it. Marked: the worst locations of some features, away "
@@ -251,9 +251,9 @@ def _pictures(run: "RunResult", found: "CaseResult") -> "Iterator[Picture]":
     yield report.Picture(path, HAIGH, caption, (data,))
 
 
-def _nodes(found: "CaseResult") -> dict[str, ArrayLike]:
-    cycle, locations = found.stress.cycles.vane, found.stress.locations["vane"]
-    bears = found.stress.worst["vane"][0].strength
+def _nodes(case: "CaseResult") -> dict[str, ArrayLike]:
+    cycle, locations = case.stress.cycles.vane, case.stress.locations["vane"]
+    bears = case.stress.worst["vane"][0].strength
     x, y, z = 1e3 * locations.part.points.T
     return {
         "node": np.arange(len(x)),

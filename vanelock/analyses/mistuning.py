@@ -353,14 +353,14 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
 
 
-def _columns(found: MistunedRings) -> dict[str, ArrayLike]:
-    rings, sectors = found.amplitude.shape
+def _columns(mistuned: MistunedRings) -> dict[str, ArrayLike]:
+    rings, sectors = mistuned.amplitude.shape
     return {
         "ring": np.repeat(np.arange(rings) + 1, sectors),
         "segment": np.tile(np.arange(sectors) + 1, rings),
-        "amplitude (µm)": 1e6 * found.amplitude.ravel(),
-        "frequency (Hz)": found.frequency.ravel(),
-        "amplification (-)": found.amplification.ravel(),
+        "amplitude (µm)": 1e6 * mistuned.amplitude.ravel(),
+        "frequency (Hz)": mistuned.frequency.ravel(),
+        "amplification (-)": mistuned.amplification.ravel(),
     }
 
 

@@ -165,40 +165,40 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
             yield _reactions_table(name, found)
 
 
-def _causes(name: str, found: LoadsByCause) -> Table:
+def _causes(name: str, loads: LoadsByCause) -> Table:
     """Normal loads at rest of the joints by cause, each on top of those before it."""
-    changes = np.diff(found.normal, axis=0, prepend=0.0)
-    lifted = np.diff(found.opened, axis=0, prepend=0)
+    changes = np.diff(loads.normal, axis=0, prepend=0.0)
+    lifted = np.diff(loads.opened, axis=0, prepend=0)
     rows = [
-        (joint, *changes[:, j], found.normal[-1, j], found.opened[-1, j])
-        for j, joint in enumerate(found.joints)
+        (joint, *changes[:, j], loads.normal[-1, j], loads.opened[-1, j])
+        for j, joint in enumerate(loads.joints)
     ]
     columns = (
         Column("joint"),
-        *(Column(cause, "N", "+.4g", cause) for cause in found.causes),
+        *(Column(cause, "N", "+.4g", cause) for cause in loads.causes),
         Column("all", "N", ".4g", "all", note="normal load of a joint in a sector"),
         Column("open"),
     )
     notes = ["each cause acts on top of those to its left"]
     notes += [
-        f"{cause} opens {lifted[c, j]} of {joint}'s {found.contacts[j]} contacts"
-        for c, cause in enumerate(found.causes)
-        for j, joint in enumerate(found.joints)
+        f"{cause} opens {lifted[c, j]} of {joint}'s {loads.contacts[j]} contacts"
+        for c, cause in enumerate(loads.causes)
+        for j, joint in enumerate(loads.joints)
         if c and lifted[c, j] > 0
     ]
-    if not found.converged.all():
+    if not loads.converged.all():
         notes.append("NOT CONVERGED: do not use these loads")
     title = f"Preload by cause{name and f', {name}'}"
     return Table(title, columns, rows, notes, "preload_by_cause")
 
 
-def _reactions_table(name: str, found: LoadsByCause) -> Table:
+def _reactions_table(name: str, loads: LoadsByCause) -> Table:
     """What holds a segment at rest against its loads."""
     rows = [
         (what, *values)
         for what, values in zip(
-            (*found.joints, "key", "loads", "sum"),
-            (*found.reaction, found.resultant, found.reaction.sum(axis=0) + found.resultant),
+            (*loads.joints, "key", "loads", "sum"),
+            (*loads.reaction, loads.resultant, loads.reaction.sum(axis=0) + loads.resultant),
             strict=True,
         )
     ]

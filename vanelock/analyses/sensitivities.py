@@ -31,16 +31,16 @@ def _page(run: "RunResult") -> "list[Block]":
     return [report.Text(TEXT), *run.of_cases(by_case)] if by_case else []
 
 
-def _table(found: "Sensitivities") -> Table:
+def _table(moved: "Sensitivities") -> Table:
     """What moves the peak of a case, by key, what moves it most first."""
-    order = np.argsort(-np.abs(found.amplitude), kind="stable")
+    order = np.argsort(-np.abs(moved.amplitude), kind="stable")
     columns = (
         Column("1 % more of", key="key"),
         Column("peak (%)", form="+.3f", key="amplitude"),
         Column("its frequency (%)", form="+.4f", key="frequency"),
     )
-    rows = [(found.keys[i], found.amplitude[i], found.frequency[i]) for i in order]
-    frequency, amplitude = found.at
+    rows = [(moved.keys[i], moved.amplitude[i], moved.frequency[i]) for i in order]
+    frequency, amplitude = moved.at
     title = f"What moves the peak of {1e6 * amplitude:.4g} µm at {frequency:.6g} Hz"
     return Table(title, columns, rows, key="sensitivities")
 

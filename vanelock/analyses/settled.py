@@ -108,11 +108,11 @@ def _compute(case: "SolvedCase", keys: _SettledKeys, part: AnalysisPart) -> Foll
     return FollowedPeak(found, case.monitored.node, case.monitored.component)
 
 
-def _summarise(found: "Summary", products: Sequence[FollowedPeak]) -> "Summary":
+def _summarise(summary: "Summary", products: Sequence[FollowedPeak]) -> "Summary":
     """A case's summary with what the ring does instead of the wave at its peak."""
-    if found.wave is None:
-        return found
-    return replace(found, wave=replace(found.wave, settled=products[0].settled))
+    if summary.wave is None:
+        return summary
+    return replace(summary, wave=replace(summary.wave, settled=products[0].settled))
 
 
 def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:

@@ -110,11 +110,11 @@ def _undecided(stability: "nonlinear.Stability", point: int) -> str:
     return "not all departures from it could be followed"
 
 
-def _summarise(found: "Summary", products: "Sequence[nonlinear.Stability]") -> "Summary":
+def _summarise(summary: "Summary", products: "Sequence[nonlinear.Stability]") -> "Summary":
     """A case's summary with what becomes of the wave at its peak."""
-    if found.peak is None:
-        return found
-    return replace(found, wave=_verdict_at(products[0], found.peak.frequency))
+    if summary.peak is None:
+        return summary
+    return replace(summary, wave=_verdict_at(products[0], summary.peak.frequency))
 
 
 def _lines(products: "Sequence[nonlinear.Stability]") -> CurveLines:

@@ -3,8 +3,9 @@
 Only what a scene needs: what a response does without, and the evidence that it may.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from vanelock import nonlinear
 from vanelock.common.arrays import Floats
 from vanelock.common.tables import Cell, Column, Flag, Table, heads
 from vanelock.nonlinear import Response, peak_errors
+from vanelock.rom import System
 from vanelock.stages.accuracy.budget import SOURCES, Budget
 from vanelock.stages.accuracy.choose_mesh import MeshChoice, Round
 
@@ -156,22 +158,18 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
     notes = [
         "errors: estimated, relative, of the largest response by each source; allowed: its share "
         "of the accuracy; cost: share of the processor time.",
-        *([_corrected(found)] if np.isfinite(found.corrected) else []),
-        *found.warnings,
     ]
+    if np.isfinite(found.corrected):
+        notes.append(
+            f"less what the mesh adds by estimate, the peak lies near {found.corrected:.1f} Hz "
+            "(`vanelock manual benchmarks/mesh_error`)"
+        )
+    notes += found.warnings
     title = f"Errors of the peak of {monitor}" + ("" if case == "nominal" else f", {case}")
     return Table(title, columns, rows, notes, "errors", flags)
 
 
-def _corrected(found: Errors) -> str:
-    return (
-        f"less what the mesh adds by estimate, the peak lies near {found.corrected:.1f} Hz "
-        "(`vanelock manual benchmarks/mesh_error`)"
-    )
-
-
-@dataclass(frozen=True)
-class LeftOut:
+class LeftOut(NamedTuple):
     """Something that a case does without, or was asked to and keeps, and the evidence."""
 
     kind: str
@@ -181,79 +179,66 @@ class LeftOut:
 
 def left_out(
     response: Response,
-    joints: Sequence[str],
+    system: System,
+    watched: str,
     diameters: tuple[Sequence[int], Sequence[int]],
     energy: dict[str, float],
-    outputs: tuple[int, str],
-    above: dict[str, float],
+    above: dict[str, float | None],
     modes_error: float,
-) -> list[LeftOut]:
+) -> Iterator[LeftOut]:
     """What a response does without."""
     used, never = diameters
-    found = [*_joints(response, joints)]
+    yield from _joints(response, system.contacts.joint)
     assert response.estimates is not None
     H, needed = response.harmonics, response.estimates.harmonics
     harmonics = response.estimates.sources.index("harmonics")
     worst = float(np.nanmax(response.estimates.error[:, harmonics], initial=0.0))
     top = int(np.nanargmax(np.where(response.converged, response.estimates.amplitude, -np.inf)))
     at_peak = float(response.estimates.error[top, harmonics])
-    found.append(
-        LeftOut(
-            "harmonics",
-            f"above {H}; above {needed[top]} at the peak",
-            f"estimated {at_peak:.0e} of the amplitude at the peak, {worst:.0e} at worst; "
-            f"{int((needed < H).sum())} of {response.points} points took fewer than {H}",
-        )
+    yield LeftOut(
+        "harmonics",
+        f"above {H}; above {needed[top]} at the peak",
+        f"estimated {at_peak:.0e} of the amplitude at the peak, {worst:.0e} at worst; "
+        f"{int((needed < H).sum())} of {response.points} points took fewer than {H}",
     )
     if never:
-        found.append(
-            LeftOut(
-                "nodal diameters",
-                _listed_harmonics(never),
-                f"never reduced: harmonics 0 to {response.estimates.tried}, kept or tried, have "
-                f"nodal diameters {_listed_harmonics(used)}",
-            )
+        yield LeftOut(
+            "nodal diameters",
+            _listed_harmonics(never),
+            f"never reduced: harmonics 0 to {response.estimates.tried}, kept or tried, have "
+            f"nodal diameters {_listed_harmonics(used)}",
         )
     for part, hertz in above.items():
-        if np.isfinite(hertz):
-            found.append(
-                LeftOut(
-                    "modes",
-                    f"{part}: fixed-interface modes above {hertz:.0f} Hz, but their static part",
-                    f"estimated {modes_error:.0e} of the peak, both parts together",
-                )
+        if hertz is not None and np.isfinite(hertz):
+            yield LeftOut(
+                "modes",
+                f"{part}: fixed-interface modes above {hertz:.0f} Hz, but their static part",
+                f"estimated {modes_error:.0e} of the peak, both parts together",
             )
     for name, share in energy.items():
         evidence = f"holds {100 * share:.2g} % of the strain energy of the mode of interest"
-        found.append(LeftOut("parts", f"{name}: kept", evidence))
-    count, watched = outputs
-    if count > 1:
+        yield LeftOut("parts", f"{name}: kept", evidence)
+    if (count := len(system.output_names)) > 1:
         what = f"{count - 1} of {count} output nodes"
-        found.append(LeftOut("outputs", what, f"nothing was refined for them, only for {watched}"))
-    return found
+        yield LeftOut("outputs", what, f"nothing was refined for them, only for {watched}")
 
 
-def _joints(response: Response, joints: Sequence[str]) -> list[LeftOut]:
+def _joints(response: Response, joints: Sequence[str]) -> Iterator[LeftOut]:
     """Contacts that stick at all points: they bring no unknowns."""
     stuck = np.all(response.state[response.converged] == nonlinear.STUCK, axis=0)
     used = _utilisation(response)[response.converged].max(axis=0, initial=0.0)
-    found = []
     for joint in dict.fromkeys(joints):
         own = np.array([each == joint for each in joints])
         count, sticking = int(own.sum()), int((own & stuck).sum())
         if sticking == 0:
             continue
-        largest = float(used[own & stuck].max())
-        whole = sticking == count
-        found.append(
-            LeftOut(
-                "joints" if whole else "contacts",
-                f"{joint}: friction of {'all ' if whole else ''}{sticking}"
-                + (" pairs" if whole else f" of {count} pairs"),
-                f"stuck at every point, largest |t| / (mu n) {largest:.3g}: no unknowns",
-            )
+        pairs = f"all {sticking} pairs" if sticking == count else f"{sticking} of {count} pairs"
+        yield LeftOut(
+            "joints" if sticking == count else "contacts",
+            f"{joint}: friction of {pairs}",
+            f"stuck at every point, largest |t| / (mu n) {used[own & stuck].max():.3g}: "
+            "no unknowns",
         )
-    return found
 
 
 SAMPLES = 64
@@ -279,9 +264,8 @@ def _utilisation(response: Response) -> Floats:
 def left_out_table(case: str, found: Sequence[LeftOut]) -> Table:
     """What a case does without, and why that is right."""
     columns = (Column("left out", key="kind"), *heads("what", "evidence"))
-    rows = [(each.kind, each.what, each.evidence) for each in found]
     title = "Left out, or kept, and why" + ("" if case == "nominal" else f", {case}")
-    return Table(title, columns, rows, key="left_out")
+    return Table(title, columns, found, key="left_out")
 
 
 def _listed_harmonics(numbers: Sequence[int]) -> str:

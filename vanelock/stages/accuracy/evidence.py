@@ -49,24 +49,18 @@ def judged(
     limits = stages.get(planned.linear.limits)
     settings = _settings(planned, response, stages)
     found = errors(response, choice, settings, _costs(planned, stages))
-    N = planned.case.study.ring.sectors
-    used = list(planned.diameters)
-    never = [k for k in range(N // 2 + 1) if k not in used]
-    system = stages.get(planned.system)
-    k = limits.nodal_diameter
+    used, k = planned.diameters, limits.nodal_diameter
     parts = {part: stages.get(planned.part(part, k)) for part in PARTS}
-    above = {part: each.at(k).complete for part, each in parts.items()}
-    modes = next((each for each in found.sources if each.name == "modes"), None)
     without = left_out(
         response,
-        system.contacts.joint,
-        (used, never),
+        stages.get(planned.system),
+        watched.name,
+        (used, sorted({*planned.structure.every_diameter} - {*used})),
         _energies(parts, stages.get(planned.linear.system), limits),
-        (len(system.output_names), watched.name),
-        {part: hertz for part, hertz in above.items() if hertz is not None},
-        float("nan") if modes is None else modes.amplitude,
+        {part: each.at(k).complete for part, each in parts.items()},
+        next((each.amplitude for each in found.sources if each.name == "modes"), float("nan")),
     )
-    return found, without
+    return found, list(without)
 
 
 def _energies(

@@ -21,7 +21,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import scipy.sparse as sp
 
-from vanelock.common.arrays import Floats, Integers
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
@@ -87,12 +87,20 @@ def _read(path: Path, digest: str) -> tuple[Integers, Floats]:
     return np.asarray(nodes), forces
 
 
+def _among(numbers: Integers, wanted: Integers) -> tuple[Integers, Booleans]:
+    """Places of some numbers among others, the first of several, and which of them are there."""
+    if not len(numbers):
+        return np.zeros_like(wanted), np.zeros(wanted.shape, bool)
+    order = np.argsort(numbers, kind="stable")
+    at = order[np.searchsorted(numbers[order], wanted).clip(max=len(numbers) - 1)]
+    return at, numbers[at] == wanted
+
+
 def on_rows(
     given: Sequence[NodalForces], node: Integers, direction: Integers, fixed: Integers
 ) -> sp.csc_array:
     """(n, p) forces on a component's rows, one load a column, in unit size, N."""
     key = (GENERALISED + 1) * node + direction
-    order = np.argsort(key, kind="stable")
     rows, columns, values = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0)]
     for i, each in enumerate(given):
         of = f"of components.{each.part}"
@@ -101,8 +109,7 @@ def on_rows(
         if len(missing := nodes[~np.isin(nodes, node)]):
             raise InputError(f"{each.where}.file: node {missing[0]} is not among the nodes {of}")
         wanted = (GENERALISED + 1) * nodes[:, None] + np.arange(3)
-        at = order[np.searchsorted(key[order], wanted).clip(max=len(order) - 1)]
-        there, acts = key[at] == wanted, forces != 0
+        (at, there), acts = _among(key, wanted), forces != 0
         if np.any(lost := acts & ~there):
             k, d = np.argwhere(lost)[0]
             raise InputError(
@@ -214,11 +221,8 @@ class Piece(Product):
         found = np.full((len(nodes), directions), -1)
         for d in range(directions):
             own = np.flatnonzero(self.direction == d)
-            order = own[np.argsort(self.node[own], kind="stable")]
-            at = np.searchsorted(self.node[order], nodes).clip(max=max(len(order) - 1, 0))
-            if len(order):
-                match = self.node[order[at]] == nodes
-                found[match, d] = order[at[match]]
+            at, there = _among(self.node[own], nodes)
+            found[there, d] = own[at[there]]
         if np.any(missing := np.all(found[:, :3] < 0, axis=1)):
             raise InputError(
                 f"{where}: node {nodes[missing][0]} of components.{self.name} has no displacement "
@@ -228,15 +232,13 @@ class Piece(Product):
 
     def frames(self, nodes: Integers, where: str) -> Floats:
         """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones."""
-        order = np.argsort(self.places, kind="stable")
-        at = np.searchsorted(self.places[order], nodes).clip(max=max(len(order) - 1, 0))
-        if not len(order) or np.any(missing := self.places[order[at]] != nodes):
-            node = nodes[0] if not len(order) else nodes[missing][0]
+        at, there = _among(self.places, nodes)
+        if not there.all():
             raise InputError(
-                f"{where}: the coordinates of node {node} are not known: give "
+                f"{where}: the coordinates of node {nodes[~there][0]} are not known: give "
                 f"components.{self.name}.nodes"
             )
-        return cylindrical(self.positions[order[at]])
+        return cylindrical(self.positions[at])
 
 
 Followed: TypeAlias = tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]

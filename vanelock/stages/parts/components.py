@@ -76,22 +76,19 @@ def _meshed(
 
 def _mates_step(study: Study) -> Step[Mates]:
     """Both parts, matched; one that has dimensions comes out as it was."""
-    own = {
-        name: part
-        for name, part in (("vane", study.vane), ("casing", study.casing))
-        if isinstance(part, OwnVane | OwnCasing)
-    }
-    needs = tuple(
-        _read_step(study, name, own[name]) if name in own else _made_step(study, name)
-        for name in ("vane", "casing")
-    )
+    needs: list[Step[Any]] = []
+    for name, part in (("vane", study.vane), ("casing", study.casing)):
+        if isinstance(part, OwnVane | OwnCasing):
+            needs.append(_read_step(study, name, part))
+        else:
+            needs.append(_made_step(study, name))
     sectors, tolerance = study.ring.sectors, study.mesh.tolerance or TOLERANCE
 
     def compute(vane: Part | OwnPart, casing: Part | OwnPart) -> Mates:
         return mesh.pair(vane, casing, sectors, tolerance)
 
     inputs = {"sectors": sectors, "tolerance": tolerance}
-    return step("match", "mesh", inputs, Mates, needs, compute)
+    return step("match", "mesh", inputs, Mates, tuple(needs), compute)
 
 
 def _read_step(study: Study, part: str, own: OwnVane | OwnCasing) -> Step[OwnPart]:

@@ -28,13 +28,17 @@ def vane_modes_step(planned: Planned, whole: Step[System], count: int) -> Step[S
 
 
 def ring_modes_step(
-    planned: Planned, whole: Step[System], own: Step[SectorModes] | None
+    planned: Planned, whole: Step[System], modes_of_vane: Step[SectorModes] | None
 ) -> Step[HarmonicModes]:
     """Stuck modes of all nodal diameters, which all rings share."""
 
     def compute(system: System, stuck: Any, *others: Any) -> HarmonicModes:
         return nonlinear.ring_modes(system, *(others or (None,)), stuck=stuck.diameters)
 
-    needs: tuple[Step[Any], ...] = (whole, planned.modes, *(() if own is None else (own,)))
+    needs: tuple[Step[Any], ...] = (
+        whole,
+        planned.modes,
+        *(() if modes_of_vane is None else (modes_of_vane,)),
+    )
     kind = HarmonicModes
     return step("ring modes", "nonlinear", {}, kind, needs, compute, False, True)
