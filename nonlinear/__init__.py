@@ -1,6 +1,5 @@
 """Friction contacts, harmonic balance and continuation on a System of arrays."""
 
-from functools import cache
 from types import FunctionType
 from typing import Any
 
@@ -15,7 +14,6 @@ _modules = {
     "DampedMode": "following.modes.damped_mode",
     "damped_mode": "following.modes.damped_mode",
     "LimitCycles": "following.modes.limit_cycles",
-    "aerodynamic_coefficients": "following.modes.limit_cycles",
     "aerodynamic_damping": "following.modes.limit_cycles",
     "limit_cycles": "following.modes.limit_cycles",
     "Diameter": ".rom.system.system",
@@ -86,12 +84,8 @@ _attribute, __dir__ = lazy.attributes(__name__, _modules)
 
 def __getattr__(name: str) -> Any:
     value = _attribute(name)
-    return _with_keywords(value) if isinstance(value, FunctionType) else value
-
-
-@cache
-def _with_keywords(function: FunctionType) -> Any:
-    """A public function, that takes what `Options` holds one by one as well."""
+    if not isinstance(value, FunctionType):
+        return value
     from vanelock.nonlinear.forced_response.options import with_keywords
 
-    return with_keywords(function)
+    return with_keywords(value)

@@ -47,26 +47,18 @@ _FINEST = 1e-4
 """Static or vibrating forces are compared with the others times this where they are smaller."""
 
 
-@dataclass(frozen=True)
-class _Marched:
-    """What contacts do under given displacements.
-
-    `force` (H + 1, c, 3): one-sided coefficients of (n, t1, t2), N; real for h = 0; `work` (c,):
-    friction work of a period, ∮ t dw over the steps that slip, J.
-    """
-
-    force: Array
-    work: Floats
-
-
 def _march_contacts(
     contacts: Contacts,
     displacement: Array,
     samples: int,
     friction: str = "orthogonal",
     begin: Floats | None = None,
-) -> _Marched:
-    """Forces and friction work of contacts under periodic relative displacements."""
+) -> tuple[Array, Floats]:
+    """Forces and friction work of contacts under periodic relative displacements.
+
+    One-sided coefficients (H + 1, c, 3) of (n, t1, t2), N, real for h = 0, and the friction work of
+    a period, ∮ t dw over the steps that slip, (c,) J.
+    """
     at_zero = contacts.kt * displacement[:, :, 1:].sum(axis=0).real
     start = at_zero if begin is None else begin
     force = np.zeros((len(displacement), contacts.count, 3), complex)
@@ -85,7 +77,7 @@ def _march_contacts(
             if np.abs(t - begun).max() <= _REPEATS * np.abs(path[:, 1:]).max():
                 break
         force[:, c] = _coefficients(path, len(displacement) - 1)
-    return _Marched(force, work)
+    return force, work
 
 
 def _histories(q: Array, samples: int) -> Floats:
@@ -321,22 +313,22 @@ def _checked(
     begin = None
     if response.friction == "isotropic":
         begin = response.force[point, :, :, 1:].sum(axis=0).real
-    fine, *coarse = (
+    (force, work), *coarse = (
         _march_contacts(contacts, moved, samples // part, response.friction, begin)
         for part in (1, 2, 4)
     )
     stiffness = contacts.stiffness.reshape(-1)
     rounded = stiffness * np.abs(moved).sum(axis=0).reshape(-1)  # springs on which forces are taken
-    residual, scale, error = _balance(harmonics, stiffness, rounded, fine, coarse)
-    largest = np.abs(fine.force).max(initial=0.0)
-    apart = np.abs(fine.force - response.force[point]).max(initial=0.0)
+    residual, scale, error = _balance(harmonics, stiffness, rounded, force, coarse)
+    largest = np.abs(force).max(initial=0.0)
+    apart = np.abs(force - response.force[point]).max(initial=0.0)
     hertz = float(response.frequency[point])
     excitation = sum(0.5 * each.s * np.vdot(each.x, each.f).imag for each in harmonics)
     viscous = sum(0.5 * each.s**2 * np.vdot(each.x, each.C @ each.x).real for each in harmonics)
-    friction = fine.work * hertz
+    friction = work * hertz
     total = friction.sum()
     power = max(abs(excitation), abs(viscous), abs(total))
-    half, quarter = (each.work.sum() * hertz for each in coarse)
+    half, quarter = (each.sum() * hertz for _, each in coarse)
     doubt = max(abs(total - half), 0.25 * abs(half - quarter)) + sum(
         each.s * np.linalg.norm(each.x) * each.rounding(stiffness) for each in harmonics
     )
@@ -357,16 +349,16 @@ def _balance(
     harmonics: list[_Harmonic],
     stiffness: Floats,
     rounded: Floats,
-    fine: _Marched,
-    coarse: list[_Marched],
+    fine: Array,
+    coarse: list[tuple[Array, Floats]],
 ) -> tuple[float, Floats, float]:
     """Largest relative residual, its scales, and how far off it may be."""
     size, gap, doubt = np.zeros((3, len(harmonics)))
     for h, each in enumerate(harmonics):
         inner = each.inner()
-        pull = each.B.conj().T @ fine.force[h].reshape(-1)
-        half, quarter = (marched.force[h] for marched in coarse)
-        changes = np.array([fine.force[h] - half, 0.25 * (half - quarter)]).reshape(2, -1)
+        pull = each.B.conj().T @ fine[h].reshape(-1)
+        half, quarter = (force[h] for force, _ in coarse)
+        changes = np.array([fine[h] - half, 0.25 * (half - quarter)]).reshape(2, -1)
         change = each.B.conj().T @ changes.T
         size[h] = max(np.abs(term).max(initial=0.0) for term in (inner, pull, each.f))
         gap[h] = np.abs(inner + pull - each.f).max(initial=0.0)

@@ -32,7 +32,7 @@ except ValueError as error:
     threads = os.environ.get("NUMBA_NUM_THREADS")
     raise InputError(f"NUMBA_NUM_THREADS = {threads}: must be a whole number above 0") from None
 
-Kernel = TypeVar("Kernel", bound=Callable[..., object])
+Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def _sources() -> list[Path]:
@@ -63,21 +63,18 @@ def _folder() -> str | None:
     return str(folder) if os.access(folder, os.W_OK | os.X_OK) else None
 
 
-def kernel(function: Kernel) -> Kernel:
+def kernel(function: Function) -> Function:
     """Compile a function when it is first called, or load what an earlier run compiled."""
     settings, folder = vars(numba.config), _folder()
     if folder is None:
-        return cast(Kernel, numba.njit(function))
+        return cast(Function, numba.njit(function))
     given = settings["CACHE_DIR"]
     settings["CACHE_DIR"] = folder
     try:
         compiled = numba.njit(cache=True)(function)
     finally:
         settings["CACHE_DIR"] = given
-    return cast(Kernel, compiled)
-
-
-Function = TypeVar("Function", bound=Callable[..., Any])
+    return cast(Function, compiled)
 
 
 def one_thread(function: Function) -> Function:
@@ -101,9 +98,9 @@ def basis(harmonics: int, angles: Floats) -> Floats:
     return table
 
 
-def grid(harmonics: int) -> Floats:
-    """φ on the angles that bracket roots: 32 a period, 16 in the shortest wave."""
-    count = max(32, 16 * harmonics)
+def grid(harmonics: int, count: int | None = None) -> Floats:
+    """φ at uniform angles; by default those that bracket roots: 32, or 16 in the shortest wave."""
+    count = count or max(32, 16 * harmonics)
     return basis(harmonics, TURN * np.arange(count) / count)
 
 

@@ -23,12 +23,7 @@ from vanelock.nonlinear.adaptive.sampling import (
     places_of_jumps,
     with_measured_maxima,
 )
-from vanelock.nonlinear.forced_response.frequency_sweep import (
-    PointsDone,
-    PointStore,
-    Progress,
-    SolvedPoints,
-)
+from vanelock.nonlinear.forced_response.frequency_sweep import PointsDone, PointStore, Progress
 from vanelock.nonlinear.forced_response.linear_response import check_bound, check_top
 from vanelock.nonlinear.forced_response.options import (
     Options,
@@ -112,7 +107,7 @@ def adaptive_response(
     omegas = TURN * hertz
     limits = float(omegas.min()), float(omegas.max())
     reporter = PointsDone(progress)
-    levels = HarmonicLevels(systems, limits, options, reporter.searching, SolvedPoints(store))
+    levels = HarmonicLevels(systems, limits, options, reporter.searching, store)
     first = levels.structure(harmonics or 1)
     if harmonics is None:
         first = levels.structure(max([1, *excited(first.system)]))
@@ -181,7 +176,7 @@ def _passed(
 def _loudest(levels: HarmonicLevels, harmonics: int, omegas: Floats) -> tuple[int, int]:
     """Node and direction of the largest linear response, all contacts stuck."""
     prepared = levels.structure(harmonics)
-    still = np.zeros_like(prepared.linear(float(omegas[0])))
+    still = np.zeros_like(prepared.balance(float(omegas[0])).linear)
     sizes = [
         np.abs(prepared.output(prepared.amplitudes(omega, still))[1:]).max(axis=0)
         for omega in np.linspace(omegas.min(), omegas.max(), 41)
@@ -202,9 +197,10 @@ def _assembled(
         found = replace(found, w=resized(found.w, H), u=resized(found.u, H))
         solutions.append(found if rest is None else with_static_mean(found, rest))
     response = assemble_response(levels.structure(H), solutions)
+    lost = np.full(len(SOURCES), np.nan)
     estimates = ErrorEstimates(
         sources=SOURCES,
-        change=_changes(points),
+        change=np.array([point.estimate.change if point.estimate else lost for point in points]),
         slope=np.array([point.slope for point in points]) * TURN,
         amplitude=np.array([point.amplitude for point in points]),
         harmonics=np.array([point.harmonics for point in points]),
@@ -219,9 +215,3 @@ def _assembled(
         samples=samples,
         estimates=estimates,
     )
-
-
-def _changes(points: Sequence[Point]) -> Floats:
-    """(p, s) changes of the amplitude, NaN where a point is lost."""
-    lost = np.full(len(SOURCES), np.nan)
-    return np.array([p.estimate.change if p.estimate else lost for p in points])

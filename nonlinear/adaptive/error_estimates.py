@@ -21,6 +21,7 @@ changes the others by many times that.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.forced_response.options import Options
+from vanelock.nonlinear.forced_response.options import options_of
 from vanelock.nonlinear.forced_response.response import (
     Response,
     amplitude_and_slope,
@@ -39,7 +40,7 @@ from vanelock.nonlinear.forced_response.response import (
 from vanelock.nonlinear.fourier import TURN, one_thread, resized, to_complex, to_real
 from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import Solution, active_rows, scales, solve
-from vanelock.nonlinear.newton.preconditioner import response_to
+from vanelock.nonlinear.newton.preconditioner import Equations, response_to
 from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
 
@@ -87,10 +88,11 @@ class Estimator:
         A, slope = amplitude_and_slope(q, self._rates(state, amplitudes))
         step = state.answer_to_deviation(state.gap)
         better = None if step is None else state.w + step
+        softer = partial(self._softer, state, amplitudes, harmonics)
         others = [
-            None if better is None else self._of_deviation(state, better),
-            self._softer(state, amplitudes, self._left_out(), harmonics),
-            self._softer(state, amplitudes, self._too_stiff(), harmonics),
+            None if better is None else self.output(wide, state.omega, better),
+            softer(self._left_out) if self.neglected else None,
+            softer(self._too_stiff) if self.mesh_error else None,
             self._samples(state, q),
         ]
         change = np.array([np.nan if other is None else half(other) - A for other in others])
@@ -105,9 +107,6 @@ class Estimator:
         """(H + 1,) coefficients of the monitored output under a deviation (c, 3, 2H + 1), m."""
         return self._output(prepared, prepared.amplitudes(omega, w))
 
-    def _of_deviation(self, state: "_Wide", w: Floats) -> Complex:
-        return self.output(state.structure, state.omega, w)
-
     def _rates(self, state: "_Wide", amplitudes: list[Complex]) -> Complex:
         """Their derivatives to ω along the solutions; NaN where the path turns back."""
         wide, omega = state.structure, state.omega
@@ -121,38 +120,25 @@ class Estimator:
             return np.full(len(amplitudes), np.nan, complex)
         return self._output(wide, answer)
 
-    def _left_out(self) -> "_Force | None":
+    def _left_out(self, wide: Structure, h: int, omega: float, amplitude: Complex) -> Complex:
         """Modal forces that the compliance missing from the reduced parts amounts to."""
-        if (neglected := self.neglected) is None:
-            return None
+        assert self.neglected is not None
+        shapes, left_out = wide.at(h).shapes, self.neglected(wide.nodal_diameters[h])
+        return np.asarray(shapes.conj().T @ left_out.force(h * omega, shapes @ amplitude))
 
-        def force(wide: Structure, h: int, omega: float, amplitude: Complex) -> Complex:
-            shapes = wide.at(h).shapes
-            left_out = neglected(wide.nodal_diameters[h])
-            return np.asarray(shapes.conj().T @ left_out.force(h * omega, shapes @ amplitude))
-
-        return force
-
-    def _too_stiff(self) -> "_Force | None":
+    def _too_stiff(self, wide: Structure, h: int, omega: float, amplitude: Complex) -> Complex:
         """The same for the meshes."""
-        if (mesh_error := self.mesh_error) is None:
-            return None
-
-        def force(wide: Structure, h: int, omega: float, amplitude: Complex) -> Complex:
-            modes = wide.at(h)
-            with np.errstate(divide="ignore"):
-                natural = np.sqrt(modes.static) / np.sqrt(modes.compliance) / (2 * np.pi)
-            error = mesh_error(wide.nodal_diameters[h], natural)
-            return np.asarray(2 * error * modes.static * amplitude)
-
-        return force
+        assert self.mesh_error is not None
+        modes = wide.at(h)
+        with np.errstate(divide="ignore"):
+            natural = np.sqrt(modes.static) / np.sqrt(modes.compliance) / (2 * np.pi)
+        error = self.mesh_error(wide.nodal_diameters[h], natural)
+        return np.asarray(2 * error * modes.static * amplitude)
 
     def _softer(
-        self, state: "_Wide", amplitudes: list[Complex], force: "_Force | None", harmonics: int
+        self, state: "_Wide", amplitudes: list[Complex], harmonics: int, force: "_Force"
     ) -> Complex | None:
         """The monitored output if modal forces in the harmonics 1 ... H were added."""
-        if force is None:
-            return None
         wide, omega = state.structure, state.omega
         moved = [np.zeros(len(amplitude), complex) for amplitude in amplitudes]
         largest = max(np.abs(amplitude).max(initial=0.0) for amplitude in amplitudes[1:])
@@ -172,7 +158,9 @@ class Estimator:
             return q
         located = self.levels.law(state.structure.harmonics, located=True)
         step = state.answer_to_deviation(located(state.u, state.omega).w - state.deviation.w)
-        return None if step is None else self._of_deviation(state, state.w + step)
+        if step is None:
+            return None
+        return self.output(state.structure, state.omega, state.w + step)
 
 
 _Force = Callable[[Structure, int, float, Complex], Complex]
@@ -194,9 +182,8 @@ class _Wide:
         if len(self.rows):
             weight = np.broadcast_to(1 / scales(self.balance.linear), self.w.shape).reshape(-1)
             kept, stiffness = levels.kept(harmonics), self.structure.stiffness
-            self._linear = linearise(
-                self.balance, self.deviation, self.rows, weight, None, kept, stiffness
-            )
+            state = self.balance, self.deviation, self.rows, weight
+            self._linear = linearise(Equations(*state, None, kept, stiffness))
             levels.keep(harmonics, self._linear.reuse)
 
     def answer_to_deviation(self, gap: Floats) -> Floats | None:
@@ -238,11 +225,7 @@ _SMALL = 0.02
 
 @one_thread
 def neglected_harmonics(
-    system: System,
-    response: Response,
-    point: int,
-    output: tuple[int, int],
-    harmonic_diameters: str = "wave",
+    system: System, response: Response, point: int, output: tuple[int, int]
 ) -> float:
     """Relative error of an amplitude by the harmonics above H.
 
@@ -259,8 +242,6 @@ def neglected_harmonics(
         Which of its frequencies.
     output : (int, int)
         Place of the output node, and direction.
-    harmonic_diameters : {"wave", "sector"}
-        As of `Options`.
 
     Returns
     -------
@@ -273,13 +254,7 @@ def neglected_harmonics(
         If the point does not exist.
     """
     (point,) = chosen_points(response, [point])
-    options = Options(
-        response.harmonics,
-        response.coupling,
-        response.friction,
-        harmonic_diameters,
-        samples=response.samples or None,
-    )
+    options = options_of(system, response)
     if not response.converged[point] or not response.harmonics:
         return float("nan")
     omega = TURN * float(response.frequency[point])

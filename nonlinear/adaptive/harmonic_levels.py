@@ -10,18 +10,40 @@ from dataclasses import dataclass, field, replace
 
 from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
-from vanelock.nonlinear.balance.balance import Structure, structure
-from vanelock.nonlinear.balance.receptance_tables import Deferred
+from vanelock.nonlinear.balance.balance import Balance, Structure, structure
+from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, SolvedPoints, unheard
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, PointStore
 from vanelock.nonlinear.forced_response.options import Options, at_rest
 from vanelock.nonlinear.newton.linearised import KeptBasis
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Kept
 from vanelock.rom.system.system import System
+
+_PATIENCE, _MANY = 100, 1000
+"""Balances summed over all modes before tables are made, and those expected then."""
+
+
+@dataclass
+class _Deferred:
+    """Balances by circular frequency in a range, rad/s, tabulated once many have been asked for."""
+
+    structure: Structure
+    limits: tuple[float, float]
+    _asked: int = 0
+    _source: Structure | Tabulated | None = None
+
+    def balance(self, omega: float) -> Balance:
+        """The balance at a circular frequency."""
+        self._asked += 1
+        if self._asked <= _PATIENCE:
+            return self.structure.balance(omega)
+        if self._source is None:
+            self._source = balances(self.structure, *self.limits, _MANY)
+        return self._source.balance(omega)
 
 
 @dataclass
@@ -35,8 +57,8 @@ class HarmonicLevels:
     systems: Callable[[int], System]
     limits: tuple[float, float]
     options: Options
-    searching: Callable[[float], None] = unheard
-    points: SolvedPoints = field(default_factory=SolvedPoints)
+    searching: Callable[[float], None] = lambda _: None
+    store: PointStore | None = None
     reached: int = -1
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
@@ -44,7 +66,6 @@ class HarmonicLevels:
     _solvers: dict[int, PointSolver] = field(default_factory=dict)
     _structures: dict[int, Structure] = field(default_factory=dict)
     _extended: dict[int, Structure] = field(default_factory=dict)
-    _laws: dict[tuple[int, bool, bool], Law] = field(default_factory=dict)
     _rest: Solution | None = None
     _kept: dict[int, KeptBasis] = field(default_factory=dict)
 
@@ -83,12 +104,9 @@ class HarmonicLevels:
     def law(self, harmonics: int, located: bool = False) -> Law:
         """The contact law for H harmonics; `located`: on no samples, though some are given."""
         samples = None if located else self.samples_of(harmonics)
-        key = harmonics, samples is None, self.options.coupling == "constant-load"
-        if key not in self._laws:
-            assert self._system is not None
-            options = replace(self.options, harmonics=harmonics, samples=samples)
-            self._laws[key] = options.law(self._system.contacts)(harmonics)
-        return self._laws[key]
+        assert self._system is not None
+        options = replace(self.options, harmonics=harmonics, samples=samples)
+        return options.law(self._system.contacts)(harmonics)
 
     def samples_of(self, harmonics: int) -> int | None:
         """Samples of a period for H harmonics, None where events are located."""
@@ -112,11 +130,11 @@ class HarmonicLevels:
     def solver(self, harmonics: int) -> PointSolver:
         """What solves with H harmonics."""
         if harmonics not in self._solvers:
-            source = Deferred(self.structure(harmonics), self.limits)
+            source = _Deferred(self.structure(harmonics), self.limits)
             family = Frequencies(source, self.law(harmonics), self.mean())
             tolerance, effort = self.options.tolerance, self.options.effort
             self._solvers[harmonics] = PointSolver(
-                family, self.law, tolerance, self.points, effort, self.searching
+                family, self.law, tolerance, self.store, effort, self.searching
             )
         return self._solvers[harmonics]
 

@@ -134,11 +134,6 @@ class PeakErrors:
         """Sum of the amplitude's errors that are known."""
         return float(np.nansum(list(self.amplitude_error.values())))
 
-    @property
-    def total_frequency(self) -> float:
-        """Sum of the frequency's errors that are known."""
-        return float(np.nansum(list(self.frequency_error.values())))
-
 
 def peak_errors(response: Response) -> PeakErrors:
     """Estimated errors of the largest amplitude of the monitored output.

@@ -13,6 +13,7 @@ from vanelock.nonlinear.adaptive.harmonic_levels import HarmonicLevels
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.frequency_response import joined
+from vanelock.nonlinear.forced_response.frequency_sweep import once
 from vanelock.nonlinear.fourier import resized
 from vanelock.nonlinear.newton.newton import Solution, solve
 
@@ -82,11 +83,6 @@ class Pointwise:
     def levels(self) -> HarmonicLevels:
         """The solvers."""
         return self.estimator.levels
-
-    def with_harmonics(self, harmonics: int) -> "Pointwise":
-        """The same with so many harmonics at each point, or as many as all of them need."""
-        most = max(harmonics, self.least)
-        return replace(self, least=most, chooses_harmonics=False)
 
     def easily(self, omega: float, neighbours: Sequence[Point]) -> Solution | None:
         """The solution at a frequency if Newton's iteration finds it at once."""
@@ -234,8 +230,14 @@ class Pointwise:
                     break
             return again
 
-        again = self.levels.points(
-            f"again {tolerance:g}", H, found.omega, [found], attempt, lambda: attempt(*starts)
+        again = once(
+            self.levels.store,
+            f"again {tolerance:g}",
+            H,
+            found.omega,
+            [found],
+            attempt,
+            lambda: attempt(*starts),
         )
         self.levels.keep(H, again.reuse)
         return replace(again, parameter=found.omega)

@@ -7,19 +7,9 @@ In the contact displacements u, with w their deviation from sticking (`law`) and
 
 with v₀ the interference and, in the tangential directions, the assembled sliders' places reversed;
 so the nonlinear equations are w = W(u(w)), one for each component of w that is not zero.
-
-What solved points leave of the balance of all coordinates, seen from a few directions.
-
-Solved is the balance condensed to the contacts, by modes. With the matrices as given, and
-one-sided coefficients,
-
-    r_h = D_h x^(h) + B_hᴴ λ^(h) - f^(h)
-
-shows as well what modes and receptances have lost to round-off. Each r_h is weighed with four
-motions z, sums of all modes with random signs: zᴴ r_h vanishes for all of them only if r_h does.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TypeAlias
@@ -28,7 +18,7 @@ import numpy as np
 
 from vanelock.common.arrays import Array, Complex, Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.balance.receptance_columns import Columns
+from vanelock.nonlinear.balance.receptance_columns import Columns, passed
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, stuck_modes
 from vanelock.nonlinear.fourier import to_complex, to_real
 from vanelock.rom.system.coordinates import check
@@ -54,7 +44,7 @@ class Balance:
         linear = self.linear.copy()
         linear[:, :, 0] = mean
         size = self.columns.size
-        compute = (_no_columns(size), *self.columns.compute[1:])
+        compute = (lambda each: np.zeros((len(each), size)), *self.columns.compute[1:])
         return replace(self, linear=linear, columns=Columns(size, compute))
 
     def with_harmonics(self, harmonics: int) -> "Balance":
@@ -80,15 +70,7 @@ class Balance:
         else:
             place = columns.place[components]
             held = [each[place] for each in columns.held]
-        out = np.empty_like(flat)
-        for h, R in enumerate(held):
-            if h == 0:
-                out[:, 0] = flat[components, 0] @ R.real
-                continue
-            k = 2 * h - 1
-            moved = (flat[components, k] + 1j * flat[components, k + 1]) @ R
-            out[:, k], out[:, k + 1] = moved.real, moved.imag
-        return out.reshape(w.shape)
+        return passed(flat[components], held).reshape(w.shape)
 
 
 @dataclass(frozen=True)
@@ -138,11 +120,6 @@ class Structure:
         return self.system.contacts.stiffness.reshape(-1)
 
     @cached_property
-    def _offset(self) -> Floats:
-        """v₀, (3c,) m."""
-        return self.system.contacts.offset.reshape(-1)
-
-    @cached_property
     def _static_columns(self) -> Array:
         rows = self.at(0).rows
         return np.asarray((rows.conj() @ rows.T) * self.stiffness[:, None])
@@ -150,7 +127,8 @@ class Structure:
     @cached_property
     def _preload(self) -> Floats:
         """Modal force of the interference and of the assembled sliders."""
-        return np.asarray(self.at(0).pull @ (self.stiffness * self._offset)).real
+        offset = self.system.contacts.offset.reshape(-1)
+        return np.asarray(self.at(0).pull @ (self.stiffness * offset)).real
 
     @cached_property
     def _held_still(self) -> Floats:
@@ -160,7 +138,7 @@ class Structure:
         """ũ of the mean, (3c,) m."""
         modes = self.at(0)
         moved = modes.rows @ modes.solve(0.0, self.modal_force(0, omega))
-        return np.asarray(moved + self._offset)
+        return np.asarray(moved + self.system.contacts.offset.reshape(-1))
 
     @cached_property
     def output_rows(self) -> list[Array]:
@@ -225,10 +203,6 @@ class Structure:
         varies = force is not None and force.omega_power
         static = self._static(omega) if varies else self._held_still
         return Balance(omega, to_real(np.stack([static, *vibrations])).reshape(shape), columns)
-
-    def linear(self, omega: float) -> Floats:
-        """ũ, (c, 3, 2H + 1) m."""
-        return self.balance(omega).linear
 
     def balance(self, omega: float) -> Balance:
         """The balance at a circular frequency, rad/s."""
@@ -315,49 +289,3 @@ def structure(
                 f"nodal diameter {k} has {len(modes[k].shapes)}"
             )
     return Structure(system, harmonics, diameters, {k: modes[k] for k in diameters})
-
-
-_DIRECTIONS = 4
-_FINEST = 1e-4
-"""The static balance, or the vibrating one, is compared with the other times this if smaller."""
-
-
-def whole_residual(
-    structure: Structure, omegas: Floats, modal: Sequence[Array], force: Complex
-) -> Floats:
-    """Largest zᴴ r_h of each point over the largest of its terms, (p,); at rest and vibrating."""
-    left, size = np.zeros((2, structure.harmonics + 1, len(omegas)))
-    signs = np.random.default_rng(0)
-    for h, amplitudes in enumerate(modal):
-        modes, matrices = structure.at(h), structure.system.at(structure.nodal_diameters[h])
-        some = signs.choice([-1.0, 1.0], (amplitudes.shape[1], _DIRECTIONS))
-        z, x = modes.shapes @ some, amplitudes @ modes.shapes.T
-        s = h * omegas[:, None]
-        rows = structure.system.contact_rows(structure.nodal_diameters[h]).reshape(-1, len(z))
-        pull = (rows @ z).conj()
-        terms = [x @ (matrices.K @ z).conj(), force[:, h].reshape(len(omegas), -1) @ pull]
-        if h and np.isfinite(structure.cutoff):  # modes beyond it have no inertia
-            terms.append(-(s**2) * ((modes.compliance * amplitudes) @ some))
-        elif h:
-            terms.append(-(s**2) * (x @ (matrices.M @ z).conj()))
-        if h:
-            damped = modes.coupled_damping
-            rate = amplitudes * modes.damping if damped is None else amplitudes @ damped.T
-            terms.append(1j * s * (rate @ some))
-        if h in structure.unit_forces:
-            growth = np.array([structure.growth(h, omega) for omega in omegas])
-            terms.append(-growth[:, None] * (structure.unit_forces[h] @ some))
-        left[h] = np.abs(sum(terms)).max(axis=1, initial=0.0)
-        size[h] = np.abs(terms).max(axis=(0, 2), initial=0.0)
-        if h == 0:  # interference loads, even where the structure evades it
-            offset = structure.stiffness * structure.system.contacts.offset.reshape(-1)
-            size[0] = np.maximum(size[0], np.abs(offset @ pull).max(initial=0.0))
-    moving = size[1:].max(axis=0, initial=0.0)
-    scale = np.stack([np.maximum(size[0], _FINEST * moving), np.maximum(moving, _FINEST * size[0])])
-    scale[scale == 0] = 1.0
-    return np.asarray(np.maximum(left[0] / scale[0], left[1:].max(axis=0, initial=0.0) / scale[1]))
-
-
-def _no_columns(size: int) -> Callable[[Integers], Array]:
-    """Columns that are zero."""
-    return lambda components: np.zeros((len(components), size))

@@ -116,16 +116,14 @@ class HeldVibration:
     @cached_property
     def excited(self) -> list[_ExcitedModes]:
         """Those of the harmonics h = 1 ... H."""
-        return [
-            _ExcitedModes(self.structure.at(h), h * self.omega, xi, self.shape if h == 1 else None)
-            for h, xi in enumerate(self._excitations, 1)
-        ]
-
-    @property
-    def _excitations(self) -> list[float]:
-        """ξ of the harmonics h = 1 ... H."""
         others = self.xi if self.everywhere else 0.0
-        return [self.xi, *(others for _ in range(1, self.structure.harmonics))]
+        return [
+            _ExcitedModes(self.structure.at(1), self.omega, self.xi, self.shape),
+            *(
+                _ExcitedModes(self.structure.at(h), h * self.omega, others)
+                for h in range(2, self.structure.harmonics + 1)
+            ),
+        ]
 
     @cached_property
     def _unit(self) -> tuple[Array, complex]:

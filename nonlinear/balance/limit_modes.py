@@ -60,19 +60,20 @@ class LimitModes:
         T = self.shapes
         force = np.asarray(push, complex) if T is None else times(T.conj().T, push)
         diagonal = self.static[:, None] - s**2 * self.compliance[:, None]
+        left = np.zeros(len(s))
         if self.damping.ndim == 1:
             y = force / (diagonal + 1j * s * self.damping[:, None])
-            return self._back(y), np.zeros(len(s))
-        if len(diagonal) <= _FEW:
-            y = np.zeros(force.shape, complex)
-            for i in range(len(s)):
-                with suppress(la.LinAlgError):  # else the balance stays open by all of the force
-                    y[:, i] = np.linalg.solve(self._whole(s[i], diagonal[:, i]), force[:, i])
         else:
-            y = self._repeated(s, diagonal, force)
-        left = np.abs(self._left(s, diagonal, force, y))
-        scale = np.abs(np.stack([diagonal * y, force])).max(axis=(0, 1), initial=_TINY)
-        return self._back(y), left.max(axis=0, initial=0.0) / scale
+            if len(diagonal) <= _FEW:
+                y = np.zeros(force.shape, complex)
+                for i in range(len(s)):
+                    with suppress(la.LinAlgError):  # else the balance stays open by all the force
+                        y[:, i] = np.linalg.solve(self._whole(s[i], diagonal[:, i]), force[:, i])
+            else:
+                y = self._repeated(s, diagonal, force)
+            scale = np.abs(np.stack([diagonal * y, force])).max(axis=(0, 1), initial=_TINY)
+            left = np.abs(self._left(s, diagonal, force, y)).max(axis=0, initial=0.0) / scale
+        return y if T is None else times(T, y), left
 
     def _repeated(self, s: Floats, diagonal: Floats, force: Array) -> Array:
         """Amplitudes (n, f) of the limit's modes by repetition."""
@@ -117,10 +118,6 @@ class LimitModes:
         block = 1j * s * self.damping[np.ix_(near, near)]
         block[np.diag_indices_from(block)] += diagonal[near]
         return near, la.lu_factor(block) if len(near) else None
-
-    def _back(self, y: Array) -> Array:
-        """Amplitudes of V from those of the limit's modes."""
-        return y if self.shapes is None else times(self.shapes, y)
 
 
 def times(A: Array, y: Array) -> Array:

@@ -1,6 +1,6 @@
 """Columns of receptances: computed when a contact first deviates, and kept."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -67,6 +67,16 @@ class Columns(HeldColumns):
         every = np.arange(self.size)
         self.hold(every)
         return self.held[harmonic][self.place].T
+
+
+def passed(w: Floats, columns: Sequence[Array]) -> Floats:
+    """R̂ w, (r, m), of deviations (k, m) of the components of columns (k, r) by harmonic."""
+    out = np.empty((columns[0].shape[1], w.shape[1]))
+    out[:, 0] = w[:, 0].copy() @ columns[0].real
+    for h, R in enumerate(columns[1:], 1):
+        moved = (w[:, 2 * h - 1] + 1j * w[:, 2 * h]) @ R
+        out[:, 2 * h - 1], out[:, 2 * h] = moved.real, moved.imag
+    return out
 
 
 @kernel

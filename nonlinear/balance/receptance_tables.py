@@ -20,14 +20,14 @@ import scipy.linalg as la
 
 from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance, Structure
-from vanelock.nonlinear.balance.receptance_columns import combine
+from vanelock.nonlinear.balance.receptance_columns import HeldColumns, combine
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 
 _COLUMNS = 128  # of receptances that are worked out at a time
 _MARGIN = 0.02  # how far, relatively, an arc may leave the range of frequencies
 
 
-class _FarColumns:
+class _FarColumns(HeldColumns):
     """Columns of what the far modes add to R̂ at the nodes of the range; computed when asked for.
 
     `rows` (3c, n): of the far modes; `pull` (n, 3c): modal forces of unit displacements of the
@@ -40,28 +40,23 @@ class _FarColumns:
 
     def __init__(self, rows: Array, pull: Array, dynamic: Array) -> None:
         self._rows, self._pull, self._dynamic = rows, pull, dynamic
-        size = len(rows)
-        self._place = np.full(size, -1)
-        self._held = np.empty((0, len(dynamic), size), complex)
-        self._count = 0
+        super().__init__(len(rows))
+        self._held = np.empty((0, len(dynamic), self.size), complex)
 
     def at(self, components: Integers) -> tuple[Array, Integers]:
         """Columns held so far, (m, k, 3c), and where among them the wanted ones are."""
-        missing = components[self._place[components] < 0]
-        if len(missing):
-            count = self._count + len(missing)
-            if count > len(self._held):
-                room = np.empty((min(2 * count, len(self._place)), *self._held.shape[1:]), complex)
-                room[: self._count] = self._held[: self._count]
-                self._held = room
-            for start in range(0, len(missing), _COLUMNS):
-                some = missing[start : start + _COLUMNS]
-                fresh = _product(self._pull.T[some, None] / self._dynamic, self._rows.T)
-                first = self._count + start
-                self._held[first : first + len(some)] = self.sprung(fresh)
-            self._place[missing] = np.arange(self._count, count)
-            self._count = count
-        return self._held, self._place[components]
+        begin, missing = len(self.components), self._admitted(components)
+        count = len(self.components)
+        if count > len(self._held):
+            room = np.empty((min(2 * count, self.size), *self._held.shape[1:]), complex)
+            room[:begin] = self._held[:begin]
+            self._held = room
+        for start in range(0, len(missing), _COLUMNS):
+            some = missing[start : start + _COLUMNS]
+            fresh = _product(self._pull.T[some, None] / self._dynamic, self._rows.T)
+            first = begin + start
+            self._held[first : first + len(some)] = self.sprung(fresh)
+        return self._held, self.place[components]
 
     def sprung(self, columns: Array) -> Array:
         """Columns (j, k, 3c) once the springs act."""
@@ -73,7 +68,7 @@ class _FarColumns:
     def spring(self, opened: Integers, stiffness: Floats, near: Array) -> Array:
         """Let springs act from now on at (m,) components; bᴴAb of near modes, (k, low, low)."""
         held, places = self.at(opened)
-        count, own = self._count, near[opened]
+        count, own = len(self.components), near[opened]
         nodes, low = held.shape[1], near.shape[1]
         self.through = np.empty((nodes, len(opened), held.shape[2]), complex)
         coupled = np.empty((nodes, low, low), complex)
@@ -192,29 +187,6 @@ class Tabulated:
         S[np.diag_indices(table.far.low)] += modes.dynamic(harmonic * omega)[: table.far.low]
         seen = (far[:, own] * modes.springs[own]) @ modes.rows[own, : table.far.low].conj()
         return np.asarray(np.linalg.solve(S, (push - seen).T).T @ rows)
-
-
-_PATIENCE, _MANY = 100, 1000
-"""Balances summed over all modes before tables are made, and those expected then."""
-
-
-@dataclass
-class Deferred:
-    """Balances by circular frequency in a range, rad/s, tabulated once many have been asked for."""
-
-    structure: Structure
-    limits: tuple[float, float]
-    _asked: int = 0
-    _source: Structure | Tabulated | None = None
-
-    def balance(self, omega: float) -> Balance:
-        """The balance at a circular frequency."""
-        self._asked += 1
-        if self._asked <= _PATIENCE:
-            return self.structure.balance(omega)
-        if self._source is None:
-            self._source = balances(self.structure, *self.limits, _MANY)
-        return self._source.balance(omega)
 
 
 def balances(

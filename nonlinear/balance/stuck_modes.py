@@ -162,8 +162,7 @@ class StuckModes(Product):
 
     def dynamic(self, s: float) -> Array:
         """Diagonal of the modal dynamic stiffness at s, rad/s, the springs of `springs` aside."""
-        diagonal: Array = self.static - s**2 * self.compliance + 1j * s * self.damping
-        return diagonal
+        return np.asarray(self.static - s**2 * self.compliance + 1j * s * self.damping)
 
     def sprung(self, s: float, amplitudes: Array) -> Array:
         """Amplitudes (n,) or (n, k) once the springs of `springs` act, given those without.
@@ -263,8 +262,7 @@ class StuckModes(Product):
             damped: Array = self.damping * amplitudes
         else:
             damped = self.coupled_damping @ amplitudes
-        product: Array = -2 * s * self.compliance * amplitudes + 1j * damped
-        return product
+        return np.asarray(-2 * s * self.compliance * amplitudes + 1j * damped)
 
 
 def stuck_modes(system: System, nodal_diameter: int) -> StuckModes:

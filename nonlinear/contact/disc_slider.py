@@ -38,15 +38,6 @@ RATES = 8
 
 
 @kernel
-def _follow_centre(centre: Floats, out: Floats, rates: Floats) -> None:
-    """An open contact's slider is where u is."""
-    rates[:] = 0.0
-    for i in range(2):
-        out[i] = centre[i]
-        rates[i, TO + i] = 1.0
-
-
-@kernel
 def _touch_down(
     a: Floats, b: Floats, r0: float, r1: float, out: Floats, rates: Floats
 ) -> tuple[int, float]:
@@ -104,8 +95,10 @@ def pursue(
     From `a` and r0 to `b` and r1, which are not positive where the contact is open; `out` and
     `rates` (2, 8) receive the slider at the end and, unless HELD from the beginning, its rates.
     """
-    if r1 <= 0.0:
-        _follow_centre(b, out, rates)
+    if r1 <= 0.0:  # an open contact's slider is where u is
+        rates[:] = 0.0
+        out[0], out[1] = b[0], b[1]
+        rates[0, TO] = rates[1, TO + 1] = 1.0
         return FREE, 0.0
     if r0 <= 0.0:
         return _touch_down(a, b, r0, r1, out, rates)

@@ -109,20 +109,12 @@ def _laps_of(
 
 @kernel
 def _panel(
-    force: Any,
-    u: Floats,
-    omega: float,
-    p: Floats,
-    begin: float,
-    end: float,
-    state: Floats,
-    sums: Floats,
-) -> None:
+    force: Any, u: Floats, omega: float, p: Floats, begin: float, end: float, state: Floats
+) -> Floats:
     """Integrals (3, d) of f, f cos Hθ and f sin Hθ over a panel, its state carried to the end."""
     d, harmonics = u.shape[0], (u.shape[1] - 1) // 2
-    x, v, f = np.empty(d), np.empty(d), np.empty(d)
+    x, v, f, sums = np.empty(d), np.empty(d), np.empty(d), np.zeros((3, d))
     half = 0.5 * (end - begin)
-    sums[:] = 0.0
     for i in range(_NODES.size):
         angle = begin + half * (1.0 + _NODES[i])
         for j in range(d):
@@ -135,6 +127,7 @@ def _panel(
             sums[0, j] += weight * f[j]
             sums[1, j] += weight * f[j] * cos
             sums[2, j] += weight * f[j] * sin
+    return sums
 
 
 @kernel
@@ -149,8 +142,7 @@ def _panels(
     ends: Floats,
 ) -> int:
     """Ends of panels within the edges, each fine enough, and their number; the state goes round."""
-    d, n = u.shape[0], state.size
-    whole, first, second = np.empty((3, d)), np.empty((3, d)), np.empty((3, d))
+    n = state.size
     coarse, fine = np.empty(n), np.empty(n)
     waiting = np.empty(_HALVINGS + 2)
     size = np.abs(state).max() if n else 0.0
@@ -163,9 +155,9 @@ def _panels(
             end = waiting[left - 1]
             middle = 0.5 * (begin + end)
             coarse[:], fine[:] = state, state
-            _panel(force, u, omega, p, begin, end, coarse, whole)
-            _panel(force, u, omega, p, begin, middle, fine, first)
-            _panel(force, u, omega, p, middle, end, fine, second)
+            whole = _panel(force, u, omega, p, begin, end, coarse)
+            first = _panel(force, u, omega, p, begin, middle, fine)
+            second = _panel(force, u, omega, p, middle, end, fine)
             close = np.abs(first + second - whole).max() <= _RESOLVED * TURN * largest
             for j in range(n):
                 size = max(size, abs(fine[j]))
@@ -217,26 +209,20 @@ def _turns(u: Floats) -> Floats:
 
 @kernel
 def _chain(
-    slopes: Floats,
-    table: Floats,
-    slope: Floats,
-    rate: Floats,
-    omega: float,
-    states: Floats,
-    out: Floats,
+    by: Floats, phi: Floats, dphi: Floats, rate: Floats, omega: float, states: Floats, out: Floats
 ) -> None:
     """Derivatives (e, dm + 1) at an instant from those (2d + n, e) to u, its rate and the state."""
-    d, m = rate.size, table.size
+    d, m = rate.size, phi.size
     for e in range(out.shape[0]):
         last = 0.0
         for j in range(d):
-            by_u, by_rate = slopes[j, e], omega * slopes[d + j, e]
+            by_u, by_rate = by[j, e], omega * by[d + j, e]
             for a in range(m):
-                out[e, j * m + a] = by_u * table[a] + by_rate * slope[a]
-            last += slopes[d + j, e] * rate[j]
+                out[e, j * m + a] = by_u * phi[a] + by_rate * dphi[a]
+            last += by[d + j, e] * rate[j]
         out[e, d * m] = last / omega if omega > 0.0 else 0.0
         for q in range(states.shape[0]):
-            by_state = slopes[2 * d + q, e]
+            by_state = by[2 * d + q, e]
             for a in range(out.shape[1]):
                 out[e, a] += by_state * states[q, a]
 

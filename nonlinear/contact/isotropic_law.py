@@ -299,13 +299,7 @@ def _add_friction(
 
 @kernel
 def _without_path(
-    c: int,
-    u: Floats,
-    alpha: Floats,
-    table: Floats,
-    contact: Floats,
-    along: Floats,
-    made: Evaluated,
+    c: int, u: Floats, alpha: Floats, table: Floats, contact: Floats, along: Floats, made: Evaluated
 ) -> tuple[bool, int]:
     """The normal direction of a contact, and the plane of one that is free or never moved."""
     w, jacobian, opening, slips, _ = made
@@ -362,5 +356,4 @@ def slider_places(u: Floats, alpha: float, angles: Floats) -> Floats:
     turned = (1 - z**2)[:, None] * e0 + (2 * z)[:, None] * np.stack([-e0[:, 1], e0[:, 0]], axis=1)
     slipping = p - (r / (1 + z**2))[:, None] * turned
     kind = piece[:, [KIND]]
-    places: Floats = np.where(kind == HELD, e0, np.where(kind == FREE, p, slipping))
-    return places
+    return np.asarray(np.where(kind == HELD, e0, np.where(kind == FREE, p, slipping)))

@@ -23,7 +23,6 @@ solved in K_c: w = W(u) - κ (u - W(u)).
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -34,7 +33,7 @@ from vanelock.nonlinear.contact.isotropic_law import isotropic_located_law
 from vanelock.nonlinear.contact.normal import ALWAYS, CLOSED
 from vanelock.nonlinear.contact.orthogonal_law import located_law, sampled_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS
-from vanelock.nonlinear.fourier import TURN, basis, grid, to_complex
+from vanelock.nonlinear.fourier import grid, to_complex
 from vanelock.rom.system.element import Element
 from vanelock.rom.system.system import Contacts
 
@@ -83,7 +82,9 @@ class Law:
         if self.bonded is not None:  # of them, that they are pressed together
             seen = np.where(self.bonded[:, None, None], 0.0, seen)
             seen[self.bonded, 0, 0] = 1.0
-        made = self._kernel(seen, self.alpha, self.stiffness, self.table)
+        one_by_one = located_law if self.located else sampled_law
+        law = isotropic_located_law if self.isotropic else one_by_one
+        made = law(seen, self.alpha, self.stiffness, self.table)
         w, jacobian, opening, slips, energy = made
         if self.constant_load:
             jacobian[:, :, :, 0, 1:] = 0.0  # the mean alone bounds friction
@@ -100,13 +101,6 @@ class Law:
                     jacobian[:, i, k, i, k] -= self.stiffer[:, i]
         deviation = Deviation(w, jacobian, state, energy)
         return self._with_elements(deviation, u, omega) if self.elements else deviation
-
-    @property
-    def _kernel(self) -> Any:
-        """What evaluates it."""
-        if self.isotropic:
-            return isotropic_located_law
-        return located_law if self.located else sampled_law
 
     @property
     def _is_element(self) -> Booleans:
@@ -169,13 +163,9 @@ def contact_law(
 ) -> Law:
     """The law of all contacts for displacements of `harmonics` harmonics."""
     check_friction(contacts, friction)
-    isotropic = friction == "isotropic"
-    if samples is None:
-        table = grid(harmonics)
-    else:
-        table = basis(harmonics, TURN * np.arange(samples) / samples)
-    located = samples is None
+    isotropic, located = friction == "isotropic", samples is None
     alpha, stiffness, elements = contacts.alpha, contacts.stiffness, contacts.elements
+    table = grid(harmonics, samples)
     return Law(alpha, stiffness, table, located, isotropic, constant_load, elements)
 
 

@@ -30,14 +30,6 @@ def scale(matrix: Floats) -> None:
 
 
 @kernel
-def _add_product(matrix: Floats, vector: Floats, out: Floats) -> None:
-    """Out += matrix · vector."""
-    for j in range(out.size):
-        for k in range(vector.size):
-            out[j] += matrix[j, k] * vector[k]
-
-
-@kernel
 def place(block: Floats, contact: int, row: int, column: int, jacobian: Floats) -> None:
     """Put dw_row/du_column of one contact into the Jacobian of all."""
     for j in range(block.shape[0]):
@@ -63,5 +55,7 @@ def add_normal(v: Floats, contact: Floats, count: int, w: Floats, jacobian: Floa
         add_integrals(contact[i], last, moments)
     gram(moments, jacobian)
     scale(jacobian)
-    _add_product(jacobian, v, w)
+    for j in range(m):
+        for k in range(m):
+            w[j] += jacobian[j, k] * v[k]
     return PARTLY

@@ -17,6 +17,7 @@ followed through the states.
 """
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -50,18 +51,13 @@ HELD, LOW, HIGH, FREE = 0, 1, 2, 3
 # was set (nan: at w = 0, for good) and the factor c in dw = du + c dv, both at that angle.
 KIND, BEGIN, END, PLACE, SOURCE, FACTOR = 0, 1, 2, 3, 4, 5
 WIDTH = 6
+_Slider: TypeAlias = tuple[float, float, float]
+_AT_REST = (0.0, math.nan, 0.0)
 
 
 @kernel
 def _append(
-    segments: Floats,
-    count: int,
-    kind: int,
-    begin: float,
-    end: float,
-    position: float,
-    source: float,
-    factor: float,
+    segments: Floats, count: int, kind: int, begin: float, end: float, slider: _Slider
 ) -> int:
     """Add a segment, or lengthen the last one where it only continues; empty ones are left out."""
     if end <= begin:
@@ -69,19 +65,19 @@ def _append(
     if count > 0:
         last = segments[count - 1]
         same = last[KIND] == kind and last[END] == begin
-        if same and (kind != HELD or last[SOURCE] == source):
+        if same and (kind != HELD or last[SOURCE] == slider[1]):
             last[END] = end
             return count
     row = segments[count]
     row[KIND], row[BEGIN], row[END] = kind, begin, end
-    row[PLACE], row[SOURCE], row[FACTOR] = position, source, factor
+    row[PLACE], row[SOURCE], row[FACTOR] = slider
     return count + 1
 
 
 @kernel
-def _whole(segments: Floats, kind: int, position: float, source: float, factor: float) -> int:
+def _whole(segments: Floats, kind: int, slider: _Slider) -> int:
     """One segment over the whole period."""
-    return _append(segments, 0, kind, 0.0, TURN, position, source, factor)
+    return _append(segments, 0, kind, 0.0, TURN, slider)
 
 
 @kernel
@@ -121,10 +117,10 @@ def slider_path(
     """Segments of the periodic slider path into `out`; returns how many."""
     closed = contacts == 0 and v[0] > 0.0
     if alpha == 0.0 or (contacts == 0 and not closed):
-        return _whole(out, FREE, 0.0, np.nan, 0.0)
+        return _whole(out, FREE, _AT_REST)
     low, high = u - alpha * v, u + alpha * v
     if closed and low[0] + spread(low) <= 0.0 <= high[0] - spread(high):
-        return _whole(out, HELD, 0.0, np.nan, 0.0)
+        return _whole(out, HELD, _AT_REST)
     low_slope, high_slope = derivative(low), derivative(high)
     breaks = np.empty((3, contact.size))
     counts = np.empty(3)
@@ -138,16 +134,16 @@ def slider_path(
         highest = -highest
         if lowest <= highest:  # slides at most once, then sticks for good
             if lowest > 0.0:
-                return _whole(out, HELD, lowest, low_at, -alpha)
+                return _whole(out, HELD, (lowest, low_at, -alpha))
             if highest < 0.0:
-                return _whole(out, HELD, highest, high_at, alpha)
-            return _whole(out, HELD, 0.0, np.nan, 0.0)
+                return _whole(out, HELD, (highest, high_at, alpha))
+            return _whole(out, HELD, _AT_REST)
         start, mode = low_at, LOW  # only slipping takes a slider to the top of its lower bound
     else:
         start, mode = contact[1 if value(v, 0.0) >= 0.0 else 0], FREE  # where it touches down
     order = np.empty(3 * contact.size + 1)
     total = _ordered(start, breaks, counts, order)
-    return _march(v, u, alpha, low, high, start, mode, order, total, out)
+    return _march(v, u, alpha, start, mode, order[:total], out)
 
 
 @kernel
@@ -163,19 +159,10 @@ def _is_open(v: Floats, begin: float, end: float) -> bool:
 
 @kernel
 def _march(
-    v: Floats,
-    u: Floats,
-    alpha: float,
-    low: Floats,
-    high: Floats,
-    start: float,
-    mode: int,
-    order: Floats,
-    total: int,
-    out: Floats,
+    v: Floats, u: Floats, alpha: float, start: float, mode: int, order: Floats, out: Floats
 ) -> int:
     """Follow the slider once round from an instant at which its place is known."""
-    count = 0
+    count, total, low, high = 0, order.size, u - alpha * v, u + alpha * v
     place, source, factor = 0.0, np.nan, 0.0
     for i in range(total):
         a = start + order[i]
@@ -183,7 +170,7 @@ def _march(
         if b <= a:  # roots of two of the polynomials at the same angle
             continue
         if _is_open(v, a, b):
-            count = _append(out, count, FREE, a, b, 0.0, np.nan, 0.0)
+            count = _append(out, count, FREE, a, b, _AT_REST)
             mode = FREE
             continue
         # Both bounds are monotone from a to b, so their ends decide, wherever a slope may vanish.
@@ -209,9 +196,9 @@ def _march(
             elif over > 0.0:
                 event = crossing(high, place, a, b) if value(high, a) > place else a
                 mode = HIGH
-            count = _append(out, count, HELD, a, event, place, source, factor)
+            count = _append(out, count, HELD, a, event, (place, source, factor))
         if mode != HELD:
-            count = _append(out, count, mode, event, b, 0.0, np.nan, 0.0)
+            count = _append(out, count, mode, event, b, _AT_REST)
     return count
 
 

@@ -72,7 +72,7 @@ def follow(
                 return _Arc(replace(landed, iterations=spent), tuple(folds), spent)
             if path.taken < 4 * shortest:
                 break
-            path.shorten(0.25)  # come closer before landing
+            path.length = 0.25 * path.taken  # come closer before landing
             continue
         path.go(ahead)
         flown = np.abs(ahead.w * path.weight).max(initial=0.0) > CARRIED  # nothing holds it
@@ -108,7 +108,7 @@ def polished(family: Family, point: PathPoint, tolerance: float) -> Solution:
     """A point of a path, to the tolerance and better; not converged where that is not reached."""
     rough = point.solution
     there = at_solution(family, rough)
-    found = refined(there, rough.w, rough.parameter, point.plane, tolerance, rough.reuse)
+    found = refined(there, rough.w, rough.parameter, point.plane(), tolerance, rough.reuse)
     if found.converged:
         return found
     return replace(rough, converged=rough.residual <= tolerance)
@@ -145,17 +145,15 @@ def locate(
     """Find where a quantity passes zero between two neighbouring points of a path."""
     a, b = before.solution, after.solution
     solved: list[tuple[float, Solution, Tangent]] = []
-    normal = (
-        before.plane.normal_w + after.plane.normal_w,
-        before.plane.normal_parameter + after.plane.normal_parameter,
-    )
+    planes = before.plane(), after.plane()
+    normal_w = planes[0].normal_w + planes[1].normal_w
+    normal_parameter = planes[0].normal_parameter + planes[1].normal_parameter
 
     def at(share: float) -> float:
         w = a.w + share * (b.w - a.w)
         parameter = a.parameter + share * (b.parameter - a.parameter)
-        found = solve(
-            family, w, parameter, CuttingPlane(w, parameter, *normal), tolerance, reuse=a.reuse
-        )
+        plane = CuttingPlane(w, parameter, normal_w, normal_parameter)
+        found = solve(family, w, parameter, plane, tolerance, reuse=a.reuse)
         tangent = tangent_at(family, found) if found.converged else None
         if tangent is None:
             raise ArithmeticError

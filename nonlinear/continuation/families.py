@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from vanelock.common.arrays import Booleans, Floats, Integers
+from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.newton.preconditioner import response_to
@@ -81,37 +81,12 @@ def fixed(balance: Balance, law: Law) -> Loads:
 
 
 @dataclass(frozen=True)
-class Frictions:
-    """Problems at one frequency whose coefficients of friction are scaled by the parameter, > 0.
-
-    Of the contacts `scaled`, (c,) bool, or of all where that is not given.
-    """
+class Laws:
+    """Problems at one frequency and load, by their law."""
 
     balance: Balance
     friction: Law
-    scaled: Booleans | None = None
 
     def at(self, parameter: float) -> Balance:
-        """The balance, the same whatever the friction."""
+        """The balance, the same for all."""
         return self.balance
-
-    def law(self, parameter: float) -> Law:
-        """The law with the coefficients scaled."""
-        alpha = parameter * self.friction.alpha
-        if self.scaled is not None:
-            alpha = np.where(self.scaled[:, None], alpha, self.friction.alpha)
-        return replace(self.friction, alpha=alpha)
-
-    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
-        """dW/dp at fixed w, on the given components of w.
-
-        A slider's place depends on friction through μ v alone, so that μ dw/dμ = (dw/dv) v.
-        """
-        u = self.balance.displacement(w).copy()
-        u[:, 1:] = 0.0
-        if self.scaled is not None:
-            u[~self.scaled] = 0.0
-        u[list(self.friction.elements)] = 0.0
-        m = w.shape[2]
-        rates = response_to(deviation, rows, u) / parameter
-        return np.where(rows // m % 3 == 0, 0.0, rates)

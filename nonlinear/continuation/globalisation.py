@@ -18,6 +18,7 @@ that happens on the way would happen in the last millionth of it.
 
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 from math import log
 
 import numpy as np
@@ -26,7 +27,7 @@ from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import follow
-from vanelock.nonlinear.continuation.families import Loads, fixed
+from vanelock.nonlinear.continuation.families import Laws, Loads, fixed
 from vanelock.nonlinear.fourier import resized
 from vanelock.nonlinear.newton.newton import TOLERANCE, Family, Solution, solve
 from vanelock.nonlinear.newton.preconditioner import response_to
@@ -59,16 +60,10 @@ class _SoftLaw(Law):
 
 
 @dataclass(frozen=True)
-class _Hardening:
+class _Hardening(Laws):
     """Problems at one load whose contacts have the share s = softest^(1 - p) of their stiffness."""
 
-    balance: Balance
-    friction: Law
     softest: float
-
-    def at(self, parameter: float) -> Balance:
-        """The balance, the same for all."""
-        return self.balance
 
     def law(self, parameter: float) -> _SoftLaw:
         """The law at a value of the parameter."""
@@ -105,17 +100,11 @@ class _HeldLaw(Law):
 
 
 @dataclass(frozen=True)
-class _Release:
+class _Release(Laws):
     """Problems at one load, contacts held as by `_HeldLaw` at p = 1 and themselves at p = 0."""
 
-    balance: Balance
-    friction: Law
     pressed: Floats
     held: Floats
-
-    def at(self, parameter: float) -> Balance:
-        """The balance, the same for all."""
-        return self.balance
 
     def law(self, parameter: float) -> _HeldLaw:
         """The law at a value of the parameter."""
@@ -179,12 +168,10 @@ def from_nothing(
 
 def at_once(balance: Balance, law: Callable[[int], Law], tolerance: float = TOLERANCE) -> Solution:
     """Solve a balance without a start by Newton's iteration, or by raising H, but no more."""
-    still = np.zeros_like(balance.linear)
-    top = law((balance.linear.shape[2] - 1) // 2)
-    found = solve(fixed(balance, top), still, 0.0, tolerance=tolerance)
-    if not found.converged:
-        found = next(_raise_harmonics(balance, law, tolerance, Effort()))
-    return found
+    for attempt in islice(_attempts(balance, law, tolerance, Effort()), 2):
+        if attempt.converged:
+            break
+    return attempt
 
 
 def _attempts(
@@ -196,7 +183,9 @@ def _attempts(
     yield effort.spent(solve(fixed(balance, top), still, 0.0, tolerance=tolerance))
     raised = yield from _raise_harmonics(balance, law, tolerance, effort)
     release = _Way(_released(balance, top), still, 1.0, 0.0)
-    ways = [_harden(balance, top), _raise_force(balance, top, raised), [release]]
+    hardenings = (_Hardening(balance, top, softest) for softest in _SOFTEST)
+    harden = [_Way(each, still, 0.0, 1.0, limit=40, shortest=1e-5) for each in hardenings]
+    ways = [harden, _raise_force(balance, top, raised), [release]]
     for most in _EFFORTS:
         for starts in ways:
             if effort.left <= 0:
@@ -255,13 +244,6 @@ class _Way:
     target: float
     limit: int = 15
     shortest: float = _SHORTEST
-
-
-def _harden(balance: Balance, law: Law) -> list[_Way]:
-    """From soft contacts to the true ones, those tried first that are the least soft."""
-    start = np.zeros_like(balance.linear)
-    families = (_Hardening(balance, law, softest) for softest in _SOFTEST)
-    return [_Way(family, start, 0.0, 1.0, limit=40, shortest=1e-5) for family in families]
 
 
 def _raise_force(balance: Balance, law: Law, static: Floats | None) -> list[_Way]:

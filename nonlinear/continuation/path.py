@@ -5,10 +5,8 @@ sign(ṗ) · sign det P = const, which holds through folds and, unlike the angle
 tangent, across the kinks of the law. Unknowns beside w, with their equations, border P.
 """
 
-from abc import abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 
@@ -20,11 +18,13 @@ from vanelock.nonlinear.newton.newton import (
     CuttingPlane,
     Family,
     Solution,
+    StepUnits,
     active_rows,
     at_solution,
     scales,
     solve,
 )
+from vanelock.nonlinear.newton.preconditioner import Equations
 
 _ROUGH = 1e-7  # residual of the points on the way
 SHORTEST = 2e-3
@@ -36,36 +36,6 @@ straight back: no fold, of which even a sharp one turns w, but a point where bra
 _ACROSS, _ROUNDS = 1e-3, 60
 """Of the parameter: how far beyond an onset that has no tangent a point is looked for, after so
 many rounds of the law, half a step each."""
-
-
-@dataclass(frozen=True)
-class StepUnits:
-    """Inverse of what counts as a step of length 1; of w by harmonic, (2H + 1,)."""
-
-    w: Floats
-    parameter: float
-    beside: Floats
-
-    def length(self, w: Floats, parameter: float, beside: Floats) -> float:
-        """Length of a change."""
-        others = np.append(beside * self.beside, parameter * self.parameter)
-        return float(np.hypot(np.linalg.norm(w * self.w), np.linalg.norm(others)))
-
-
-class Carried(Bordered):
-    """A family that is made anew at each point of its path, such as that of a mode's shape."""
-
-    @abstractmethod
-    def units(self, solution: Solution) -> StepUnits:
-        """What a step is measured by at a solution."""
-
-    @abstractmethod
-    def carried(self, solution: Solution) -> tuple[Self, Solution]:
-        """The family from a solution on, and the solution as one of that family's."""
-
-    @abstractmethod
-    def holds(self, solution: Solution) -> bool:
-        """Whether a solution is close enough to those that the family was made for."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +61,7 @@ class PathPoint:
     beside: Floats
     units: StepUnits
 
-    @property
-    def plane(self) -> CuttingPlane:
-        """The plane through it, across the path."""
-        return self.plane_at(0.0)
-
-    def plane_at(self, length: float) -> CuttingPlane:
+    def plane(self, length: float = 0.0) -> CuttingPlane:
         """The plane across the path's tangent, a length further on."""
         return CuttingPlane(
             self.solution.w + length * self.along,
@@ -121,7 +86,8 @@ def tangent_at(family: Family, point: Solution, balance: Balance | None = None) 
         return Tangent(right.reshape(point.w.shape), 1.0, right[:0])
     reuse = None if point.reuse is None else replace(point.reuse, stale=True)
     stiffness = family.law(point.parameter).stiffness.reshape(-1)
-    linear = linearise(balance, point.deviation, rows, weight, border, reuse, stiffness)
+    deviation = point.deviation
+    linear = linearise(Equations(balance, deviation, rows, weight, border, reuse, stiffness))
     right[rows] = family.rate(point.parameter, point.w, point.deviation, rows)
     moved = linear.solve(right, _EXACT)
     if moved is None:
@@ -158,7 +124,7 @@ class SolutionPath:
         self.iterations = self.failed = 0
         self.here: PathPoint | None = None
         self._constant = 0.0
-        if not isinstance(family, Carried):
+        if not isinstance(family, Bordered):
             ends = [scales(family.at(p).linear) for p in (start.parameter, target)]
             self.weight = 1 / np.maximum(*ends)
         self.go(start)
@@ -174,7 +140,7 @@ class SolutionPath:
     def go(self, solution: Solution, stepped: bool = True) -> None:
         """Have the path go on from a solution on it, a step ahead or anywhere between."""
         came, self.here = self.here, None
-        if isinstance(self.family, Carried):
+        if isinstance(self.family, Bordered):
             self.family, solution = self.family.carried(solution)
         tangent = tangent_at(self.family, solution)
         if tangent is None:
@@ -186,10 +152,6 @@ class SolutionPath:
             self._constant *= -1
             here = self._directed(solution, tangent, units)
         self.here = here
-
-    def shorten(self, share: float) -> None:
-        """Have the next step be a share of the last one."""
-        self.length = share * self.taken
 
     def ahead(self) -> Solution | None:
         """The next point, its step halved until Newton converges; None if there is none.
@@ -215,11 +177,11 @@ class SolutionPath:
                 found = self._step(turned, longer * little)
                 if found is not None:
                     return found
-        return self._across(self.here) if isinstance(self.family, Carried) else None
+        return self._across(self.here) if isinstance(self.family, Bordered) else None
 
     def _units(self, solution: Solution) -> StepUnits:
         """What is measured at a point: what is drawn by w as it is there, if more than stuck."""
-        if isinstance(self.family, Carried):
+        if isinstance(self.family, Bordered):
             return self.family.units(solution)
         weight = self.weight
         if self.drawn and solution.w.any():
@@ -234,7 +196,7 @@ class SolutionPath:
 
     def _beyond(self, here: PathPoint, length: float) -> PathPoint | None:
         """A point, its direction as the state of the contacts a little further has it."""
-        plane, beside = here.plane_at(length), here.solution.beside + length * here.beside
+        plane, beside = here.plane(length), here.solution.beside + length * here.beside
         further = replace(
             here.solution, w=plane.w, parameter=plane.parameter, beside=tuple(beside.tolist())
         )
@@ -247,7 +209,7 @@ class SolutionPath:
 
     def _step(self, here: PathPoint, length: float) -> Solution | None:
         """The point at a distance along the direction of the path, if Newton finds one there."""
-        begin, plane = here.solution, here.plane_at(length)
+        begin, plane = here.solution, here.plane(length)
         beside = np.asarray(begin.beside) + length * here.beside
         family = self.family
         if isinstance(family, Bordered):
@@ -271,7 +233,7 @@ class SolutionPath:
 
     def _continues(self, begin: Solution, solution: Solution) -> bool:
         """Whether a point is not too far from the last one."""
-        if isinstance(self.family, Carried):
+        if isinstance(self.family, Bordered):
             return self.family.holds(solution)
         # Where the path leads away from the target, steps grow with the distance from there.
         far = max(abs(begin.parameter - self.target), abs(self.span))

@@ -79,7 +79,7 @@ class _Characteristic:
         law = self.law
         return 1 / np.sqrt(self.structure.stiffness[law.components[law.remembering]])
 
-    def _answer(self, s: complex) -> tuple[Transferred, Complex, Complex]:
+    def answer(self, s: complex) -> tuple[Transferred, Complex, Complex]:
         """The law, R, and (o, 2P + 1, m) deviations that go with unit amplitudes."""
         law, structure = self.law, self.structure
         found = law.at(s)
@@ -99,13 +99,9 @@ class _Characteristic:
         solved = np.linalg.solve(matrix, right.reshape(o * M, self.size))
         return found, rest, np.asarray(solved.reshape(o, M, self.size))
 
-    def deviations(self, s: complex) -> Complex:
-        """(o, 2P + 1, m) deviations that go with unit amplitudes of the near modes and of z."""
-        return self._answer(s)[2]
-
     def coupling(self, s: complex) -> Complex:
         """(m, m) G(s)."""
-        found, rest, w = self._answer(s)
+        found, rest, w = self.answer(s)
         partners, forces = self._rows
         place, first = self.structure.place, self.law.remembering
         near = np.einsum("mo,omn->mn", forces, w[:, place])
@@ -114,8 +110,7 @@ class _Characteristic:
             of = found.read[:, e] / self._unit[:, None]
             read[:, : len(place)] += of[:, place] * own.T[first]
             read += np.einsum("qk,kqo,okn->qn", of, rest[:, each[first]], w, optimize=True)
-        both: Complex = np.concatenate([near, read])
-        return both
+        return np.asarray(np.concatenate([near, read]))
 
     def diagonal(self, s: complex) -> Complex:
         """(m,) p, of z too."""
@@ -124,8 +119,7 @@ class _Characteristic:
 
     def __call__(self, s: complex) -> Complex:
         """(m, m) S(s)."""
-        matrix: Complex = np.diag(self.diagonal(s)) - self.coupling(s)
-        return matrix
+        return np.asarray(np.diag(self.diagonal(s)) - self.coupling(s))
 
     def series(self, centre: complex, radius: float, count: int) -> "Series":
         """S by the Taylor series of G in a circle, from G at `count` points."""
@@ -149,14 +143,12 @@ class Series:
     def __call__(self, s: complex) -> Complex:
         """(m, m) S(s)."""
         powers = ((s - self.centre) / self.radius) ** np.arange(len(self.terms))
-        found: Complex = np.diag(self.exact.diagonal(s)) - np.tensordot(powers, self.terms, 1)
-        return found
+        return np.asarray(np.diag(self.exact.diagonal(s)) - np.tensordot(powers, self.terms, 1))
 
     def slope(self, s: complex) -> Complex:
         """(m, m) dS/ds, by a difference."""
         step = 1e-5 * self.radius
-        found: Complex = (self(s + step) - self(s - step)) / (2 * step)
-        return found
+        return np.asarray((self(s + step) - self(s - step)) / (2 * step))
 
     def polished(self, s: complex) -> complex:
         """A zero of S in full, by two of Newton's steps from one of the series."""
@@ -183,22 +175,14 @@ _CONVERGED = 1e-5  # last terms of the series, to the largest
 _LARGEST = 500  # modes told apart
 
 
-@dataclass(frozen=True)
-class Zeros:
-    """Zeros of S in the window.
+def zeros(
+    structure: Callable[[float], PerturbedStructure], law: Transfer
+) -> tuple[Series, list[tuple[complex, Complex]], bool]:
+    """All zeros of S in the window: what S is approximated by, pairs of s and a, and if complete.
 
-    `series`: what S is approximated by; `pairs` list of (complex, (m,) complex): s, amplitudes a of
-    unit norm with S(s) a = 0; `complete`: whether the winding of det S counts as many; False
-    where the series does not converge.
+    The amplitudes a (m,) have unit norm, S(s) a = 0. They are complete where the winding of det S
+    counts as many; not where the series does not converge.
     """
-
-    series: Series
-    pairs: list[tuple[complex, Complex]]
-    complete: bool
-
-
-def zeros(structure: Callable[[float], PerturbedStructure], law: Transfer) -> Zeros:
-    """All zeros in the window."""
     centre = (LEFT + RIGHT) / 2
     radius = float(np.hypot(RIGHT - centre, HALF))  # through the corners
     series: Series | None = None
@@ -215,7 +199,7 @@ def zeros(structure: Callable[[float], PerturbedStructure], law: Transfer) -> Ze
     known = np.array([s for s, _ in each], complex)
     inside = [pair for pair in each if outside(pair[0]) == 0]
     complete = series.error < _CONVERGED and _missed(series, known) == 0
-    return Zeros(series, inside, complete)
+    return series, inside, complete
 
 
 def _beyn(matrix: _Matrix, centre: float, radius: float) -> Iterator[tuple[complex, Complex]]:

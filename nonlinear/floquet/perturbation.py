@@ -132,8 +132,7 @@ class PerturbedStructure:
         """(m,) p of the near modes."""
         z = self.omega * (s + 1j * (self.place - self.harmonics))
         static, damping, compliance = self._quadratic
-        found: Complex = static + z * (z * compliance + damping)
-        return found
+        return np.asarray(static + z * (z * compliance + damping))
 
     def rows(self, components: Integers) -> Complex:
         """(m, k) relative displacements of k components in the near modes."""
@@ -157,8 +156,7 @@ class PerturbedStructure:
         output = self.system.at(diameter % self.system.sectors).output
         if output is None or not len(output):
             return modes.rows
-        rows: Complex = output.reshape(-1, len(modes.shapes)) @ modes.shapes
-        return rows
+        return np.asarray(output.reshape(-1, len(modes.shapes)) @ modes.shapes)
 
 
 def _complex_poles(modes: StuckModes) -> Complex:

@@ -65,17 +65,9 @@ class _SliderSteps(NamedTuple):
 
 
 @kernel
-def _steps(
-    rows: Floats,
-    u: Floats,
-    alpha: float,
-    e: Floats,
-    touching: Floats,
-    forcing: Floats,
-    answer: Floats,
-    nodes: Floats,
-) -> None:
+def _steps(rows: Floats, u: Floats, alpha: float, path: _SliderSteps) -> None:
     """Fill the arrays of `_SliderSteps` from the pieces of a path."""
+    _, e, touching, forcing, answer, nodes, _ = path
     phi, at = np.empty(u.shape[1]), np.empty(6)
     matrix, right = np.empty((STAGES, STAGES)), np.empty((STAGES, STAGES + 1))
     for i in range(rows.shape[0]):
@@ -112,23 +104,16 @@ def _steps(
 
 @kernel
 def _passed(
-    pieces: Floats,
-    e: Floats,
-    touching: Floats,
-    forcing: Floats,
-    answer: Floats,
-    remembers: bool,
-    alpha: float,
-    harmonics: int,
-    s: complex,
-    eta: Complex,
-    held: Complex,
-) -> Complex:
-    """Once round with unit perturbations: (n,) η where it began, after the period.
+    path: _SliderSteps, alpha: float, harmonics: int, s: complex
+) -> tuple[Complex, Complex, Complex]:
+    """Once round with unit perturbations: η (p, STAGES, n), dw (p, 2, n), and η (n,) in the end.
 
     The columns are the harmonics -P ... P of v, of u1 and of u2, and the remembered value.
     """
-    M = 2 * harmonics + 1
+    pieces, e, touching, forcing, answer, _, remembers = path
+    M, p = 2 * harmonics + 1, len(pieces)
+    eta = np.zeros((p, STAGES, 3 * M + 1), np.complex128)
+    held = np.zeros((p, 2, 3 * M + 1), np.complex128)
     across, w = np.zeros(3 * M + 1, np.complex128), np.zeros((2, 3 * M + 1), np.complex128)
     orders = np.arange(-harmonics, harmonics + 1)
     added, before = np.empty((STAGES, 3 * M), np.complex128), FREE
@@ -176,7 +161,7 @@ def _passed(
         before = int(kind)
     if before == HELD:
         across[:] = e[0, 0, 0] * w[1] - e[0, 0, 1] * w[0]
-    return across
+    return eta, held, across
 
 
 def _slider_steps(u: Floats, alpha: float, table: Floats) -> _SliderSteps | None:
@@ -192,27 +177,17 @@ def _slider_steps(u: Floats, alpha: float, table: Floats) -> _SliderSteps | None
         rows = np.roll(rows, -first, axis=0)
         rows[len(rows) - first :, [BEGIN, END]] += TURN
     p = len(rows)
-    arrays = (
-        np.zeros((p, 2, 2)),
-        np.zeros((p, 2)),
-        np.zeros((p, STAGES, 3)),
-        np.zeros((p, STAGES, STAGES + 1)),
-        np.zeros((p, STAGES, 2)),
+    path = _SliderSteps(
+        pieces=np.ascontiguousarray(rows[:, [KIND, BEGIN, END]]),
+        e=np.zeros((p, 2, 2)),
+        touching=np.zeros((p, 2)),
+        forcing=np.zeros((p, STAGES, 3)),
+        answer=np.zeros((p, STAGES, STAGES + 1)),
+        nodes=np.zeros((p, STAGES, 2)),
+        remembers=remembers,
     )
-    _steps(rows, u, alpha, *arrays)
-    pieces = np.ascontiguousarray(rows[:, [KIND, BEGIN, END]])
-    return _SliderSteps(pieces, *arrays, remembers)
-
-
-def _passing(
-    path: _SliderSteps, alpha: float, harmonics: int, s: complex
-) -> tuple[Complex, Complex, Complex]:
-    """η (p, STAGES, n), dw (p, 2, n) and η in the end (n,) of `_passed`."""
-    n, p = 3 * (2 * harmonics + 1) + 1, len(path.pieces)
-    eta, held = np.zeros((p, STAGES, n), complex), np.zeros((p, 2, n), complex)
-    given = path.pieces, path.e, path.touching, path.forcing, path.answer, path.remembers
-    across: Complex = _passed(*given, alpha, harmonics, complex(s), eta, held)
-    return eta, held, across
+    _steps(rows, u, alpha, path)
+    return path
 
 
 _ALONG, _ACROSS, _BESIDE = 0, 1, 2
@@ -245,14 +220,14 @@ class _PlaneTransfer(Transfer):
     def memory(self) -> Floats:
         """(q,)."""
         remember = [(path, alpha) for _, alpha, path in self.paths if path.remembers]
-        return np.array([_passing(*each, 0, 0j)[2][-1].real for each in remember])
+        return np.array([_passed(*each, 0, 0j)[2][-1].real for each in remember])
 
     def at(self, s: complex) -> Transferred:
         """Γ, Y and C at one s."""
         parts, M = self.static.copy(), 2 * self.harmonics + 1
         shown, read = [], []
         for place, alpha, path in self.paths:
-            eta, held, across = _passing(path, alpha, self.harmonics, s)
+            eta, held, across = _passed(path, alpha, self.harmonics, complex(s))
             w = _harmonics(path, self.harmonics, s, eta, held)
             of_v, of_1, of_2 = (w[..., b * M : (b + 1) * M] for b in range(3))
             parts[_ACROSS, place : place + 2] += of_v
@@ -291,8 +266,7 @@ def _harmonics(
     passed = np.where(small, length, -np.expm1(-rate * length) / np.where(small, 1.0, rate))
     shown = np.exp(-1j * np.outer(orders, begin[holds])) * passed / TURN
     on_held = np.einsum("jp,pin->ijn", shown, held[holds])
-    found: Complex = on_slip + on_held
-    return found
+    return np.asarray(on_slip + on_held)
 
 
 def _nodes(path: _SliderSteps) -> tuple[Floats, Floats]:
@@ -318,8 +292,7 @@ def _still(path: _SliderSteps, alpha: float, harmonics: int) -> Complex:
         moments[_ALONG] += np.where(lags == 0, last - first, waves)
     lag = np.subtract.outer(lags, lags).T
     each = moments[..., np.abs(lag)] / TURN
-    found: Complex = np.where(lag < 0, each.conj(), each)
-    return found
+    return np.asarray(np.where(lag < 0, each.conj(), each))
 
 
 def plane_transfer(u: Floats, alpha: Floats, harmonics: int) -> _PlaneTransfer:

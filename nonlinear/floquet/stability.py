@@ -12,7 +12,6 @@ is, all being real, (N - n, λ*): those with 0 <= n <= N/2 and |Im λ| <= ω/2 a
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TypeAlias
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes, check_uncoupled, stuck_modes
 from vanelock.nonlinear.contact.law import check_friction, contact_law
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.floquet.exponents import Series, Zeros, zeros
+from vanelock.nonlinear.floquet.exponents import Series, zeros
 from vanelock.nonlinear.floquet.perturbation import HALF, LEFT, PerturbedStructure, law_transfer
 from vanelock.nonlinear.floquet.plane_transfer import plane_transfer
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, chosen_points
@@ -67,7 +66,7 @@ class _FloquetMotion:
         """
         (s, a), exact = self.zero, self.series.exact
         structure, components = exact.structure, exact.law.components
-        w = exact.deviations(s) @ a
+        w = exact.answer(s)[2] @ a
         size = np.zeros(len(structure.each))
         for place, modes in enumerate(structure.each):
             z = structure.omega * (s + 1j * (place - structure.harmonics))
@@ -100,9 +99,9 @@ def _motions(
     complete = True
     for n in range(system.sectors // 2 + 1):
         of_diameter = partial(PerturbedStructure, system, modes, n, omega, harmonics)
-        here = zeros(of_diameter, law)
-        complete &= here.complete
-        found += _within(here, system)
+        series, pairs, known = zeros(of_diameter, law)
+        complete &= known
+        found += _within(series, pairs, system)
     found.sort(key=lambda motion: -motion.s.real)
     motions: list[_FloquetMotion] = []
     for motion in found:
@@ -111,10 +110,12 @@ def _motions(
     return motions, complete
 
 
-def _within(zeros: Zeros, system: System) -> Iterator[_FloquetMotion]:
+def _within(
+    series: Series, pairs: list[tuple[complex, Complex]], system: System
+) -> Iterator[_FloquetMotion]:
     """Motions of the zeros of a diameter, each at 0 <= n <= N/2 and |Im s| <= 1/2."""
-    N, n = system.sectors, zeros.series.exact.structure.diameter
-    for s, a in zeros.pairs:
+    N, n = system.sectors, series.exact.structure.diameter
+    for s, a in pairs:
         if (2 * n) % N == 0 and s.imag < -1e-7:
             continue  # its conjugate is there, too
         shift = round(s.imag)
@@ -122,7 +123,7 @@ def _within(zeros: Zeros, system: System) -> Iterator[_FloquetMotion]:
         mirrored = 2 * diameter > N
         if mirrored:
             diameter, moved = N - diameter, moved.conjugate()
-        yield _FloquetMotion(diameter, moved, zeros.series, (s, a), shift, mirrored)
+        yield _FloquetMotion(diameter, moved, series, (s, a), shift, mirrored)
 
 
 def _are_same(one: _FloquetMotion, other: _FloquetMotion, system: System) -> bool:
@@ -138,8 +139,6 @@ def _are_same(one: _FloquetMotion, other: _FloquetMotion, system: System) -> boo
                     return True
     return False
 
-
-_Progress: TypeAlias = Callable[[int, int], None]
 
 STABLE, UNSTABLE, UNDECIDED = 0, 1, 2
 _VERDICTS = f"{STABLE} stable, {UNSTABLE} unstable, {UNDECIDED} undecided"
@@ -203,7 +202,7 @@ def stability(
     harmonics: int | None = None,
     count: int = 4,
     modes: Mapping[int, StuckModes] | None = None,
-    progress: _Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Stability:
     """Whether the ring stays with the waves of a response, all nodal diameters considered.
 
@@ -313,8 +312,7 @@ def _point_stability(
     if not response.converged[point]:
         return exponent, diameter, 0, UNDECIDED, growth, seen
     u = to_real(response.contact[point])
-    friction, off = response.friction, 10 * response.truncation[point]
-    again = _solved_again(system, modes, u, omega, finer, off, friction)
+    friction, again = response.friction, _solved_again(system, modes, response, point, finer)
     found = [_motions(system, modes, u, omega, response.harmonics + _MORE, friction)]
     if again is not None:
         more = _MORE if finer > response.harmonics else 2 * _MORE
@@ -334,20 +332,15 @@ def _point_stability(
 
 
 def _solved_again(
-    system: System,
-    modes: dict[int, StuckModes],
-    u: Floats,
-    omega: float,
-    harmonics: int,
-    truncation: float,
-    friction: str,
+    system: System, modes: dict[int, StuckModes], response: Response, point: int, harmonics: int
 ) -> Floats | None:
     """The wave with more harmonics, (c, 3, 2H + 1) m; None where no solution was found."""
-    given = (u.shape[2] - 1) // 2
+    omega, u = TURN * float(response.frequency[point]), to_real(response.contact[point])
+    given, friction = response.harmonics, response.friction
     balance = structure(system, given, stuck=modes).balance(omega)
     w = contact_law(system.contacts, given, friction=friction)(u).w
     off = np.abs(u - balance.displacement(w)) / scales(balance.linear)
-    if off.max(initial=0.0) > max(_FOREIGN, truncation):
+    if off.max(initial=0.0) > max(_FOREIGN, 10 * response.truncation[point]):
         raise InputError(
             f"response: no solution of this system at {omega / TURN:.6g} Hz: off by "
             f"{off.max():.1e} of its vibration"

@@ -31,7 +31,7 @@ from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import STUCK
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.forced_response.options import Options, PreparedSystem, static_part
+from vanelock.nonlinear.forced_response.options import PreparedSystem, options_of, static_part
 from vanelock.nonlinear.forced_response.response import Response, check_contacts, extremes
 from vanelock.nonlinear.fourier import TURN, to_complex, to_real
 from vanelock.nonlinear.newton.linearised import newton_matrix
@@ -220,16 +220,9 @@ def amplitude_gradient(
     for h, push in enumerate(pushed):
         moved = _transposed(prepared.at(h), h * omega, contacts[h] @ prepared.at(h).rows)
         by_push.append(push + moved if h else moved.real)
-    shape = (len(motion), -1, 3)
+    stretch = stretch.reshape(len(motion), -1, 3)
     return AmplitudeGradient(
-        prepared,
-        omega,
-        amplitude,
-        tuple(motion),
-        stretch.reshape(shape),
-        tuple(by_push),
-        by_linear,
-        by_bound,
+        prepared, omega, amplitude, tuple(motion), stretch, tuple(by_push), by_linear, by_bound
     )
 
 
@@ -280,17 +273,8 @@ def prepared_again(
 ) -> PreparedSystem:
     """The system of a response ready to be solved as that was, its own friction included."""
     check_contacts(response, system.contacts)
-    given = response.harmonic_diameters.tolist()
-    wave = given == [system.nodal_diameter(h) for h in range(len(given))]
-    options = Options(
-        response.harmonics,
-        response.coupling,
-        response.friction,
-        "wave" if wave else "sector",
-        samples=response.samples or None,
-    )
     system = replace(system, contacts=replace(system.contacts, mu=response.mu))
-    return options.prepare(system, response.frequency, 1, modes)
+    return options_of(system, response).prepare(system, response.frequency, 1, modes)
 
 
 def solution_at(ready: PreparedSystem, response: Response, point: int) -> Solution:

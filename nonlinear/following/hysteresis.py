@@ -9,7 +9,6 @@ sees that.
 """
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import sqrt
 
@@ -31,7 +30,7 @@ from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, Prog
 from vanelock.nonlinear.forced_response.options import Options, checked_frequencies
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier import TURN, one_thread
-from vanelock.nonlinear.newton.newton import Family, Solution, scales
+from vanelock.nonlinear.newton.newton import Solution, scales
 from vanelock.rom.system.system import System
 
 _LONGEST = 1 / 40
@@ -123,10 +122,6 @@ def hysteresis(
     progress : callable, optional
         Called after each point of the path with (points done, points in all, estimated; Hz;
         largest amplitude of any output, m).
-
-    Returns
-    -------
-    Hysteresis
 
     Warns
     -----
@@ -226,7 +221,14 @@ def _followed(
     for step in SolutionPath(family, begun, end, _LONGEST * sqrt(len(begun.w))):
         reached = step.solution
         if before is not None and step.rate * before.rate < 0:
-            fold = _fold_between(family, before, step, turning, tolerance)
+            values = turning(before.solution, before.tangent), turning(reached, step.tangent)
+            located = locate(family, before, step, turning, values, tolerance)
+            if located is not None:
+                fold = _Place(located.solution, 0.0, True, located.left > 1e-3)
+            else:  # the further of the two stands for it, not converged
+                ends, way = (before.solution, reached), np.sign(before.rate)
+                outer = max(ends, key=lambda end: way * end.parameter)
+                fold = _Place(replace(outer, converged=False), 0.0, True)
             if (fold.solution.parameter - end) * span >= 0:
                 reached = fold.solution  # it turns beyond the end
             else:
@@ -251,22 +253,3 @@ def _followed(
         if (exact.omega - begun.omega) / span < -0.1:
             return places, "it goes back below the lowest frequency by a tenth of the range"
     return places, f"no next point was found, not even {SHORTEST:.1%} of the amplitude further on"
-
-
-def _fold_between(
-    family: Family,
-    before: PathPoint,
-    after: PathPoint,
-    turning: Callable[[Solution, Tangent], float],
-    tolerance: float,
-) -> _Place:
-    """The point between two at which the path turns back.
-
-    Where it is not found the further of the two stands for it, not converged.
-    """
-    values = tuple(turning(step.solution, step.tangent) for step in (before, after))
-    found = locate(family, before, after, turning, (values[0], values[1]), tolerance)
-    if found is not None:
-        return _Place(found.solution, 0.0, True, found.left > 1e-3)
-    outer = max((before, after), key=lambda step: np.sign(before.rate) * step.solution.parameter)
-    return _Place(replace(outer.solution, converged=False), 0.0, True)

@@ -19,7 +19,7 @@ from vanelock.nonlinear.balance.balance import Balance, Structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import follow
-from vanelock.nonlinear.continuation.families import Frictions, Loads
+from vanelock.nonlinear.continuation.families import Laws, Loads
 from vanelock.nonlinear.continuation.globalisation import from_nothing
 from vanelock.nonlinear.continuation.path import tangent_at
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress, counted, starts
@@ -42,6 +42,37 @@ Joint: TypeAlias = str | Sequence[str] | Booleans | None
 _NAMES = ("force", "mu", "interference")
 _VARIED = {"mu": "mu", "interference": "v0", "slider": "slider", "worn": "v0"}
 """What of the contacts a parameter is."""
+
+
+@dataclass(frozen=True)
+class _Frictions(Laws):
+    """Problems at one frequency whose coefficients of friction are scaled by the parameter, > 0.
+
+    Of the contacts `scaled`, (c,) bool, or of all where that is not given.
+    """
+
+    scaled: Booleans | None = None
+
+    def law(self, parameter: float) -> Law:
+        """The law with the coefficients scaled."""
+        alpha = parameter * self.friction.alpha
+        if self.scaled is not None:
+            alpha = np.where(self.scaled[:, None], alpha, self.friction.alpha)
+        return replace(self.friction, alpha=alpha)
+
+    def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
+        """dW/dp at fixed w, on the given components of w.
+
+        A slider's place depends on friction through μ v alone, so that μ dw/dμ = (dw/dv) v.
+        """
+        u = self.balance.displacement(w).copy()
+        u[:, 1:] = 0.0
+        if self.scaled is not None:
+            u[~self.scaled] = 0.0
+        u[list(self.friction.elements)] = 0.0
+        m = w.shape[2]
+        rates = response_to(deviation, rows, u) / parameter
+        return np.where(rows // m % 3 == 0, 0.0, rates)
 
 
 @dataclass(frozen=True)
@@ -121,13 +152,13 @@ class Parameter:
             found = _AboutRest(moving, still, lru_cache(partial(self._rest, ready)))
         return _Logarithmic(found) if self.logarithmic else found
 
-    def _family(self, prepared: Structure, law: Law, omega: float) -> Loads | Frictions:
+    def _family(self, prepared: Structure, law: Law, omega: float) -> Loads | _Frictions:
         """Coupled problems by the parameter itself; `law` is that at a value of 1."""
         balance = prepared.balance(omega)
         if self.name == "mu":
-            return Frictions(balance, law, self.contacts)
-        at_zero = self.structure(prepared, 0.0).linear(omega)
-        direction = self.structure(prepared, 1.0).linear(omega) - at_zero
+            return _Frictions(balance, law, self.contacts)
+        at_zero = self.structure(prepared, 0.0).balance(omega).linear
+        direction = self.structure(prepared, 1.0).balance(omega).linear - at_zero
         return Loads(replace(balance, linear=at_zero), direction, law)
 
 
@@ -162,11 +193,11 @@ class _AboutRest:
     `moving` are those of all harmonics, `static` those of rest, `rest` gives their solution.
     """
 
-    moving: Loads | Frictions
-    static: Loads | Frictions
+    moving: Loads | _Frictions
+    static: Loads | _Frictions
     rest: Callable[[float], Solution]
 
-    def _held(self, parameter: float) -> Loads | Frictions:
+    def _held(self, parameter: float) -> Loads | _Frictions:
         """Problems about the state at rest at a value."""
         mean = self.rest(parameter).u[:, :, 0]
         found = replace(self.moving, balance=self.moving.balance.with_mean(mean))
@@ -214,8 +245,7 @@ class _Logarithmic:
     def rate(self, parameter: float, w: Floats, deviation: Deviation, rows: Integers) -> Floats:
         """Derivative of W to the logarithm at fixed w, on the given components of w."""
         value = float(np.exp(parameter))
-        rates: Floats = value * self.family.rate(value, w, deviation, rows)
-        return rates
+        return np.asarray(value * self.family.rate(value, w, deviation, rows))
 
 
 _ALONG_POINTS = {field.name for field in fields(Response)} - {*CONSTANT, "jump"}
@@ -312,7 +342,7 @@ def parameter_response(
     varied = checked_parameter(parameter, system, given, joint)
     ready = options.prepare(system, hertz, 1)
     at = lru_cache(4)(partial(varied.at, ready))
-    tracer = Tracer(at, varied, varied.family(ready, TURN * hertz[0]), ready.options.tolerance)
+    family = varied.family(ready, TURN * hertz[0])
     order = np.argsort(given, kind="stable")
     if options.direction == "down":
         order = order[::-1]
@@ -320,7 +350,8 @@ def parameter_response(
     found: dict[int, Response] = {}
     for done, i in enumerate(order, 1):
         value = float(given[i])
-        solution = tracer.point(value, history)
+        place, tolerance = varied.coordinate(value), ready.options.tolerance
+        solution = traced(family, place, history, partial(at, value), tolerance)
         found[int(i)] = at(value).response([solution])
         if solution.converged:
             history = [*history, solution][-2:]
@@ -330,31 +361,26 @@ def parameter_response(
     return ParameterResponse(parameter, given, response, mu)
 
 
-@dataclass(frozen=True)
-class Tracer:
-    """What solves at one value of a parameter after another, at one frequency.
+def traced(
+    family: Family,
+    place: float,
+    history: Sequence[Solution],
+    ready: Callable[[], PreparedSystem],
+    tolerance: float,
+) -> Solution:
+    """Solve at a place of a parameter, given up to two converged neighbours, the nearest last.
 
-    `system_at`: the system by value, ready; `family`: by the coordinate of the parameter;
-    `tolerance`: relative residual that counts as converged.
+    `family`: by the coordinate of the parameter; `ready`: gives the system there.
     """
-
-    system_at: Callable[[float], PreparedSystem]
-    varied: Parameter
-    family: Family
-    tolerance: float
-
-    def point(self, value: float, history: Sequence[Solution]) -> Solution:
-        """Solve at a value, given up to two converged neighbours, the nearest last."""
-        place = self.varied.coordinate(value)
-        tried = []
-        reuse = history[-1].reuse if history else None
-        for start in starts(place, history):
-            tried.append(solve(self.family, start, place, tolerance=self.tolerance, reuse=reuse))
-            if tried[-1].converged:
-                return counted(tried, place)
-        if history:
-            arc = follow(self.family, history[-1], place, self.tolerance)
-            if arc.solution is not None:
-                return counted([*tried, arc.solution], place)
-        found = from_nothing(self.family.at(place), self.system_at(value).law, self.tolerance)
-        return counted([*tried, replace(found, parameter=place)], place)
+    tried = []
+    reuse = history[-1].reuse if history else None
+    for start in starts(place, history):
+        tried.append(solve(family, start, place, tolerance=tolerance, reuse=reuse))
+        if tried[-1].converged:
+            return counted(tried, place)
+    if history:
+        arc = follow(family, history[-1], place, tolerance)
+        if arc.solution is not None:
+            return counted([*tried, arc.solution], place)
+    found = from_nothing(family.at(place), ready().law, tolerance)
+    return counted([*tried, replace(found, parameter=place)], place)

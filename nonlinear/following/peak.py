@@ -16,7 +16,7 @@ from operator import attrgetter
 import numpy as np
 
 from vanelock.common.arrays import Floats
-from vanelock.nonlinear.balance.balance import Balance, Structure
+from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.continuation.arc_length import locate
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.continuation.path import SolutionPath, Tangent, tangent_at
@@ -86,14 +86,9 @@ class Resonance:
     tolerance: float
     condition: float = CONDITION
 
-    @property
-    def structure(self) -> Structure:
-        """The structure whose output it is."""
-        return self.family.structure
-
     def measure(self, solution: Solution, tangent: Tangent) -> tuple[float, float]:
         """A and dA/dω at a solution."""
-        prepared, omega = self.structure, solution.omega
+        prepared, omega = self.family.structure, solution.omega
         stiffness = prepared.stiffness
         moved = to_complex(tangent.z.reshape(-1, tangent.z.shape[2]))
         q = np.zeros((2, prepared.harmonics + 1), complex)

@@ -10,7 +10,7 @@ both derivatives by differences between solutions to either side.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -203,26 +203,22 @@ def _gradient_of_peak(
     ):
         if met:
             return replace(found, why=why)
-    beside = _beside(ready, component, peak, _ASIDE * peak.width)
-    if beside is not None and beside.uneven > _EVEN:
-        beside = _beside(ready, component, peak, _ASIDE * peak.width * _EVEN / beside.uneven)
-    if beside is None:
+    found_beside = _beside(ready, component, peak, _ASIDE * peak.width)
+    if found_beside is not None and (uneven := found_beside[2]) > _EVEN:
+        found_beside = _beside(ready, component, peak, _ASIDE * peak.width * _EVEN / uneven)
+    if found_beside is None:
         return replace(found, why="close beside the peak the path turns back or was lost")
-    return replace(found, beside=beside.gradients, bend=beside.bend)
-
-
-class _Beside(NamedTuple):
-    """Gradients to either side of a peak, A'' between them, and how unlike the slopes are."""
-
-    gradients: tuple[AmplitudeGradient, AmplitudeGradient]
-    bend: float
-    uneven: float
+    beside, bend, _ = found_beside
+    return replace(found, beside=beside, bend=bend)
 
 
 def _beside(
     ready: PreparedSystem, component: tuple[int, int], peak: CurvePoint, aside: float
-) -> _Beside | None:
-    """What is so far, rad/s, from a peak; None where it is not found."""
+) -> tuple[tuple[AmplitudeGradient, AmplitudeGradient], float, float] | None:
+    """Gradients so far, rad/s, to either side of a peak, A'' between them, how unlike slopes are.
+
+    None where they are not found.
+    """
     resonance = Resonance(ready.solver.family, component, ready.options.tolerance)
     start, found, slopes = peak.solution, [], []
     for sign in (-1, 1):
@@ -237,4 +233,4 @@ def _beside(
     below, above = found
     change = slopes[1] - slopes[0]
     uneven = abs(slopes[1] + slopes[0]) / abs(change) if change else np.inf
-    return _Beside((below, above), change / (above.omega - below.omega), uneven)
+    return (below, above), change / (above.omega - below.omega), uneven

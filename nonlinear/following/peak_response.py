@@ -1,7 +1,8 @@
 """Backbone-like curves: the peak of a resonance against force, friction or interference."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import count
 from typing import TypeAlias
 
 import numpy as np
@@ -26,6 +27,7 @@ from vanelock.nonlinear.fourier import TURN, one_thread
 from vanelock.rom.system.system import System
 
 _Track: TypeAlias = dict[float, CurvePoint]
+_Report: TypeAlias = Callable[[CurvePoint], None]
 
 _HIGHER = 1e-3  # how much higher, relatively, another peak must be to count as one
 
@@ -168,7 +170,28 @@ def peak_response(
     ridge = PeakTrack.along(ready, varied, hertz, component, span)
     tracks, ridge = _traced(ridge, given.tolist(), is_range, progress)
     best, second = _chosen(tracks)
-    return _collected(ridge, best, second, system)
+    assert ridge.component is not None
+    each = [ridge.system_at(peak.value).response([peak.solution]) for peak in best]
+    response, mu = joined(each, system.contacts.mu)
+    distance = np.array([peak.distance for peak in best])
+    sharp = np.array([peak.sharp for peak in best], bool)
+    node, direction = ridge.component
+    return PeakResponse(
+        name=ridge.varied.name,
+        parameter=np.array([peak.value for peak in best]),
+        output=system.output_names[node],
+        direction=direction,
+        frequency=response.frequency,
+        amplitude=np.array([peak.amplitude for peak in best]),
+        width=np.array([peak.width for peak in best]) / TURN,
+        distance=distance,
+        converged=response.converged & ((distance < CONDITION) | sharp),
+        sharp=sharp,
+        second_peak=np.array(second),
+        readings=np.array([peak.readings for peak in best], np.int64),
+        response=response,
+        mu=mu,
+    )
 
 
 def _traced(
@@ -185,7 +208,16 @@ def _traced(
         check_bound(structure, ridge.range, ridge.component, what, begun.omega)
     first = ridge.placed(begun, values[0])
     tracks = [{values[0]: first}]
-    report = _Report(progress, values, is_range)
+    done = count(1)
+
+    def report(peak: CurvePoint) -> None:
+        """Count one more peak."""
+        number, expected = next(done), len(values)
+        if is_range:
+            expected = number if peak.value == values[-1] else max(number + 1, 50)
+        if progress is not None:
+            progress(number, expected, peak.value, peak.amplitude)
+
     report(first)
     if is_range:
         _over_range(ridge, tracks, values[-1], report)
@@ -202,26 +234,6 @@ def _traced(
 def _passed(tracks: Sequence[_Track]) -> list[float]:
     """Values in the order in which they were passed."""
     return list(dict.fromkeys(value for track in tracks for value in track))
-
-
-@dataclass
-class _Report:
-    """Reports the progress of a curve."""
-
-    progress: Progress | None
-    values: list[float]
-    is_range: bool
-    done: int = 0
-
-    def __call__(self, peak: CurvePoint) -> None:
-        """Count one more peak."""
-        self.done += 1
-        if self.progress is None:
-            return
-        expected = len(self.values)
-        if self.is_range:
-            expected = self.done if peak.value == self.values[-1] else max(self.done + 1, 50)
-        self.progress(self.done, expected, peak.value, peak.amplitude)
 
 
 def _over_range(ridge: PeakTrack, tracks: list[_Track], end: float, report: _Report) -> None:
@@ -304,31 +316,3 @@ def _chosen(tracks: Sequence[_Track]) -> tuple[list[CurvePoint], list[float]]:
         ]
         second.append(max(others, default=np.nan))
     return best, second
-
-
-def _collected(
-    ridge: PeakTrack, best: Sequence[CurvePoint], second: Sequence[float], system: System
-) -> PeakResponse:
-    """Put the peaks into arrays."""
-    assert ridge.component is not None
-    each = [ridge.system_at(peak.value).response([peak.solution]) for peak in best]
-    response, mu = joined(each, system.contacts.mu)
-    distance = np.array([peak.distance for peak in best])
-    sharp = np.array([peak.sharp for peak in best], bool)
-    node, direction = ridge.component
-    return PeakResponse(
-        name=ridge.varied.name,
-        parameter=np.array([peak.value for peak in best]),
-        output=system.output_names[node],
-        direction=direction,
-        frequency=response.frequency,
-        amplitude=np.array([peak.amplitude for peak in best]),
-        width=np.array([peak.width for peak in best]) / TURN,
-        distance=distance,
-        converged=response.converged & ((distance < CONDITION) | sharp),
-        sharp=sharp,
-        second_peak=np.array(second),
-        readings=np.array([peak.readings for peak in best], np.int64),
-        response=response,
-        mu=mu,
-    )

@@ -48,49 +48,39 @@ class PointStore(Protocol):
         """Write a point down."""
 
 
-@dataclass(frozen=True)
-class SolvedPoints:
-    """What asks for points, and writes them into a store, if there is one."""
-
-    store: PointStore | None = None
-
-    def __call__(
-        self,
-        question: str,
-        harmonics: int,
-        omega: float,
-        history: Sequence[Solution],
-        check: Callable[[Floats], Solution],
-        compute: Callable[[], S],
-    ) -> S:
-        """The solution at a frequency, rad/s: checked where it was written down, else computed."""
-        if self.store is None:
-            return compute()
-        about = [omega, *(x for each in history for x in (each.omega, np.linalg.norm(each.w)))]
-        label = f"{question} {harmonics} " + " ".join(f"{x:.9g}" for x in about)
-        if (written := self.store.get(label)) is not None:
-            (iterations, continued, seconds), w = written
-            if not w.size:
-                return cast(S, None)  # it was not found, nor is it now
-            checked = check(w)
-            if checked.converged:
-                known = replace(checked, parameter=omega, seconds=seconds)
-                known = replace(known, iterations=int(iterations), continued=bool(continued))
-                return cast(S, known)
-        solution = compute()
-        if solution is None:
-            self.store.add(label, (0, 0, 0), np.empty(0))
-        elif solution.converged:
-            numbers = solution.iterations, solution.continued, solution.seconds
-            self.store.add(label, numbers, solution.w)
-        return solution
+def once(
+    store: PointStore | None,
+    question: str,
+    harmonics: int,
+    omega: float,
+    history: Sequence[Solution],
+    check: Callable[[Floats], Solution],
+    compute: Callable[[], S],
+) -> S:
+    """The solution at a frequency, rad/s: checked where it was written down, else computed."""
+    if store is None:
+        return compute()
+    about = [omega, *(x for each in history for x in (each.omega, np.linalg.norm(each.w)))]
+    label = f"{question} {harmonics} " + " ".join(f"{x:.9g}" for x in about)
+    if (written := store.get(label)) is not None:
+        (iterations, continued, seconds), w = written
+        if not w.size:
+            return cast(S, None)  # it was not found, nor is it now
+        checked = check(w)
+        if checked.converged:
+            known = replace(checked, parameter=omega, seconds=seconds)
+            known = replace(known, iterations=int(iterations), continued=bool(continued))
+            return cast(S, known)
+    solution = compute()
+    if solution is None:
+        store.add(label, (0, 0, 0), np.empty(0))
+    elif solution.converged:
+        numbers = solution.iterations, solution.continued, solution.seconds
+        store.add(label, numbers, solution.w)
+    return solution
 
 
 Progress: TypeAlias = Callable[[int, int, float, float], None]
-
-
-def unheard(omega: float) -> None:
-    """Nobody listens."""
 
 
 @dataclass
@@ -161,18 +151,18 @@ class PointSolver:
     """What solves one point after another.
 
     `law`: the contact law for a number of harmonics; `tolerance`: relative residual that counts as
-    converged; `points`: what writes solved points down; `effort`: Newton steps that a point may
-    take before it counts as not found; `searching`: called with a circular frequency, rad/s, whose
-    solution is looked for by other ways than Newton's iteration from its neighbours, which may take
-    long.
+    converged; `store`: where solved points are written down; `effort`: Newton steps that a point
+    may take before it counts as not found; `searching`: called with a circular frequency, rad/s,
+    whose solution is looked for by other ways than Newton's iteration from its neighbours, which
+    may take long.
     """
 
     family: Frequencies
     law: Callable[[int], Law]
     tolerance: float
-    points: SolvedPoints = field(default_factory=SolvedPoints)
+    store: PointStore | None = None
     effort: int = EFFORT
-    searching: Callable[[float], None] = unheard
+    searching: Callable[[float], None] = lambda _: None
     _amplitudes: dict[float, tuple[Floats, Floats]] = field(default_factory=dict, repr=False)
     """By circular frequency: w of the solution asked about last, and its amplitudes."""
 
@@ -288,7 +278,7 @@ class PointSolver:
             return cast(S, replace(found, seconds=time.process_time() - begin))
 
         harmonics = self.family.structure.harmonics
-        return self.points(question, harmonics, omega, history, check, timed)
+        return once(self.store, question, harmonics, omega, history, check, timed)
 
     def _along(self, omega: float, history: list[Solution], effort: Effort) -> list[Solution]:
         """What Newton's iteration from the neighbours finds, or the path from there."""

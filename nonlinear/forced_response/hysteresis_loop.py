@@ -67,18 +67,16 @@ def contact_loop(
         bounding[0, 1:] = 0.0
         lifted = np.full(samples, u[0, 0] <= 0)
         normal = np.where(lifted, 0.0, displacement[:, 0])
-    place = _places(response, bounding, response.mu[contact] * stiffness[0] / stiffness[1:], angle)
+    alpha = response.mu[contact] * stiffness[0] / stiffness[1:]
+    if response.friction == "orthogonal":
+        pairs = zip(bounding[1:], alpha, strict=True)
+        each = [_slider_history(bounding[0], moved, a, angle) for moved, a in pairs]
+        place = np.column_stack(each)
+    else:
+        place = slider_places(bounding, float(alpha[0]), angle)
     force = stiffness * np.column_stack([normal, displacement[:, 1:] - place])
     force[lifted] = 0.0
     return displacement, force
-
-
-def _places(response: Response, u: Floats, alpha: Floats, angle: Floats) -> Floats:
-    """(s, 2) places of the sliders of both directions at the given angles in [0, 2π)."""
-    if response.friction == "orthogonal":
-        each = [_slider_history(u[0], u[d], alpha[d - 1], angle) for d in (1, 2)]
-        return np.column_stack(each)
-    return slider_places(u, float(alpha[0]), angle)
 
 
 def _check(response: Response, point: int, contact: int, u: Floats) -> None:

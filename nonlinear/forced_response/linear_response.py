@@ -11,8 +11,7 @@ there is no more to see than that a largest amplitude is not found.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -22,7 +21,7 @@ from numpy.typing import ArrayLike
 from vanelock.common.arrays import Array, Booleans, Floats, Integers, as_whole
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.balance import Balance, Structure
-from vanelock.nonlinear.balance.limit_modes import LimitModes, limit_modes, times
+from vanelock.nonlinear.balance.limit_modes import limit_modes, times
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.contact.law import OPEN, STUCK, Deviation
 from vanelock.nonlinear.forced_response.options import Options, checked_frequencies, static_part
@@ -74,9 +73,36 @@ def linear_response(
     hertz = checked_frequencies(frequencies)
     options = Options(as_whole(harmonics, "harmonics"))
     ready = options.prepare(system, hertz, 0, modes)  # without tables
-    limit = _Limit(ready.structure, mask, tuple((TURN * hertz).tolist()))
-    found = [limit.at(omega) for omega in limit.omegas]
-    return ready.response(found, amplitudes=limit.amplitudes)
+    omegas, opened = TURN * hertz, np.flatnonzero(np.repeat(~mask, 3))
+    vibration, static = _vibration(ready.structure, mask, omegas), static_part(ready.structure)
+    place = {omega: i for i, omega in enumerate(omegas.tolist())}
+    force, shape = system.force.get(0), (len(mask), 3, 2 * options.highest + 1)
+    grows = force is not None and force.omega_power
+    still = lru_cache(None)(lambda omega: _at_rest(static.balance(omega), opened))
+
+    def point(i: int, omega: float) -> Solution:
+        """One frequency: an open contact has w = u; those at rest are a linear system."""
+        w, worst = np.zeros((options.highest + 1, 3 * len(mask)), complex), 0.0
+        u = w.copy()
+        w[0], u[0] = still(omega if grows else 0.0)
+        for h, (_, left, moved) in enumerate(vibration, 1):
+            u[h] = moved[:, i]
+            w[h, opened] = u[h, opened]
+            worst = max(worst, float(left[i]))
+        deviation, moved = (to_real(each).reshape(shape) for each in (w, u))
+        gap = deviation - np.where(mask[:, None, None], 0.0, moved)
+        residual = max(worst, float(np.abs(gap / scales(moved)).max(initial=0.0)))
+        state = np.where(mask, STUCK, OPEN)
+        found = Deviation(deviation, np.empty(0), state, np.zeros(len(mask)))
+        return Solution(omega, omega, deviation, moved, residual, 1, residual < 1e-8, found)
+
+    def amplitudes(omega: float, w: Floats) -> list[Array]:
+        """Modal amplitudes of every harmonic, once w is known."""
+        at_rest = static.amplitudes(omega, w[:, :, :1])[0]
+        return [at_rest, *(each[:, place[omega]] for each, _, _ in vibration)]
+
+    found = [point(i, omega) for i, omega in enumerate(omegas.tolist())]
+    return ready.response(found, amplitudes)
 
 
 def closed_contacts(contacts: Contacts, closed: _Closed) -> Booleans:
@@ -99,95 +125,35 @@ def closed_contacts(contacts: Contacts, closed: _Closed) -> Booleans:
     return np.asarray(mask & contacts.springs)
 
 
-@dataclass(frozen=True)
-class _Limit:
-    """Contacts that are springs or open, in a structure.
+def _vibration(
+    structure: Structure, closed: Booleans, omegas: Floats
+) -> list[tuple[Array, Floats, Array]]:
+    """Of each harmonic h >= 1, which depends on no other, at all frequencies (f,), rad/s.
 
-    `closed` (c,); `omegas`: frequencies, rad/s, that are solved together.
+    Amplitudes (n, f), what is left of their balances (f,), and displacements (3c, f), m.
     """
+    springs, found = np.repeat(closed, 3), []
+    limits = {
+        k: structure.modes[k].closed
+        if springs.all()
+        else limit_modes(structure.modes[k], structure.stiffness, springs)
+        for k in set(structure.nodal_diameters[1:])
+    }
+    for h, k in enumerate(structure.nodal_diameters[1:], 1):
+        push = np.stack([structure.modal_force(h, omega) for omega in omegas.tolist()], axis=1)
+        amplitudes, left = limits[k].solve(h * omegas, push)
+        found.append((amplitudes, left, times(structure.at(h).rows, amplitudes)))
+    return found
 
-    structure: Structure
-    closed: Booleans
-    omegas: tuple[float, ...]
 
-    @cached_property
-    def _open(self) -> Integers:
-        """Components of open contacts."""
-        return np.flatnonzero(np.repeat(~self.closed, 3))
-
-    @cached_property
-    def _modes(self) -> dict[int, LimitModes]:
-        """Of the nodal diameters that vibrate."""
-        every, closed = self.structure, np.repeat(self.closed, 3)
-        return {
-            k: every.modes[k].closed
-            if closed.all()
-            else limit_modes(every.modes[k], every.stiffness, closed)
-            for k in set(every.nodal_diameters[1:])
-        }
-
-    def amplitudes(self, omega: float, w: Floats) -> list[Array]:
-        """Modal amplitudes of every harmonic, once `w` is known."""
-        still = self._static.amplitudes(omega, w[:, :, :1])[0]
-        vibrating = range(1, self.structure.harmonics + 1)
-        return [still, *(self._alone[h][0][:, self._place[omega]] for h in vibrating)]
-
-    @cached_property
-    def _place(self) -> dict[float, int]:
-        return {omega: i for i, omega in enumerate(self.omegas)}
-
-    @cached_property
-    def _alone(self) -> dict[int, tuple[Array, Floats, Array]]:
-        """Of each harmonic h >= 1, which depends on no other.
-
-        Amplitudes (n, f), what is left of their balances (f,), and displacements (3c, f), m.
-        """
-        structure, found = self.structure, {}
-        for h in range(1, structure.harmonics + 1):
-            push = np.stack([structure.modal_force(h, omega) for omega in self.omegas], axis=1)
-            modes = self._modes[structure.nodal_diameters[h]]
-            amplitudes, left = modes.solve(h * np.array(self.omegas), push)
-            found[h] = amplitudes, left, times(structure.at(h).rows, amplitudes)
-        return found
-
-    @cached_property
-    def _static(self) -> Structure:
-        """The structure at rest, whose modes and receptances are kept for all frequencies."""
-        return static_part(self.structure)
-
-    @cached_property
-    def _still(self) -> tuple[Floats, Floats]:
-        """At rest, for a static load that does not depend on the frequency."""
-        return self._at_rest(self._static.balance(0.0))
-
-    def _at_rest(self, balance: Balance) -> tuple[Floats, Floats]:
-        """(3c,) w and u at rest."""
-        rows, linear = self._open, balance.linear[:, :, 0].reshape(-1)
-        w = np.zeros(len(linear))
-        balance.columns.hold(rows)
-        R = balance.columns.held[0][np.ix_(balance.columns.place[rows], rows)].real
-        w[rows] = _consistent(np.eye(len(rows)) - R.T, linear[rows])
-        return w, balance.displacement(w.reshape(len(self.closed), 3, 1)).reshape(-1)
-
-    def at(self, omega: float) -> Solution:
-        """One frequency: an open contact has w = u; those at rest are a linear system."""
-        structure, rows = self.structure, self._open
-        force = structure.system.force.get(0)
-        varies = force is not None and force.omega_power
-        w = np.zeros((structure.harmonics + 1, len(structure.stiffness)), complex)
-        u, shape, worst = w.copy(), (len(self.closed), 3, 2 * structure.harmonics + 1), 0.0
-        w[0], u[0] = self._at_rest(self._static.balance(omega)) if varies else self._still
-        for h in range(1, structure.harmonics + 1):
-            _, left, u_h = self._alone[h]
-            u[h] = u_h[:, self._place[omega]]
-            w[h, rows] = u[h, rows]
-            worst = max(worst, float(left[self._place[omega]]))
-        deviation, moved = to_real(w).reshape(shape), to_real(u).reshape(shape)
-        gap = deviation - np.where(self.closed[:, None, None], 0.0, moved)
-        residual = max(worst, float(np.abs(gap / scales(moved)).max(initial=0.0)))
-        state = np.where(self.closed, STUCK, OPEN)
-        found = Deviation(deviation, np.empty(0), state, np.zeros(len(self.closed)))
-        return Solution(omega, omega, deviation, moved, residual, 1, residual < 1e-8, found)
+def _at_rest(balance: Balance, opened: Integers) -> tuple[Floats, Floats]:
+    """(3c,) w and u at rest, these components open."""
+    linear = balance.linear[:, :, 0].reshape(-1)
+    w = np.zeros(len(linear))
+    balance.columns.hold(opened)
+    R = balance.columns.held[0][np.ix_(balance.columns.place[opened], opened)].real
+    w[opened] = _consistent(np.eye(len(opened)) - R.T, linear[opened])
+    return w, balance.displacement(w.reshape(-1, 3, 1)).reshape(-1)
 
 
 def _consistent(matrix: Floats, right: Floats) -> Floats:

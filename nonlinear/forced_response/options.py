@@ -13,8 +13,8 @@ response is the static problem's.
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import cached_property, lru_cache, wraps
+from dataclasses import dataclass, fields, replace
+from functools import cache, cached_property, lru_cache, wraps
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ from vanelock.nonlinear.contact.law import Law, contact_law
 from vanelock.nonlinear.contact.sampling import FRICTIONS, least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.continuation.globalisation import EFFORT, from_nothing
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, PointStore, SolvedPoints
+from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, PointStore
 from vanelock.nonlinear.forced_response.response import Amplitudes, Response, assemble_response
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution
@@ -229,7 +229,7 @@ class Options(OfKind):
         low, high = float(omegas.min()), float(omegas.max())
         if self.static_beyond is not None:
             made = replace(made, cutoff=self.static_beyond * high)
-        return PreparedSystem(options, balances(made, low, high, points), SolvedPoints(store))
+        return PreparedSystem(options, balances(made, low, high, points), store)
 
 
 @dataclass(frozen=True)
@@ -237,12 +237,12 @@ class PreparedSystem:
     """A system ready to be solved.
 
     `options`: harmonics and samples as they are by default, where they were not given; `source`:
-    gives the balances by frequency; `points`: what writes solved points down.
+    gives the balances by frequency; `store`: where solved points are written down.
     """
 
     options: Options
     source: Structure | Tabulated
-    points: SolvedPoints = field(default_factory=SolvedPoints)
+    store: PointStore | None = None
 
     @property
     def structure(self) -> Structure:
@@ -272,7 +272,7 @@ class PreparedSystem:
         mean = None if self.rest is None else self.rest.u[:, :, 0]
         family = Frequencies(self.source, self.law(self.structure.harmonics), mean)
         options = self.options
-        return PointSolver(family, self.law, options.tolerance, self.points, options.effort)
+        return PointSolver(family, self.law, options.tolerance, self.store, options.effort)
 
     def response(
         self,
@@ -297,6 +297,20 @@ class PreparedSystem:
         )
 
 
+def options_of(system: System, response: Response) -> Options:
+    """The options that a response of a system was solved with."""
+    given = response.harmonic_diameters.tolist()
+    wave = given == [system.nodal_diameter(h) for h in range(len(given))]
+    return Options(
+        response.harmonics,
+        response.coupling,
+        response.friction,
+        "wave" if wave else "sector",
+        samples=response.samples or None,
+    )
+
+
+@cache
 def with_keywords(function: Callable[..., Any]) -> Callable[..., Any]:
     """A function whose `options`, if it has any, may be given one by one by their names."""
     names = list(inspect.signature(function).parameters)

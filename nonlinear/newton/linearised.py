@@ -15,9 +15,16 @@ from scipy.linalg.lapack import dgetrf, dgetrs
 
 from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
+from vanelock.nonlinear.balance.receptance_columns import passed
 from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, RingBalance
-from vanelock.nonlinear.newton.preconditioner import Basis, Border, Kept, Preconditioned, slope_of
+from vanelock.nonlinear.newton.preconditioner import (
+    Basis,
+    Equations,
+    Kept,
+    Preconditioned,
+    slope_of,
+)
 
 _DIRECT = 150  # unknowns up to which factors are cheaper than an iteration
 _IDLE = 1e-14  # of entries of P, of rows and columns that are zero but for rounding
@@ -62,15 +69,8 @@ def newton_matrix(balance: Balance, deviation: Deviation, rows: Integers) -> Flo
 class _Direct:
     """P factored."""
 
-    def __init__(
-        self,
-        balance: Balance,
-        deviation: Deviation,
-        rows: Integers,
-        weight: Floats,
-        border: Border | None,
-        reuse: Kept | None,
-    ) -> None:
+    def __init__(self, equations: Equations) -> None:
+        balance, deviation, rows, self.weight, border, self.reuse, _ = equations
         matrix = newton_matrix(balance, deviation, rows)
         self.unknowns = rows
         if border is not None:
@@ -82,8 +82,6 @@ class _Direct:
         held = np.maximum(size.max(axis=0, initial=0.0), size.max(axis=1, initial=0.0)) > _IDLE
         if not held.all():
             matrix, self.unknowns = matrix[np.ix_(held, held)], self.unknowns[held]
-        self.weight = weight
-        self.reuse = reuse
         factors, pivots, info = dgetrf(matrix)
         self.factors = factors, pivots
         self.singular = info != 0 or not np.isfinite(factors.diagonal().sum())
@@ -114,23 +112,15 @@ class _Iterative(Preconditioned):
 
     LIMIT, STALE = 60, 6
 
-    def __init__(
-        self,
-        balance: Balance,
-        deviation: Deviation,
-        rows: Integers,
-        weight: Floats,
-        border: Border | None,
-        reuse: Kept | None,
-        stiffness: Floats,
-    ) -> None:
+    def __init__(self, equations: Equations) -> None:
+        balance, deviation, rows, _, border, reuse, stiffness = equations
         m = deviation.w.shape[2]
         active = _distinct(rows // m)[0]
         contacts = _distinct(active // 3)[0]
         self.slope = slope_of(deviation, contacts)
         self.components = self.slope.components
         entries = (self.components[:, None] * m + np.arange(m)).reshape(-1)
-        super().__init__(weight, border, entries, deviation)
+        super().__init__(equations, entries)
         self.pick = np.searchsorted(self.components, active)
         self.receptance = balance.columns.part(self.components[self.pick], self.components)
         basis = reuse.basis if isinstance(reuse, KeptBasis) else Basis.strong(balance, stiffness)
@@ -152,23 +142,10 @@ class _Iterative(Preconditioned):
         column = [-self.basis.seen(each.reshape(-1, self.m)) for each in self.rate]
         return np.block([[matrix, np.array(column).T], [row, corner]])
 
-    def _receptance(self, x: Floats) -> Floats:
-        """R̂ x on these contacts, (3a, m)."""
-        out = np.empty_like(x)
-        moving = x[self.pick]
-        for h, R in enumerate(self.receptance):
-            if h == 0:
-                out[:, 0] = moving[:, 0] @ R
-                continue
-            k = 2 * h - 1
-            moved = (moving[:, k] + 1j * moving[:, k + 1]) @ R
-            out[:, k], out[:, k + 1] = moved.real, moved.imag
-        return out
-
     def _alone(self, x: Floats) -> Floats:
         """P x."""
         x = x.reshape(-1, self.m)
-        return np.asarray(x - self.slope(self._receptance(x))).reshape(-1)
+        return np.asarray(x - self.slope(passed(x[self.pick], self.receptance))).reshape(-1)
 
     def _precondition(self, y: Floats) -> Floats:
         """(I - J L M)⁻¹, bordered."""
@@ -193,18 +170,8 @@ class _Iterative(Preconditioned):
         return float(np.linalg.slogdet(matrix)[0]) * self._turned()
 
 
-def linearise(
-    balance: Balance,
-    deviation: Deviation,
-    rows: Integers,
-    weight: Floats,
-    border: Border | None,
-    reuse: Kept | None,
-    stiffness: Floats,
-) -> _Direct | Preconditioned:
+def linearise(equations: Equations) -> _Direct | Preconditioned:
     """P at a state, ready to be solved; see `_Direct`."""
-    if isinstance(balance, RingBalance):
-        return LinearisedRing(balance, deviation, rows, weight, border, reuse)
-    if len(rows) <= _DIRECT:
-        return _Direct(balance, deviation, rows, weight, border, reuse)
-    return _Iterative(balance, deviation, rows, weight, border, reuse, stiffness)
+    if isinstance(equations.balance, RingBalance):
+        return LinearisedRing(equations)
+    return _Direct(equations) if len(equations.rows) <= _DIRECT else _Iterative(equations)

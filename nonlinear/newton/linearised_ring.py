@@ -32,9 +32,8 @@ import numpy as np
 from vanelock.common.arrays import Array, Booleans, Complex, Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.balance.receptance_columns import Columns, HeldColumns
-from vanelock.nonlinear.contact.law import Deviation
 from vanelock.nonlinear.fourier import to_complex, to_real
-from vanelock.nonlinear.newton.preconditioner import Border, Kept, Preconditioned
+from vanelock.nonlinear.newton.preconditioner import Equations, Kept, Preconditioned
 
 
 class RingColumns(HeldColumns):
@@ -137,15 +136,9 @@ class LinearisedRing(Preconditioned):
 
     LIMIT, STALE = 200, 4
 
-    def __init__(
-        self,
-        balance: RingBalance,
-        deviation: Deviation,
-        rows: Integers,
-        weight: Floats,
-        border: Border | None,
-        reuse: Kept | None,
-    ) -> None:
+    def __init__(self, equations: Equations) -> None:
+        balance, deviation, rows, _, border, reuse, _ = equations
+        assert isinstance(balance, RingBalance)
         m, self.sectors = deviation.w.shape[2], balance.sectors
         count, width = len(deviation.w) // self.sectors, 3 * m
         contacts = np.unique(rows // width % count)
@@ -158,7 +151,7 @@ class LinearisedRing(Preconditioned):
         per_sector = components[:, None] * m + np.arange(m)
         every = count * width * np.arange(self.sectors)
         entries = (every[:, None] + per_sector.reshape(-1)).reshape(-1)
-        super().__init__(weight, border, entries, deviation)
+        super().__init__(equations, entries)
         self.reuse: _KeptRing | None = reuse if isinstance(reuse, _KeptRing) else None
         if not (self.reuse and self.reuse.serves(contacts)):
             self.reuse = self._made(contacts)

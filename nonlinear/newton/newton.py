@@ -20,7 +20,7 @@ from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation, Law
 from vanelock.nonlinear.newton.linearised import linearise
-from vanelock.nonlinear.newton.preconditioner import Border, Kept, response_to
+from vanelock.nonlinear.newton.preconditioner import Border, Equations, Kept, response_to
 
 TOLERANCE = 1e-10
 _ROUNDING = 1e-5  # of w; times the tolerance a few times the spacing of numbers
@@ -43,8 +43,25 @@ class Family(Protocol):
         """Derivative of W to the parameter at fixed w, on the given components of w."""
 
 
+@dataclass(frozen=True)
+class StepUnits:
+    """Inverse of what counts as a step of length 1; of w by harmonic, (2H + 1,)."""
+
+    w: Floats
+    parameter: float
+    beside: Floats
+
+    def length(self, w: Floats, parameter: float, beside: Floats) -> float:
+        """Length of a change."""
+        others = np.append(beside * self.beside, parameter * self.parameter)
+        return float(np.hypot(np.linalg.norm(w * self.w), np.linalg.norm(others)))
+
+
 class Bordered(Family):
-    """A family with k unknowns y beside w, and k equations g = 0 for them."""
+    """A family with k unknowns y beside w, and k equations g = 0 for them.
+
+    It is made anew at each point of its path, such as that of a mode's shape.
+    """
 
     @property
     @abstractmethod
@@ -69,6 +86,18 @@ class Bordered(Family):
         self, parameter: float, w: Floats, deviation: Deviation, rows: Integers
     ) -> tuple[Border, Floats]:
         """Derivatives by the unknowns, on the given components of w; and dg/dp (k,)."""
+
+    @abstractmethod
+    def units(self, solution: "Solution") -> StepUnits:
+        """What a step is measured by at a solution."""
+
+    @abstractmethod
+    def carried(self, solution: "Solution") -> "tuple[Self, Solution]":
+        """The family from a solution on, and the solution as one of that family's."""
+
+    @abstractmethod
+    def holds(self, solution: "Solution") -> bool:
+        """Whether a solution is close enough to those that the family was made for."""
 
 
 @dataclass(frozen=True)
@@ -144,9 +173,10 @@ def sensitivity(
     if not len(rows):
         return pushed
     weight = np.broadcast_to(1 / scales(balance.linear), pushed.shape).reshape(-1)
-    linear = linearise(balance, solution.deviation, rows, weight, None, solution.reuse, stiffness)
+    deviation, reuse = solution.deviation, solution.reuse
+    linear = linearise(Equations(balance, deviation, rows, weight, None, reuse, stiffness))
     right = np.zeros(pushed.size)
-    right[rows] = response_to(solution.deviation, rows, pushed)
+    right[rows] = response_to(deviation, rows, pushed)
     step = linear.solve(right, 1e-4)
     return None if step is None else pushed + balance.moved(step.reshape(pushed.shape))
 
@@ -296,7 +326,8 @@ def _step(
     n, family = state.w.size, state.family
     border = _border(state, rows, plane)
     stiffness = family.law(state.parameter).stiffness.reshape(-1)
-    linear = linearise(state.balance, state.deviation, rows, weight, border, reuse, stiffness)
+    balance, deviation = state.balance, state.deviation
+    linear = linearise(Equations(balance, deviation, rows, weight, border, reuse, stiffness))
     step = linear.solve(-state.gap, tolerance)
     if step is None:
         return None

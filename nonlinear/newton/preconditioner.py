@@ -16,7 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import hypot, inf, isfinite, sqrt
-from typing import ClassVar
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 import scipy.linalg as la
@@ -84,8 +84,7 @@ def response_to(deviation: Deviation, rows: Integers, moved: Floats) -> Floats:
     """(dW/du) times a displacement (c, 3, 2H + 1), on the given components of w."""
     m = deviation.w.shape[2]
     functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
-    rates: Floats = np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)])
-    return rates
+    return np.asarray(np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)]))
 
 
 _WEAK = 0.35  # singular values below this are left to the iteration
@@ -114,6 +113,22 @@ class Kept:
     """What preconditions large balances, kept over steps and frequencies until it is `stale`."""
 
     stale: bool = False
+
+
+class Equations(NamedTuple):
+    """A balance and its law at a state, to be linearised on the components `rows` of w.
+
+    `weight` (n,): of each component in the norm, a border's, too; `reuse`: what an earlier one
+    left; `stiffness` (3c,): K_c.
+    """
+
+    balance: Balance
+    deviation: Deviation
+    rows: Integers
+    weight: Floats
+    border: Border | None
+    reuse: Kept | None
+    stiffness: Floats
 
 
 @dataclass(frozen=True)
@@ -255,12 +270,10 @@ class Preconditioned(ABC):
     reuse: Kept | None
     hessenberg: Floats
 
-    def __init__(
-        self, weight: Floats, border: Border | None, entries: Integers, deviation: Deviation
-    ) -> None:
-        self.weight, self.border, self.entries = weight, border, entries
-        self.m, self.places = deviation.w.shape[2], entries
-        if border is not None:
+    def __init__(self, equations: Equations, entries: Integers) -> None:
+        _, deviation, _, self.weight, self.border, *_ = equations
+        self.m, self.entries, self.places = deviation.w.shape[2], entries, entries
+        if (border := self.border) is not None:
             self.places = np.append(entries, deviation.w.size + np.arange(border.count))
             self.rate, self.normal = border.rate[:, entries], border.normal[:, entries]
 

@@ -100,31 +100,22 @@ class FullRing:
     def lag(self, harmonics: Integers) -> Complex:
         """(h, N) factors of harmonics of a wave from the first sector to each."""
         turn = -2j * np.pi * self.system.engine_order / self.system.sectors
-        found: Complex = np.exp(turn * np.outer(harmonics, np.arange(self.sectors)))
-        return found
+        return np.asarray(np.exp(turn * np.outer(harmonics, np.arange(self.sectors))))
 
     def travelling(self, harmonic: int, amplitude: Array, angles: Floats) -> Floats:
         """(s, N, d) history Re(q e^{ihθ}) of a harmonic's wave, q (d,) in the first sector."""
         lag = self.lag(np.array([harmonic]))[0]
         turned = np.exp(1j * harmonic * angles)[:, None, None] * lag[:, None]
-        history: Floats = (turned * amplitude).real
-        return history
+        return np.asarray((turned * amplitude).real)
 
     def rows(self, harmonic: int) -> Array:
         """(3c, n) relative displacements in the modes of a harmonic's diameter."""
         k, mirrored = self.wave(harmonic)
         return self.modes[k].rows.conj() if mirrored else self.modes[k].rows
 
-    def in_sectors(self, amplitude: Array) -> Floats:
-        """Real values (..., N, d) in every sector from amplitudes (k, ..., d) by diameter."""
-        weighted = amplitude * self.weight.reshape(-1, *[1] * (amplitude.ndim - 1))
-        found: Floats = np.einsum("kj,k...d->...jd", self.shift, weighted).real
-        return found
-
     def by_diameter(self, values: Floats) -> Array:
         """Amplitudes (k, ..., d) by diameter from real values (..., N, d) in every sector."""
-        found: Array = np.einsum("kj,...jd->k...d", self.shift.conj(), values) / self.sectors
-        return found
+        return np.asarray(np.einsum("kj,...jd->k...d", self.shift.conj(), values) / self.sectors)
 
 
 def ring(system: System, every: bool = False) -> FullRing:
@@ -169,40 +160,28 @@ _CLOSE = 1e-14  # of the displacements: what P(known + G w) may be off w at the 
 
 @kernel
 def _slider_in_plane(
-    free: Floats,
-    flexibility: Floats,
-    held: Floats,
-    u_before: Floats,
-    r_before: float,
-    r: float,
-    slider: Floats,
+    free: Floats, G: Floats, held: Floats, start: Floats, r_start: float, r: float, slider: Floats
 ) -> None:
-    """Place w of a slider at the end of a step, u = free + flexibility w."""
+    """Place w of a slider at the end of a step, u = free + G w."""
     x, y, before = slider[0], slider[1], math.inf
-    centre, following, rates = u_before.copy(), np.empty(2), np.empty((2, RATES))
+    centre, following, rates = start.copy(), np.empty(2), np.empty((2, RATES))
     for _ in range(_ITERATIONS):
-        centre[0] = free[0] + flexibility[0, 0] * x + flexibility[0, 1] * y
-        centre[1] = free[1] + flexibility[1, 0] * x + flexibility[1, 1] * y
-        kind, _ = pursue(held, u_before, centre, r_before, r, following, rates)
+        centre[0] = free[0] + G[0, 0] * x + G[0, 1] * y
+        centre[1] = free[1] + G[1, 0] * x + G[1, 1] * y
+        kind, _ = pursue(held, start, centre, r_start, r, following, rates)
         fx, fy = following[0] - x, following[1] - y
         apart = math.hypot(fx, fy)
         size = abs(centre[0]) + abs(centre[1]) + abs(following[0]) + abs(following[1])
         if apart <= _CLOSE * size:
             break
-        if apart >= before or (kind == HELD and r_before > 0.0):
+        if apart >= before or (kind == HELD and r_start > 0.0):
             x, y, before = following[0], following[1], math.inf
             continue
         before = apart
         a, b = rates[0, TO], rates[0, TO + 1]
         c, d = rates[1, TO], rates[1, TO + 1]
-        m00, m01 = (
-            1.0 - a * flexibility[0, 0] - b * flexibility[1, 0],
-            -a * flexibility[0, 1] - b * flexibility[1, 1],
-        )
-        m10, m11 = (
-            -c * flexibility[0, 0] - d * flexibility[1, 0],
-            1.0 - c * flexibility[0, 1] - d * flexibility[1, 1],
-        )
+        m00, m01 = (1.0 - a * G[0, 0] - b * G[1, 0], -a * G[0, 1] - b * G[1, 1])
+        m10, m11 = (-c * G[0, 0] - d * G[1, 0], 1.0 - c * G[0, 1] - d * G[1, 1])
         det = m00 * m11 - m01 * m10
         x += (m11 * fx - m01 * fy) / det
         y += (m00 * fy - m10 * fx) / det
@@ -211,26 +190,20 @@ def _slider_in_plane(
 
 @kernel
 def _slider_place(
-    free: float,
-    flexibility: float,
-    held: float,
-    u_before: float,
-    v_before: float,
-    v: float,
-    alpha: float,
+    free: float, G: float, held: float, u_before: float, v_before: float, v: float, alpha: float
 ) -> float:
-    """Place w of a slider at the end of a step, u = free + flexibility w."""
+    """Place w of a slider at the end of a step, u = free + G w."""
     if v <= 0.0:
-        return free / (1.0 - flexibility)
+        return free / (1.0 - G)
     place = held
     if v_before < 0.0:  # touches down on the way, unstressed
         share = v_before / (v_before - v)
-        place = ((1.0 - share) * u_before + share * free) / (1.0 - share * flexibility)
-    apart = free + flexibility * place - place
+        place = ((1.0 - share) * u_before + share * free) / (1.0 - share * G)
+    apart = free + G * place - place
     if apart > alpha * v:
-        return (free - alpha * v) / (1.0 - flexibility)
+        return (free - alpha * v) / (1.0 - G)
     if apart < -alpha * v:
-        return (free + alpha * v) / (1.0 - flexibility)
+        return (free + alpha * v) / (1.0 - G)
     return place
 
 
@@ -279,15 +252,9 @@ def sweep(
                     for i in range(2):
                         free[i] = u[j, a + i] - plane[i, 0] * here[0] - plane[i, 1] * here[1]
                     places[1:] = here
-                    _slider_in_plane(
-                        free,
-                        plane,
-                        w_before[j, a : a + 2],
-                        u_before[j, a : a + 2],
-                        alpha[c, 0] * v_before,
-                        alpha[c, 0] * v,
-                        places[1:],
-                    )
+                    r_before, r = alpha[c, 0] * v_before, alpha[c, 0] * v
+                    before, held = u_before[j, a : a + 2], w_before[j, a : a + 2]
+                    _slider_in_plane(free, plane, held, before, r_before, r, places[1:])
                 change = places[e] - w[j, a]
                 if change != 0.0:
                     w[j, a] = places[e]

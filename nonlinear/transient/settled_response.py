@@ -15,7 +15,6 @@ wave: a motion that has grown from d may seem settled while another is on its wa
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -32,8 +31,6 @@ from vanelock.nonlinear.transient.integration import Integrator, check_start, in
 from vanelock.nonlinear.transient.time_marching import RingMotion
 from vanelock.nonlinear.transient.time_response import departure, output_history
 from vanelock.rom.system.system import System
-
-_Progress: TypeAlias = Callable[[int, int, float], None]
 
 STEADY, MODULATED, UNSETTLED = 0, 1, 2
 _VERDICTS = f"{STEADY} steady, {MODULATED} modulated, {UNSETTLED} not settled"
@@ -126,7 +123,7 @@ def settled_response(
     seed: int = 0,
     modes: int | None = None,
     growth: float | None = None,
-    progress: _Progress | None = None,
+    progress: Callable[[int, int, float], None] | None = None,
 ) -> SettledResponse:
     """Follow a ring from a wave of harmonic balance until what it does has settled.
 
@@ -295,8 +292,7 @@ def _half_range(history: Floats) -> Floats:
         share = np.clip(share, np.where(top, -1, -2), 1)  # a period begins before its first sample
         vertex = here + slope * share + bend * share**2 / 2
         tops.append(np.maximum(vertex, signed.max(axis=0)))
-    halved: Floats = (tops[0] + tops[1]) / 2
-    return halved
+    return np.asarray((tops[0] + tops[1]) / 2)
 
 
 def _statistics(amplitude: Floats) -> tuple[Floats, Floats, Floats]:

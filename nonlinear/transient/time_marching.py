@@ -120,11 +120,10 @@ def _changes(
 
 
 @kernel
-def _add(columns: Complex, change: Complex, changed: Integers, count: int, out: Complex) -> None:
+def _add(columns: Complex, change: Complex, changed: Integers, out: Complex) -> None:
     """Add to displacements (k, d) what the changes cause, `columns` (k, d, d) row by row."""
     for k in range(out.shape[0]):
-        for i in range(count):
-            a = changed[i]
+        for a in changed:
             size = change[k, a]
             for b in range(out.shape[1]):
                 out[k, b] += columns[k, a, b] * size
@@ -132,19 +131,13 @@ def _add(columns: Complex, change: Complex, changed: Integers, count: int, out: 
 
 @kernel
 def _commit(
-    predicted: Complex,
-    ring: Stepping,
-    change: Complex,
-    changed: Integers,
-    count: int,
-    now: RingMotion,
-    push: Complex,
+    predicted: Complex, ring: Stepping, change: Complex, changed: Integers, now: RingMotion
 ) -> None:
     """States and loads at the end of the step."""
+    push = np.empty_like(now.load[0])
     for k in range(predicted.shape[0]):
         push[:] = 0.0
-        for i in range(count):
-            a = changed[i]
+        for a in changed:
             size = ring.stiffness[a] * change[k, a]
             for m in range(push.size):
                 push[m] += np.conj(ring.rows[k, a, m]) * size
@@ -190,8 +183,8 @@ def _pull(
 @kernel
 def march(ring: Stepping, now: RingMotion, path: Floats, places: Floats, motion: Complex) -> int:
     """One period of all sectors; returns how many steps were not solved."""
-    predicted, push = np.empty_like(now.state), np.empty_like(now.load[0])
-    known, moved = np.empty_like(now.static), np.empty_like(now.static)
+    predicted, known = np.empty_like(now.state), np.empty_like(now.static)
+    moved = np.empty_like(now.static)
     change, changed = np.empty_like(now.static), np.empty(now.w.shape[1], np.int64)
     u, w, unsolved = now.u, now.w, 0
     for i in range(ring.linear.shape[0]):
@@ -199,7 +192,7 @@ def march(ring: Stepping, now: RingMotion, path: Floats, places: Floats, motion:
         _predict(now.state, now.load, ring.transition, ring.hold, predicted)
         _contacts(predicted, ring.rows, now.static, known)
         _hold(ring.opened, now.resting, known, change)
-        _add(ring.response, change, ring.opened, ring.opened.size, known)
+        _add(ring.response, change, ring.opened, known)
         _gather(known, ring.linear[i], ring.shift, ring.weight, u)
         while True:
             listed, sweeps = np.flatnonzero(now.awake), 1
@@ -209,14 +202,14 @@ def march(ring: Stepping, now: RingMotion, path: Floats, places: Floats, motion:
                 sweeps += 1
             count = _changes(w, w_before, ring.shift, change, changed)
             moved[:] = known
-            _add(ring.response, change, changed, count, moved)
+            _add(ring.response, change, changed[:count], moved)
             _gather(moved, ring.linear[i], ring.shift, ring.weight, u)
             if not awaken(u, w, ring.alpha, ring.isotropic, now.awake):
                 break
         if sweeps == _SWEEPS:
             unsolved += 1
         count = _pull(ring.opened, now.resting, moved, change, changed, count)
-        _add(ring.rigid, change, changed, count, now.static)
-        _commit(predicted, ring, change, changed, count, now, push)
+        _add(ring.rigid, change, changed[:count], now.static)
+        _commit(predicted, ring, change, changed[:count], now)
         path[i], places[i], motion[i] = u, w, now.state[:, 0]
     return unsolved

@@ -3,7 +3,6 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 import numpy as np
 
@@ -47,28 +46,22 @@ def output_history(stepped: Integrator, period: Period) -> Floats:
     """(s, N, 3o) displacement of the output nodes."""
     whole, n = stepped.ring, stepped.arrays.rows.shape[2]
     deviations = stepped.pulling(period.u, period.w, stepped.arrays.linear)
-    moved = []
-    rows = [
-        np.zeros((0, len(m.shapes))) if out is None else out.reshape(-1, len(m.shapes)) @ m.shapes
-        for m, out in (
-            (m, whole.system.at(k).output)
-            for k, m in zip(whole.diameters, whole.modes, strict=True)
-        )
-    ]
-    for k, (modes, out) in enumerate(zip(whole.modes, rows, strict=True)):
+    rows, moved = [], []
+    for i, (k, modes) in enumerate(zip(whole.diameters, whole.modes, strict=True)):
+        output, size = whole.system.at(k).output, len(modes.shapes)
+        out = np.zeros((0, size)) if output is None else output.reshape(-1, size) @ modes.shapes
         near, far = out[:, :n], out[:, n:]
         rigid = far / modes.static[n:] @ modes.rows[:, n:].conj().T * whole.stiffness
-        moved.append(period.y[:, k, : near.shape[1]] @ near.T + deviations[k] @ rigid.T)
-    history = whole.in_sectors(np.array(moved))
+        moved.append(period.y[:, i, : near.shape[1]] @ near.T + deviations[i] @ rigid.T)
+        rows.append(out)
+    weighted = np.array(moved) * whole.weight[:, None, None]
+    history: Floats = np.einsum("kj,k...d->...jd", whole.shift, weighted).real
     angles = TURN * np.arange(1, stepped.steps + 1) / stepped.steps
     for h, amplitude in whole.linear(stepped.omega).items():
         k, mirrored = whole.wave(h)
         out = rows[k].conj() if mirrored else rows[k]
         history += whole.travelling(h, out @ amplitude, angles)
     return history
-
-
-_Progress: TypeAlias = Callable[[int, int, float], None]
 
 
 @dataclass(frozen=True)
@@ -133,7 +126,7 @@ def time_response(
     tolerance: float = 0.0,
     modes: int | None = None,
     friction: str = "orthogonal",
-    progress: _Progress | None = None,
+    progress: Callable[[int, int, float], None] | None = None,
 ) -> TimeResponse:
     """Integrate the motion of every sector in time.
 
@@ -264,8 +257,7 @@ def _states(period: Period) -> Integers:
     w = period.w.reshape(steps, sectors, -1, 3)
     opens, closes = np.any(v < 0, axis=0), np.any(v > 0, axis=0)
     slides = np.any(np.diff(w[..., 1:], axis=0, prepend=w[-1:, ..., 1:]) != 0, axis=(0, 3))
-    state: Integers = np.select([opens & closes, opens, slides], [SLIP_OPEN, OPEN, SLIP], STUCK)
-    return state
+    return np.asarray(np.select([opens & closes, opens, slides], [SLIP_OPEN, OPEN, SLIP], STUCK))
 
 
 def _dissipation(period: Period, force: Floats) -> Floats:
@@ -274,5 +266,4 @@ def _dissipation(period: Period, force: Floats) -> Floats:
     t = force.reshape(steps, sectors, -1, 3)[..., 1:]
     w = period.w.reshape(steps, sectors, -1, 3)[..., 1:]
     mean = (t + np.roll(t, 1, axis=0)) / 2
-    work: Floats = (mean * np.diff(w, axis=0, prepend=w[-1:])).sum(axis=(0, 3))
-    return work
+    return np.asarray((mean * np.diff(w, axis=0, prepend=w[-1:])).sum(axis=(0, 3)))

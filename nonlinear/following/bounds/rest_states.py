@@ -94,7 +94,7 @@ class RestStates:
     receptance: Floats
     options: Options
     modes: Mapping[int, StuckModes]
-    either: Booleans | None = None
+    either: Booleans
 
     @cached_property
     def scale(self) -> float:
@@ -109,10 +109,6 @@ class RestStates:
     @property
     def _isotropic(self) -> bool:
         return self.options.friction == "isotropic"
-
-    @property
-    def _either(self) -> Booleans:
-        return np.zeros_like(self.closed) if self.either is None else self.either
 
     @cached_property
     def _used(self) -> Floats:
@@ -137,7 +133,7 @@ class RestStates:
         room = self.share[:, None, None] * limit
         free = self.closed & (self.share > 0) & (contacts.mu > 0)
         zero = [stretch[~self.closed, 0], *aside[~free]]
-        positive = [np.where(closed, stretch[:, 0], -place[:, 0]), -place[self._either, 0]]
+        positive = [np.where(closed, stretch[:, 0], -place[:, 0]), -place[self.either, 0]]
         discs = np.concatenate([room[:, :1], aside], axis=1)[free]
         if not self._isotropic:
             positive += [*(room + aside)[free], *(room - aside)[free]]
@@ -158,7 +154,7 @@ class RestStates:
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _EXACT
         settings.reduced_tol_gap_abs = settings.reduced_tol_gap_rel = _NEARLY
         settings.reduced_tol_feas = _NEARLY
-        normal = ~self.closed | self._either
+        normal = ~self.closed | self.either
         varied = np.hstack([normal[:, None], np.ones((count, 2), dtype=bool)]).ravel()
         weight = objective[varied] / (np.abs(objective).max() or 1.0)
         found = clarabel.DefaultSolver(
@@ -209,7 +205,7 @@ class RestStates:
             if not left or reached <= floor + _NOTHING * np.abs(objective).max():
                 return states.slider(best.point), proved
             node = left.pop()
-            found, either = node.least(objective), node._either.copy()
+            found, either = node.least(objective), node.either.copy()
             if found.solved:
                 if not reached - objective @ found.point > _BETTER * abs(reached):
                     continue
@@ -325,6 +321,7 @@ def rest_states(
         receptance=balance.columns.all(0).real,
         options=options,
         modes=modes,
+        either=np.zeros(contacts.count, bool),
     )
 
 

@@ -42,13 +42,6 @@ class _PlacedPeak:
     swept: bool = False
     stationary: bool = False
 
-    def with_sliders_placed(self) -> "_PlacedPeak":
-        """The same, sliders that slid once and stick for good where they stick."""
-        solution = self.peak.solution
-        sticks = (solution.deviation.state == STUCK)[:, None]
-        slid = np.where(sticks, solution.w[:, 1:, 0], 0.0)
-        return replace(self, slider=self.slider + slid)
-
 
 @dataclass
 class Tally:
@@ -136,7 +129,11 @@ class Search:
         places = [begin]
         for _ in range(_STEPS):
             top = max(places, key=lambda placed: sign * placed.peak.amplitude)
-            here = top.with_sliders_placed()
+            # Sliders that slid once and stick for good are placed where they stick.
+            solution = top.peak.solution
+            sticks = (solution.deviation.state == STUCK)[:, None]
+            slid = np.where(sticks, solution.w[:, 1:, 0], 0.0)
+            here = replace(top, slider=top.slider + slid)
             ready, component = self.at(here.slider), self.component
             assert component is not None
             found = amplitude_gradient(ready, here.peak.solution, component, held=True)

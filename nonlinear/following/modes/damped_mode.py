@@ -91,11 +91,6 @@ class DampedMode(Product):
     response: Response
 
     @property
-    def complete(self) -> bool:
-        """Whether the path arrived at the last amplitude."""
-        return not self.ended
-
-    @property
     def shape(self) -> Complex:
         """(p, n) mode shapes φ, φᴴMφ = 1, in the coordinates of the nodal diameter, kg^-½."""
         return np.asarray(self.response.x[1] / self.amplitude[:, None])
@@ -149,10 +144,6 @@ def damped_mode(
     modes : dict of int to StuckModes, optional
         As for `frequency_response`.
 
-    Returns
-    -------
-    DampedMode
-
     Warns
     -----
     RuntimeWarning
@@ -194,7 +185,27 @@ def damped_mode(
     ended = "" if path.arrived else f"the path ended {path.where}"
     if ended:
         warnings.warn(f"damped_mode: {ended}", RuntimeWarning, stacklevel=5)
-    return _collected(ready, mode, points, linear, ended, path.failed)
+    each = iter(points)
+
+    def motion(omega: float, w: Floats) -> list[Array]:
+        """Modal amplitudes of the next point, static mean and all."""
+        point = next(each)
+        return point.held.motion(point.solution.parameter, w)[0]
+
+    response = ready.response([point.solution for point in points], motion, driven=False)
+    return DampedMode(
+        mode=mode,
+        nodal_diameter=ready.structure.nodal_diameters[1],
+        amplitude=np.array([point.amplitude for point in points]),
+        frequency=response.frequency,
+        damping_ratio=np.array([point.damping_ratio for point in points]),
+        linear=np.array([linear.omega / TURN, linear.xi / (2 * linear.omega)]),
+        converged=response.converged,
+        residual=np.array([point.left for point in points]),
+        ended=ended,
+        failed=path.failed,
+        response=response,
+    )
 
 
 def _turned(system: System, options: Options, nodal_diameter: int | None) -> System:
@@ -262,38 +273,6 @@ def _smallest(mode: Mode, rest: Solution, amplitude: float, tolerance: float) ->
     raise InputError(
         f"mode: no free vibration was found near {mode.held.omega / TURN:g} Hz at the small modal "
         f"amplitude {amplitude:g} to begin with"
-    )
-
-
-def _collected(
-    ready: PreparedSystem,
-    mode: int,
-    points: list[ModePoint],
-    linear: LinearMode,
-    ended: str,
-    failed: int,
-) -> DampedMode:
-    """Put the points into arrays."""
-    each = iter(points)
-
-    def amplitudes(omega: float, w: Floats) -> list[Array]:
-        """Those of the next point, static mean and all."""
-        point = next(each)
-        return point.held.motion(point.solution.parameter, w)[0]
-
-    response = ready.response([point.solution for point in points], amplitudes, driven=False)
-    return DampedMode(
-        mode=mode,
-        nodal_diameter=ready.structure.nodal_diameters[1],
-        amplitude=np.array([point.amplitude for point in points]),
-        frequency=response.frequency,
-        damping_ratio=np.array([point.damping_ratio for point in points]),
-        linear=np.array([linear.omega / TURN, linear.xi / (2 * linear.omega)]),
-        converged=response.converged,
-        residual=np.array([point.left for point in points]),
-        ended=ended,
-        failed=failed,
-        response=response,
     )
 
 

@@ -81,23 +81,8 @@ class LimitCycles(Product):
         return 0.0 if self.linear_damping < 0 else float("inf")
 
 
-def aerodynamic_coefficients(influence: Mapping[int, complex] | ArrayLike, sectors: int) -> Complex:
-    """(N,) A_k of the nodal diameters 0 to N - 1 from influence coefficients.
-
-    Parameters
-    ----------
-    influence : dict of int to complex, or (N,) array_like
-        L_m, 1/s²: modal force on sector 0 by a unit modal amplitude of sector m, of modes of unit
-        mass; an array has m = 0 to N - 1. Sectors that are not named do nothing; m counts around
-        the ring.
-    sectors : int
-        N.
-
-    Raises
-    ------
-    InputError
-        If there are not N coefficients in an array, two name one sector, or one is not finite.
-    """
+def _coefficients(influence: Mapping[int, complex] | ArrayLike, sectors: int) -> Complex:
+    """(N,) A_k of the nodal diameters 0 to N - 1 from influence coefficients."""
     L = np.zeros(sectors, complex)
     if isinstance(influence, Mapping):
         if len({m % sectors for m in influence}) < len(influence):
@@ -120,20 +105,25 @@ def aerodynamic_damping(
 
     Parameters
     ----------
-    influence, sectors
-        As of `aerodynamic_coefficients`.
+    influence : dict of int to complex, or (N,) array_like
+        L_m, 1/s²: modal force on sector 0 by a unit modal amplitude of sector m, of modes of unit
+        mass; an array has m = 0 to N - 1. Sectors that are not named do nothing; m counts around
+        the ring.
+    sectors : int
+        N.
     frequency : float or (N,) array_like
         Of the mode, Hz.
 
     Raises
     ------
     InputError
-        As there, or if a frequency is not > 0.
+        If there are not N coefficients in an array, two name one sector, one is not finite, or a
+        frequency is not > 0.
     """
     hertz = as_array(frequency, "frequency")
     if hertz.shape not in ((), (sectors,)) or not np.all(hertz > 0):
         raise InputError(f"frequency: given {frequency!r}: needs one > 0, or one a nodal diameter")
-    A = aerodynamic_coefficients(influence, sectors)
+    A = _coefficients(influence, sectors)
     return np.asarray(-A.imag / (2 * (TURN * hertz) ** 2))
 
 
@@ -160,7 +150,7 @@ def limit_cycles(
     mode : int
         Its number, as of `damped_mode`.
     influence : dict of int to complex, or (N,) array_like
-        As of `aerodynamic_coefficients`.
+        As of `aerodynamic_damping`.
     amplitudes : (float, float), optional
         Range of modal amplitudes, kg^½ m, in which cycles are looked for; by default from stuck to
         gross slip.
@@ -170,9 +160,9 @@ def limit_cycles(
     Raises
     ------
     InputError
-        As of `damped_mode` and `aerodynamic_coefficients`.
+        As of `damped_mode` and `aerodynamic_damping`.
     """
-    every = aerodynamic_coefficients(influence, system.sectors)
+    every = _coefficients(influence, system.sectors)
     follow = partial(damped_mode, system, mode, modes=modes, progress=progress)
     found = follow(amplitudes, options, nodal_diameter)
     A = complex(every[found.nodal_diameter])

@@ -33,9 +33,9 @@ from vanelock.nonlinear.balance.held_vibration import HeldVibration
 from vanelock.nonlinear.balance.limit_modes import limit_modes
 from vanelock.nonlinear.contact.law import STUCK, Deviation, Law
 from vanelock.nonlinear.continuation.arc_length import polished
-from vanelock.nonlinear.continuation.path import Carried, SolutionPath, StepUnits
+from vanelock.nonlinear.continuation.path import SolutionPath
 from vanelock.nonlinear.fourier import TURN
-from vanelock.nonlinear.newton.newton import Solution, refined
+from vanelock.nonlinear.newton.newton import Bordered, Solution, StepUnits, refined
 from vanelock.nonlinear.newton.preconditioner import Border, response_to
 
 _UNIT = 0.2
@@ -55,7 +55,7 @@ _FARTHEST = 1e5
 
 
 @dataclass(frozen=True)
-class Mode(Carried):
+class Mode(Bordered):
     """Free vibration by amplitude, kg^½ m, along a shape held; unknown beside w: ω and ξ."""
 
     held: HeldVibration
@@ -229,7 +229,7 @@ class ModePath:
                 path.go(landed.solution, stepped=False)
             else:
                 path.failed += 1
-                path.shorten(0.5)
+                path.length = 0.5 * path.taken
                 if path.length < _SHORTEST:
                     return
                 continue
@@ -269,7 +269,14 @@ class ModePath:
         """Points that are asked for, as the path passes them; it may end before the last one."""
         if amplitudes is None:
             yield self.last
-            yield from self.until_gross_slip(onset)
+            contacts, farthest = self.begun.held.structure.system.contacts, _FARTHEST * onset
+            may = contacts.opens & (contacts.mu > 0)
+            for point in self.onward(farthest):
+                yield point
+                # Well beyond where the last contact of those that may slip does.
+                if not np.any(point.solution.deviation.state[may] == STUCK):
+                    yield from self.onward(min(_BEYOND * point.amplitude, farthest))
+                    return
             return
         for i, amplitude in enumerate(amplitudes.tolist()):
             if is_range and i:
@@ -280,17 +287,6 @@ class ModePath:
             if not self.arrived:
                 return
             yield self.last
-
-    def until_gross_slip(self, onset: float) -> Iterator[ModePoint]:
-        """Points from the first to well beyond where the last contact of those that may slips."""
-        contacts = self.begun.held.structure.system.contacts
-        may = contacts.opens & (contacts.mu > 0)
-        farthest = _FARTHEST * onset
-        for point in self.onward(farthest):
-            yield point
-            if not np.any(point.solution.deviation.state[may] == STUCK):
-                yield from self.onward(min(_BEYOND * point.amplitude, farthest))
-                return
 
 
 def _point(path: SolutionPath, solution: Solution) -> ModePoint:
@@ -357,11 +353,11 @@ def linear_mode(structure: Structure, mode: int, rest: Solution) -> LinearMode:
         shape=np.asarray(modes.compliance * shape, complex),
         omega=float(np.sqrt(square[chosen])),
         xi=float(damping.real / mass),
-        onset=onset(structure, gap, moved),
+        onset=_onset(structure, gap, moved),
     )
 
 
-def onset(structure: Structure, gap: Floats, moved: Floats) -> float:
+def _onset(structure: Structure, gap: Floats, moved: Floats) -> float:
     """Amplitude at which the first contact leaves the linear mode, kg^½ m."""
     contacts = structure.system.contacts
     slipping = contacts.kt * moved[:, 1:]

@@ -39,7 +39,7 @@ from vanelock.common.arrays import Floats, as_array
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.balance.stuck_modes import stuck_modes
 from vanelock.nonlinear.contact.law import Deviation
-from vanelock.nonlinear.following.parameter_response import Parameter, Tracer
+from vanelock.nonlinear.following.parameter_response import Parameter, traced
 from vanelock.nonlinear.following.peak import CONDITION, CurvePoint
 from vanelock.nonlinear.following.peak_tracking import PeakTrack
 from vanelock.nonlinear.forced_response.frequency_response import static_response
@@ -191,7 +191,7 @@ class Vibrations:
         at, omega = lru_cache(4)(partial(way.at, self.ready)), last.point.omega
         family, tolerance = way.family(self.ready, omega), self.ready.options.tolerance
         begun = replace(last.solution, parameter=0.0)
-        solution = Tracer(at, way, family, tolerance).point(1.0, [begun])
+        solution = traced(family, 1.0, [begun], partial(at, 1.0), tolerance)
         return self._held(v0, at(1.0), solution, last.component)
 
     def at(self, v0: Floats) -> PreparedSystem:

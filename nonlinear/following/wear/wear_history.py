@@ -257,7 +257,9 @@ class _History:
                 if dwell.at_peak:
                     self.states[-1] = replace(last, higher=self._higher(last.vibration, vibrations))
                 return last.vibration
-            h = _allowed(last.vibration, last.rate, self.share)
+            worn = last.rate > 0
+            cycles = last.vibration.size[worn] / last.rate[worn]
+            h = self.share * float(cycles.min(initial=np.inf))
             h = left if h >= (1 - _ROUND_OFF) * left else h
             taken = stepped(last.vibration, self.law, h, self.share, vibrations.following)
             if taken is None:
@@ -378,11 +380,3 @@ def _shown(dwell: Dwell) -> str:
     if dwell.near is None:
         return f"{dwell.frequency:g} Hz"
     return "near = ({:g}, {:g}) Hz".format(*dwell.near)
-
-
-def _allowed(vibration: Vibration, rate: Floats, share: float) -> float:
-    """Cycles in which no contact's interference changes by more than a share."""
-    worn = rate > 0
-    if not worn.any():
-        return np.inf
-    return float(share * (vibration.size[worn] / rate[worn]).min())

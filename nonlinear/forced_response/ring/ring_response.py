@@ -163,16 +163,6 @@ class RingResponse(Product):
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where(self.alike > 0, amplitude.max(axis=0) / self.alike, np.nan)
 
-    @property
-    def points(self) -> int:
-        """Number of frequencies p."""
-        return len(self.frequency)
-
-    @property
-    def harmonics(self) -> int:
-        """H."""
-        return int(self.contact.shape[1]) - 1
-
 
 def whitehead(sectors: int) -> float:
     """Largest amplification (1 + √N)/2 of one linear mode a sector (Whitehead, 1966)."""
@@ -225,7 +215,10 @@ def ring_response(
         missing, or a harmonic above H is excited.
     """
     hertz = (checked_range if isinstance(frequencies, tuple) else checked_frequencies)(frequencies)
-    _check(options)
+    allowed = {"coupling": "coupled", "harmonic_diameters": "wave", "static_beyond": None}
+    for name, wanted in allowed.items():
+        if (given := getattr(options, name)) != wanted:
+            raise InputError(f"{name}: given {given!r}: rings of unlike sectors have {wanted!r}")
     H = options.highest
     options = replace(options, harmonics=H)
     whole = unlike.of(system)
@@ -259,14 +252,6 @@ def ring_response(
         moved = first.structure.output(first.structure.amplitudes(each.omega, each.w))
         largest = np.fmax(largest, half_peak_to_peak(moved))
     return _assembled(replace(source, offset=contacts(1.0).offset), system, found, largest)
-
-
-def _check(options: Options) -> None:
-    """Refuse options that rings of unlike sectors do not have."""
-    allowed = {"coupling": "coupled", "harmonic_diameters": "wave", "static_beyond": None}
-    for name, wanted in allowed.items():
-        if (given := getattr(options, name)) != wanted:
-            raise InputError(f"{name}: given {given!r}: rings of unlike sectors have {wanted!r}")
 
 
 def _assembled(

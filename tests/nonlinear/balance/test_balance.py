@@ -36,7 +36,8 @@ from vanelock.nonlinear import (
 )
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.continuation.families import Frequencies, Frictions
+from vanelock.nonlinear.continuation.families import Frequencies
+from vanelock.nonlinear.following.parameter_response import _Frictions
 from vanelock.nonlinear.newton.linearised import newton_matrix
 
 
@@ -101,7 +102,7 @@ def test_newton_matrix_is_the_derivative_in_every_state(harmonics):
     measured = (gap(w, omega + step) - gap(w, omega - step)) / (2 * step)
     exact = -Frequencies(prepared, law).rate(omega, w, found, every)
     assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
-    family, step = Frictions(balance, law), 1e-6
+    family, step = _Frictions(balance, law), 1e-6
     u = balance.displacement(w)
     measured = (family.law(1 + step)(u).w - family.law(1 - step)(u).w).reshape(-1) / (2 * step)
     exact = family.rate(1.0, w, found, every)

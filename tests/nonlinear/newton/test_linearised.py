@@ -17,7 +17,7 @@ from vanelock.nonlinear.fourier import to_complex
 from vanelock.nonlinear.newton.linearised import _Iterative, newton_matrix
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, _KeptRing
 from vanelock.nonlinear.newton.newton import active_rows
-from vanelock.nonlinear.newton.preconditioner import Border, _gmres
+from vanelock.nonlinear.newton.preconditioner import Border, Equations, _gmres
 
 H, OMEGA = 2, 1.1
 
@@ -39,9 +39,8 @@ class State:
         """What solves it."""
         count = self.deviation.w.size + (border.count if border else 0)
         given = self.balance, self.deviation, self.rows, np.ones(count), border, None
-        if self.stiffness is None:
-            return LinearisedRing(*given)
-        return _Iterative(*given, self.stiffness)
+        solver = LinearisedRing if self.stiffness is None else _Iterative
+        return solver(Equations(*given, self.stiffness))
 
     def check(self, seed, tolerance=1e-11, bordered=0):
         """Solver whose step under a random gap is that of the dense matrix, some rows bordered."""
@@ -145,9 +144,9 @@ def test_inverses_serve_until_they_are_stale_or_of_other_contacts():
     assert kept.serves(np.arange(3))
     assert not kept.serves(np.arange(1))
     assert not replace(kept, stale=True).serves(np.arange(2))
-    again = LinearisedRing(
-        state.balance, state.deviation, state.rows, np.ones(len(state.rows)), None, kept
-    )
+    weight = np.ones(len(state.rows))
+    given = state.balance, state.deviation, state.rows, weight, None, kept, np.empty(0)
+    again = LinearisedRing(Equations(*given))
     assert again.reuse is kept
     assert len(kept.inverse) == RINGS[0][0] // 2 + 1
 

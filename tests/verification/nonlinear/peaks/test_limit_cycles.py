@@ -11,10 +11,10 @@ from vanelock.nonlinear import (
     Diameter,
     Options,
     System,
-    aerodynamic_coefficients,
     aerodynamic_damping,
     limit_cycles,
 )
+from vanelock.nonlinear.following.modes.limit_cycles import _coefficients
 
 STIFFNESS, SPRING, SLIP = 1.0, 0.25, 0.2
 INPUTS = (0.1, 0.36, 0.9) if FULL else (0.36,)
@@ -113,7 +113,7 @@ def test_air_damps_the_waves_of_a_ring_as_its_eigenvalues_say(record_property):
     damping = np.sort(aerodynamic_damping(influence, sectors, hertz))
     np.testing.assert_allclose(damping, expected, rtol=1e-3, atol=1e-8)
     waves = np.exp(-2j * np.pi * np.outer(np.arange(sectors), np.arange(sectors)) / sectors)
-    A = aerodynamic_coefficients(influence, sectors)
+    A = _coefficients(influence, sectors)
     np.testing.assert_allclose(ring @ waves, waves * A, rtol=1e-10, atol=1e-9)
     record_property("damping by nodal diameter", f"{damping.min():+.1e} to {damping.max():+.1e}")
     record_property("difference", f"{np.abs(damping - expected).max():.1e}")
