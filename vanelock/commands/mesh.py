@@ -3,8 +3,10 @@
 import os
 import time
 from pathlib import Path
+from typing import Any
 
 from vanelock import mesh, render
+from vanelock.common.files.csv_table import write_columns
 from vanelock.input.cases.sweep import cases
 from vanelock.input.schema.structure.own_mesh import refuse_without_areas
 from vanelock.input.schema.study import Study
@@ -13,7 +15,7 @@ from vanelock.pipeline.progress import Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.quantities import meshes
 from vanelock.quantities.meshes import Figures, figures
-from vanelock.results.files.run_folder import claimed, record
+from vanelock.results.files.run_folder import claimed
 from vanelock.stages.parts.components import PARTS, mesh_step
 
 FOLDER = "mesh"
@@ -71,8 +73,11 @@ def mesh_study(
             files.append(render.write_vtu(path / FOLDER / f"{name}.vtu", part))
             files.append(mesh.write_msh(path / FOLDER / f"{name}.msh", part))
         for table in tables:
-            files.append(path / FOLDER / f"{table.key}.csv")
-            record(files[-1], meshes.csv_text(table))
+            columns: dict[str, Any] = {
+                column.name: [row[i] for row in table.shown]
+                for i, column in enumerate(table.columns)
+            }
+            files.append(write_columns(path / FOLDER / f"{table.key}.csv", columns))
             listener(table)
         title = f"{study.name}: mesh"  # last: a machine without OpenGL has the rest by then
         files.append(render.mesh_picture(path / FOLDER / "mesh.png", *parts.values(), title))

@@ -1,9 +1,7 @@
 """Tables of a study's meshes, and figures that show whether these can be trusted."""
 
-import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
-from io import StringIO
 from typing import Final
 
 import numpy as np
@@ -230,12 +228,3 @@ def _match(what: str, one: Part, own: str, other: Part, mate: str, turned: bool 
     if turned:
         here = here @ turn(one.sectors).T
     return f"{what} {np.linalg.norm(here - there, axis=1).max(initial=0):.1e} m"
-
-
-def csv_text(table: Table) -> str:
-    """A table as comma-separated values: its columns' names for machines, then its rows."""
-    written = StringIO()
-    writer = csv.writer(written, lineterminator="\n")
-    writer.writerow(column.name for column in table.columns)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in table.shown)
-    return written.getvalue()

@@ -4,7 +4,7 @@ Sweeps of many cases: a band of percentiles and a few named cases instead of eve
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -191,46 +191,6 @@ SHARE = 0.5
 """Of the cases, how many a band needs at a frequency."""
 
 
-def with_details(case: CaseResult) -> CaseResult:
-    """A case with all numbers at its peak, and what moves and checks it made."""
-    for place in ("audit", "sensitivities"):
-        if place in case.products:
-            case.products.get(place)
-    numbers = {
-        **energies(case),
-        "bandwidth_ratio": (case.bandwidth, "1"),
-        "largest_slip": (float(np.nanmax(case.wear.slip, initial=0.0)), "m"),
-    }
-    if case.margins is not None:
-        for analysis in case.analyses:
-            if states := [state.stress.governing for state in case.states(analysis)]:
-                numbers[analysis.reserve] = (states[-1].reserve, "1")
-        m, gauges = case.margins.governing, case.margins.gauges
-        numbers |= {
-            "alternating_stress": (m.amplitude, "Pa"),
-            "mean_stress": (m.mean, "Pa"),
-            "goodman_reserve": (m.reserve, "1"),
-            "vibration_may_grow": (m.growth, "1"),
-            "place": (f"{m.part}, {m.where}", ""),
-        }
-        if gauges:
-            numbers["gauge_alternating_stress"] = ([each.amplitude for each in gauges], "Pa")
-            numbers["gauge_mean_stress"] = ([each.mean for each in gauges], "Pa")
-            numbers["gauge_goodman_reserve"] = ([each.reserve for each in gauges], "1")
-    return replace(case, numbers=numbers, detailed=True)
-
-
-def energies(case: CaseResult) -> dict[str, Any]:
-    """Where the energy goes at a case's peak."""
-    b = case.balance
-    return {
-        "damping_ratio": (b.damping_ratio, "1"),
-        "input_work": (b.input, "J"),
-        "friction_work": (b.friction, "J"),
-        "stored_energy": (b.stored, "J"),
-    }
-
-
 def _lowest_first(peaks: Mapping[str, Peak]) -> list[str]:
     """Cases by the height of their peaks; of equal ones the last case counts as the highest."""
     return sorted(peaks, key=lambda name: peaks[name].amplitude)
@@ -280,11 +240,6 @@ def in_words(run: RunResult) -> str:
     if _sampled(run):
         return "the lowest, the middle and the largest peak"
     return "the first and the last case"
-
-
-def drawn_alone(run: RunResult) -> list[CaseResult]:
-    """Cases with a curve of their own."""
-    return list(run.cases.values()) if len(run.cases) <= MANY else named(run)
 
 
 def band(run: RunResult) -> Band | None:

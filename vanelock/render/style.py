@@ -6,8 +6,6 @@ apart; the colour maps are perceptually uniform.
 """
 
 import io
-from collections.abc import Iterable
-from itertools import cycle
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,7 +26,6 @@ _PRESSED: Final = 4  # of a PNG: 5 % larger than at 6, in two thirds of the time
 WIDTH: Final = 12.0  # inches: 1800 pixels
 BLACK: Final = "#1a1a1a"
 GREY: Final = "#6b6b6b"
-_GREYS: Final = (GREY, "#1a1a1a", "#a3a3a3", "#454545", "#8a8a8a")
 LIGHT: Final = "#d9d9d9"
 BLUE: Final = "#0072b2"
 ORANGE: Final = "#e69f00"
@@ -160,11 +157,6 @@ def series(count: int) -> list[str]:
         return list(SERIES[:count])
     scale = mpl.colormaps["viridis"]
     return [to_hex(scale(0.92 * position / (count - 1))) for position in range(count)]
-
-
-def greys(groups: Iterable[str]) -> dict[str, str]:
-    """A grey for each group of linear limits, for those that no response shares its colour with."""
-    return dict(zip(dict.fromkeys(groups), cycle(_GREYS), strict=False))
 
 
 def number(value: float) -> str:

@@ -1,7 +1,6 @@
 """What cases are called: in file names, in titles and legends."""
 
 import re
-from collections.abc import Sequence
 
 
 def slug(name: str) -> str:
@@ -66,19 +65,6 @@ def _quantity(value: str) -> str:
         return value
     shown = _SHOWN[found[2]]
     return f"{found[1]}{'' if shown == '°' else ' '}{shown}"
-
-
-def merged(names: Sequence[str]) -> str:
-    """Words for cases that share a curve: the values that differ are listed, equal ones once."""
-    values: dict[str, list[str]] = {}
-    for name in names:
-        for text in words(name).split(", "):
-            key, _, value = text.partition(" = ")
-            if value not in values.setdefault(key, []):
-                values[key].append(value)
-    return ", ".join(
-        f"{key} = {' or '.join(found)}" if any(found) else key for key, found in values.items()
-    )
 
 
 def of_case(name: str) -> str:

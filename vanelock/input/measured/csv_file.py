@@ -20,8 +20,14 @@ from vanelock.common.checked import show
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import contents
 from vanelock.common.tables import counted
-from vanelock.input.measured.points import Points
-from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, UNITS, amplitude_factor
+from vanelock.input.measured.units import (
+    DISPLACEMENT,
+    STRAIN,
+    STRAINS,
+    UNITS,
+    Points,
+    amplitude_factor,
+)
 
 NAMES = {
     "frequency": ("frequency", "freq", "f", "excitation frequency", "hz"),

@@ -12,8 +12,7 @@ from vanelock.common.errors import InputError, raised
 from vanelock.common.tables import counted
 from vanelock.input.cases.values import Given, ring_of
 from vanelock.input.measured.csv_file import read_csv
-from vanelock.input.measured.points import Points
-from vanelock.input.measured.units import DISPLACEMENT
+from vanelock.input.measured.units import DISPLACEMENT, Points
 from vanelock.input.measured.universal import ENDINGS, read_universal
 from vanelock.input.schema.comparison import MeasuredCurve
 from vanelock.input.schema.study import Study

@@ -1,9 +1,11 @@
-"""Units of frequencies, speeds and amplitudes, as measuring programs write them."""
+"""What files of measured curves say, in SI, before the study's own keys are heard; their units."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import si
 
@@ -18,6 +20,29 @@ UNITS = {
 }  # fmt: skip
 """In Hz and rpm. Not by a library of units, to which a revolution is 2π."""
 STRAINS = {"ustrain": 1e-6, "microstrain": 1e-6, "µε": 1e-6, "με": 1e-6, "1": 1.0, "-": 1.0}
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points of a measured curve, in the file's order.
+
+    Attributes
+    ----------
+    frequency, amplitude : (p,) float
+        Hz, and half the peak-to-peak, m or strain; NaN where the file has nothing.
+    quantity : str
+        "displacement" or "strain".
+    factor : (p,) float
+        What one unit of the file's own amplitudes is there, in which the study gives a `sigma`.
+    sigma : (p,) float or None
+        Standard deviation of each amplitude, where the file has it.
+    """
+
+    frequency: Floats
+    amplitude: Floats
+    quantity: str
+    factor: Floats
+    sigma: Floats | None = None
 
 
 def amplitude_factor(unit: str, quantity: str, where: str) -> float:

@@ -22,8 +22,7 @@ from vanelock.common.files.files import by_library, regular
 from vanelock.common.lazy import library
 from vanelock.common.quantities import si
 from vanelock.common.tables import counted
-from vanelock.input.measured.points import Points
-from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, TURN, UNITS
+from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, TURN, UNITS, Points
 
 NAMES = {3: STRAIN, 8: DISPLACEMENT, 11: "velocity", 12: "acceleration"}
 """Types of an ordinate, by the format's numbers; 0 and 1 say none."""

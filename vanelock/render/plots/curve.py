@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from typing import Final, Literal
 
 import numpy as np
@@ -20,6 +21,9 @@ MICROMETRES: Final = 1e6
 AXES: Final = ("excitation frequency (Hz)", "amplitude (µm)")
 LIMITS: Final = {"free": "linear, free", "stuck": "linear, stuck"}
 """What the legend calls the linear limits."""
+
+_GREYS: Final = (style.GREY, "#1a1a1a", "#a3a3a3", "#454545", "#8a8a8a")
+"""Of linear limits that no response shares its colour with, a grey for each group."""
 
 
 @dataclass(frozen=True)
@@ -189,7 +193,8 @@ def looks(curves: Sequence[Curve]) -> list[tuple[Curve, CurveLook]]:
     groups = list(dict.fromkeys(c.group for c in curves if c.kind == "nonlinear"))
     colours = dict(zip(groups, style.series(len(groups)), strict=True))
     styles = _styles(curves)
-    greys = style.greys(c.group for c in curves if c.kind in LIMITS)
+    linear = dict.fromkeys(c.group for c in curves if c.kind in LIMITS)
+    greys = dict(zip(linear, cycle(_GREYS), strict=False))
     measured = [c for c in curves if c.kind == "measured"]
     made = []
     for curve in curves:

@@ -56,11 +56,6 @@ def cylindrical(points: Floats, shape: Complex) -> Complex:
     return np.column_stack([c * x + s * y, -s * x + c * y, z])
 
 
-def dominant(points: Floats, shape: Complex) -> int:
-    """Which of the radial (0), circumferential (1) and axial (2) components moves most."""
-    return int(np.argmax(np.sum(np.abs(cylindrical(points, shape)) ** 2, axis=0)))
-
-
 def round_scale(largest: float, drawn: float) -> float:
     """Round factor (1, 2 or 5 times a power of ten) that draws `largest` as at most `drawn`."""
     if not largest > 0:

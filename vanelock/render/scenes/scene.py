@@ -6,7 +6,7 @@ the same letters and nothing overlaps.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from typing import TypeAlias
 
 import matplotlib as mpl
 import numpy as np
@@ -14,6 +14,7 @@ from matplotlib.colors import Colormap, to_rgb
 from numpy.typing import NDArray
 
 from vanelock.common.arrays import Floats
+from vanelock.common.process import latest
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import offscreen
@@ -126,32 +127,19 @@ def smooth_surface(points: Floats, skin: Surface) -> tuple[NDArray[np.int64], ND
     return place, np.asarray(split.regular_faces, np.int64)
 
 
-@dataclass(frozen=True, eq=False)
-class _Given:
-    """A part that is known again by being the same object."""
-
-    part: Part
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Given) and other.part is self.part
-
-    def __hash__(self) -> int:
-        return id(self.part)
+Skin: TypeAlias = tuple[Surface, NDArray[np.int64], NDArray[np.int64]]
+_skins: dict[tuple[int, bool], tuple[Part, Skin]] = {}
+"""Of parts known again by being the same object, which is held so that its id stays its own."""
 
 
-def smooth_skin(
-    part: Part, corners_only: bool = False
-) -> tuple[Surface, NDArray[np.int64], NDArray[np.int64]]:
+def smooth_skin(part: Part, corners_only: bool = False) -> Skin:
     """A part's skin and what `smooth_surface` makes of it, found once for several pictures."""
-    return _smooth_skin(_Given(part), corners_only)
 
+    def made() -> tuple[Part, Skin]:
+        skin = surface(part, corners_only)
+        return part, (skin, *smooth_surface(part.points[skin.nodes], skin))
 
-@lru_cache(maxsize=8)
-def _smooth_skin(
-    given: _Given, corners_only: bool
-) -> tuple[Surface, NDArray[np.int64], NDArray[np.int64]]:
-    skin = surface(given.part, corners_only=corners_only)
-    return skin, *smooth_surface(given.part.points[skin.nodes], skin)
+    return latest(_skins, (id(part), corners_only), made, 8)[1]
 
 
 def colours(values: Floats, colour_map: Colormap, low: float, high: float) -> Floats:

@@ -105,9 +105,11 @@ def contact_map_picture(
                 _marks(shown, places, state[column, face], chosen, number[face], 9.0)
             if lower:
                 bands = style.axes(figure, left, 1.1, width - 0.2, lower)
-                _unrolled(bands, x[~face], axes_of[~face])
-                chosen = area[column, ~face]
-                places = _band_places(x[~face], axes_of[~face])
+                places, chosen = _band_places(x[~face], axes_of[~face]), area[column, ~face]
+                reach = 1.08 * float(np.abs(places[:, 0]).max()) or 1.0
+                bands.set(xlim=(-reach, reach), ylim=(3.6, -0.6), yticks=range(4))
+                bands.set_xlabel("hooks: arc from the middle (mm)")
+                bands.grid(False, axis="x")
                 _marks(bands, places, state[column, ~face], chosen, number[~face], 6.0)
                 bands.set_yticklabels(_BANDS if column == 0 else [], fontsize=10.5)
         if upper:
@@ -149,14 +151,6 @@ def _band_places(x: Floats, frames: Floats) -> Floats:
         if np.ptp(z) > 1e-6:
             apart[band == one] = 0.6 * ((z - z.min()) / np.ptp(z) - 0.5)
     return np.column_stack([1e3 * radius * turned, band + apart])
-
-
-def _unrolled(axes: Axes, x: Floats, frames: Floats) -> None:
-    places = _band_places(x, frames)
-    reach = 1.08 * float(np.abs(places[:, 0]).max()) or 1.0
-    axes.set(xlim=(-reach, reach), ylim=(3.6, -0.6), yticks=range(4))
-    axes.set_xlabel("hooks: arc from the middle (mm)")
-    axes.grid(False, axis="x")
 
 
 def _marks(

@@ -150,12 +150,10 @@ def response_picture(
     amplitude = max(float(annulus.peak(shape).max()) for shape in shapes)
     scale = annulus.round_scale(amplitude, DRAWN * outer_radius(parts))
     angle = annulus.largest_instant(*shapes)
-    points = np.concatenate([part.points for part in parts])
-    component = annulus.dominant(points, np.concatenate(list(shapes)))
-    strongest = max(
-        float(np.abs(annulus.cylindrical(part.points, shape)[:, component]).max())
-        for part, shape in zip(parts, shapes, strict=True)
-    )
+    moved = [annulus.cylindrical(p.points, shape) for p, shape in zip(parts, shapes, strict=True)]
+    size = np.abs(np.concatenate(moved))
+    component = int(np.argmax(np.sum(size**2, axis=0)))
+    strongest = float(size[:, component].max())
 
     def by_amplitude(_: Floats, shape: Complex) -> Floats:
         return scene.colours(1e6 * annulus.peak(shape), style.AMPLITUDE_MAP, 0, 1e6 * amplitude)

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from vanelock import render
 from vanelock.common.arrays import Floats
-from vanelock.input.cases.names import merged, words
+from vanelock.input.cases.names import words
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.products import Drawn
-from vanelock.quantities.run_result import PERCENT, RunResult, band, drawn_alone, in_words, named
+from vanelock.quantities.run_result import MANY, PERCENT, RunResult, band, in_words, named
 from vanelock.report import Picture
 from vanelock.stages.response.limits import Limit
 
@@ -71,7 +71,7 @@ MOST = 16
 def all_curves(run: RunResult) -> list[render.Curve]:
     """Linear limits, responses and measured curves, as they are drawn."""
     made = _linear(run)
-    for each in drawn_alone(run):
+    for each in _drawn_alone(run):
         name, verdicts, ends = each.name, each.verdicts, each.ends
         for direction, curve in each.curves.items():
             frequency, amplitude, converged = curve
@@ -99,6 +99,11 @@ def all_curves(run: RunResult) -> list[render.Curve]:
         for each in run.measured
         if each.quantity == DISPLACEMENT
     ]
+
+
+def _drawn_alone(run: RunResult) -> list[CaseResult]:
+    """Cases with a curve of their own."""
+    return list(run.cases.values()) if len(run.cases) <= MANY else named(run)
 
 
 def curves(run: RunResult) -> Picture:
@@ -207,9 +212,22 @@ def limit_curves(
             found.append(([name], which, f, a))
     groups = {name for name, _ in limits}
     return [
-        render.Curve(f, a, kind=which, group="" if len(names) == len(groups) else merged(names))
+        render.Curve(f, a, kind=which, group="" if len(names) == len(groups) else _merged(names))
         for names, which, f, a in found
     ]
+
+
+def _merged(names: Sequence[str]) -> str:
+    """Words for cases that share a curve: the values that differ are listed, equal ones once."""
+    values: dict[str, list[str]] = {}
+    for name in names:
+        for text in words(name).split(", "):
+            key, _, value = text.partition(" = ")
+            if value not in values.setdefault(key, []):
+                values[key].append(value)
+    return ", ".join(
+        f"{key} = {' or '.join(found)}" if any(found) else key for key, found in values.items()
+    )
 
 
 def _equal(a: Floats, b: Floats) -> bool:

@@ -9,6 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from vanelock import render
 from vanelock.common.arrays import Complex
 from vanelock.input.cases.names import of_case, slug, words
@@ -18,11 +20,9 @@ from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.run_result import (
     DETAILED,
     RunResult,
-    energies,
     in_words,
     looked_into_names,
     named,
-    with_details,
 )
 from vanelock.report import Picture
 from vanelock.results.figures.contacts import contacts, loops, preloads
@@ -283,9 +283,9 @@ def look_into(run: RunResult) -> None:
         chosen = looked_into_names(run)
         for name, case in run.cases.items():
             if name in chosen:
-                run.cases[name] = with_details(case)
+                run.cases[name] = _with_details(case)
             elif case.peak is not None and len(run.cases) <= FEW:
-                run.cases[name] = replace(case, numbers=energies(case))
+                run.cases[name] = replace(case, numbers=_energies(case))
     wanted = [(case, "mode_shapes") for case, _ in _few(_distinct_modes(run))] if shapes else []
     wanted += [(case, "fields") for case in named(run)] if shapes else []
     wanted += [(run.first, "mesh_error")] if shapes else []
@@ -295,6 +295,46 @@ def look_into(run: RunResult) -> None:
     for case, place in wanted:
         if place in case.products:
             case.products.get(place)
+
+
+def _with_details(case: CaseResult) -> CaseResult:
+    """A case with all numbers at its peak, and what moves and checks it made."""
+    for place in ("audit", "sensitivities"):
+        if place in case.products:
+            case.products.get(place)
+    numbers = {
+        **_energies(case),
+        "bandwidth_ratio": (case.bandwidth, "1"),
+        "largest_slip": (float(np.nanmax(case.wear.slip, initial=0.0)), "m"),
+    }
+    if case.margins is not None:
+        for analysis in case.analyses:
+            if states := [state.stress.governing for state in case.states(analysis)]:
+                numbers[analysis.reserve] = (states[-1].reserve, "1")
+        m, gauges = case.margins.governing, case.margins.gauges
+        numbers |= {
+            "alternating_stress": (m.amplitude, "Pa"),
+            "mean_stress": (m.mean, "Pa"),
+            "goodman_reserve": (m.reserve, "1"),
+            "vibration_may_grow": (m.growth, "1"),
+            "place": (f"{m.part}, {m.where}", ""),
+        }
+        if gauges:
+            numbers["gauge_alternating_stress"] = ([each.amplitude for each in gauges], "Pa")
+            numbers["gauge_mean_stress"] = ([each.mean for each in gauges], "Pa")
+            numbers["gauge_goodman_reserve"] = ([each.reserve for each in gauges], "1")
+    return replace(case, numbers=numbers, detailed=True)
+
+
+def _energies(case: CaseResult) -> dict[str, Any]:
+    """Where the energy goes at a case's peak."""
+    b = case.balance
+    return {
+        "damping_ratio": (b.damping_ratio, "1"),
+        "input_work": (b.input, "J"),
+        "friction_work": (b.friction, "J"),
+        "stored_energy": (b.stored, "J"),
+    }
 
 
 def draw(run: RunResult) -> None:

@@ -2,7 +2,8 @@
 
 import pytest
 
-from vanelock.input.cases.names import merged, slug, valued, words
+from vanelock.input.cases.names import slug, valued, words
+from vanelock.results.figures.curves import _merged
 
 
 def test_people_and_files_get_the_same_name() -> None:
@@ -21,7 +22,7 @@ def test_people_and_files_get_the_same_name() -> None:
     ):
         assert words(name) == text
     assert words("mu=0.15,harmonics=3", without="harmonics") == "μ = 0.15"
-    assert merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
+    assert _merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
 
 
 @pytest.mark.parametrize(
