@@ -80,10 +80,7 @@ class Interior(Factor):
 
 
 def schur_complement(
-    A: Sparse | Array,
-    rows: Sequence[int] | Integers,
-    backend: str | None = None,
-    like: Interior | None = None,
+    A: Sparse | Array, rows: Sequence[int] | Integers, backend: str | None = None
 ) -> tuple[Array, Interior]:
     """Dense Schur complement of some rows of a sparse matrix, and the factors of the rest.
 
@@ -96,8 +93,6 @@ def schur_complement(
         Rows to keep, without repetition, at most n - 1.
     backend : str, optional
         One of `backends()`; CHOLMOD if installed. The others take a solve for each row kept.
-    like : Interior, optional
-        Of an earlier matrix with the same pattern and the same rows: its analysis is used again.
 
     Returns
     -------
@@ -120,39 +115,36 @@ def schur_complement(
         raise InputError(f"rows to keep: all {n}; at least one must be left")
     rest = np.setdiff1d(np.arange(n), kept)
     if (backend or backends()[0]) != "cholmod":
-        return _by_solves(A, kept, rest, backend, like)
+        return _by_solves(A, kept, rest, backend)
     require_memory(n, np.iscomplexobj(A.data), SCHUR_TIMES)
-    analysis = like._analysis if like is not None else None
     try:
-        factor = trailing_factor(A, kept, rest, analysis)
+        factor = trailing_factor(A, kept, rest)
     except BreakdownError:
-        return _by_solves(A, kept, rest, backend, like)  # which says why, or bears it
+        return _by_solves(A, kept, rest, backend)  # which says why, or bears it
     interior = Interior(
         "cholmod",
         len(rest),
         np.iscomplexobj(A.data),
-        0,
         factor.nonzeros,
         factor.solve,
-        factor.analysis,
         kept_rows=kept,
         rest=rest,
         _down=factor.down,
         _up=factor.up,
         half_is_root=True,
     )
-    if is_singular(interior.solve, scale_of(A, True)[rest]):
+    if is_singular(interior.solve, scale_of(A)[rest]):
         factorise(A[rest][:, rest], backend)  # says why
     return factor.schur, interior
 
 
 def _by_solves(
-    A: sp.csc_array, kept_rows: Integers, rest: Integers, backend: str | None, like: Interior | None
+    A: sp.csc_array, kept_rows: Integers, rest: Integers, backend: str | None
 ) -> tuple[Array, Interior]:
     """The same by one solve for each row that is kept."""
     A_sm = A[rest][:, kept_rows].tocsc()
     A_ms = A_sm.conj().T.tocsr()
-    factor = factorise(A[rest][:, rest], backend, like)
+    factor = factorise(A[rest][:, rest], backend)
     S = A[kept_rows][:, kept_rows].toarray() - A_ms @ factor.solve(A_sm)
     size = len(rest)
 

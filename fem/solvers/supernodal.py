@@ -7,19 +7,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from vanelock.common.arrays import Array, Integers
-from vanelock.fem.solvers.backend import cholmod_errors, pattern_of
+from vanelock.fem.solvers.backend import cholmod_errors
 
 _FULL = 1.1  # entries of threes of rows over those stored, up to which they are taken for nodes
-
-
-@dataclass(frozen=True)
-class _TrailingAnalysis:
-    """Ordering of the rest, and supernodes of the whole, for one pattern and one set of rows."""
-
-    pattern: bytes
-    kept_rows: Integers
-    order: Integers
-    symbolic: Any
 
 
 @dataclass(frozen=True)
@@ -28,7 +18,6 @@ class _TrailingFactor:
 
     schur: Array  # (m, m), S
     order: Integers  # (s,), row of A_ss that each of the first rows of L stands for
-    analysis: _TrailingAnalysis
     nonzeros: int  # entries of L
     _corner: Array  # (m, m), L_mm
     _factor: Any  # CHOLMOD's
@@ -65,9 +54,7 @@ class _TrailingFactor:
         return x
 
 
-def trailing_factor(
-    A: sp.csc_array, kept_rows: Integers, rest: Integers, like: Any = None
-) -> _TrailingFactor:
+def trailing_factor(A: sp.csc_array, kept_rows: Integers, rest: Integers) -> _TrailingFactor:
     """Factorise A, in canonical form, with the kept rows last.
 
     What is added to their diagonal, and taken off S again, lets A be singular there, as a part
@@ -75,24 +62,14 @@ def trailing_factor(
     """
     from sksparse.cholmod import analyze
 
-    pattern = pattern_of(A) + str(A.dtype).encode()
-    analysis = like if isinstance(like, _TrailingAnalysis) and like.pattern == pattern else None
-    if analysis is not None and not np.array_equal(analysis.kept_rows, kept_rows):
-        analysis = None
-    if analysis is not None:
-        order = analysis.order
-    else:
-        order = _fill_reducing(A, rest)
+    order = _fill_reducing(A, rest)
     last = np.concatenate([rest[order], kept_rows])
     size = abs(A.diagonal()[kept_rows])
     added = np.where(size > 0, size, 1.0)
     whole = sp.csc_array(A[last][:, last])
     whole = sp.csc_array(whole + sp.diags_array(np.r_[np.zeros(len(rest)), added], format="csc"))
     with cholmod_errors():
-        if analysis is None:
-            symbolic = analyze(whole, mode="supernodal", ordering_method="natural")
-            analysis = _TrailingAnalysis(pattern, kept_rows, order, symbolic)
-        factor = analysis.symbolic.cholesky(whole)
+        factor = analyze(whole, mode="supernodal", ordering_method="natural").cholesky(whole)
         L = sp.csc_array(factor.L())
     # Its last columns have no rows above theirs.
     corner, nonzeros = L[:, len(rest) :][len(rest) :].toarray(), L.nnz
@@ -100,7 +77,7 @@ def trailing_factor(
     S += S.conj().T
     S /= 2
     S[np.diag_indices_from(S)] -= added
-    return _TrailingFactor(S, order, analysis, nonzeros, corner, factor)
+    return _TrailingFactor(S, order, nonzeros, corner, factor)
 
 
 def _fill_reducing(A: sp.csc_array, rest: Integers) -> Integers:
