@@ -210,7 +210,7 @@ JOINED = """\
 The second mode at nodal diameter 1, all contacts on area patches, no reduction. "Vane + casing":
 what each mesh is estimated to add; "corrected": the frequency less both, which differs less from
 mesh to mesh than what is found. No mesh here reaches 1% by itself: that takes some 600,000 degrees
-of freedom, by the power below, since nothing makes the vane's elements small across its re-entrant
+of freedom, since nothing makes the vane's elements small across its re-entrant
 edges alone."""
 
 
