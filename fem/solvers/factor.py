@@ -31,10 +31,8 @@ from vanelock.fem.solvers.backend import (
 from vanelock.fem.solvers.singular import (
     FREE,
     SingularError,
-    empty_rows,
     free_motions,
     is_singular,
-    lifted,
     scale_of,
 )
 
@@ -110,6 +108,7 @@ _SOLVERS: dict[str, Callable[[sp.csc_array], Factor]] = {
     "pardiso": _pardiso,
     "superlu": _superlu,
 }
+_LIFT = 1e-10  # added to a matrix that has no factors, so that it has some
 _NOT_DEFINITE = (
     "the matrix is not positive definite: a part that is free to move as a rigid body needs "
     "a clamped set or a negative shift"
@@ -167,15 +166,25 @@ def _factors(A: sp.csc_array, backend: str) -> Factor:
 
 def _diagnosis(A: sp.csc_array, backend: str, scale: Floats) -> InputError:
     """The error for a matrix that has no factors."""
-    error = empty_rows(A)
+    error = _empty_rows(A)
     if error is not None:
         return error
     diagonal = A.diagonal().real
     if diagonal.min() <= 0:
         return InputError(f"{_NOT_DEFINITE} (row {int(diagonal.argmin())} of its diagonal)")
     try:
-        near = _factors(lifted(A, scale), backend)
+        near = _factors(sp.csc_array(A + sp.diags_array(_LIFT * scale**2)), backend)
     except BreakdownError:
         return InputError(_NOT_DEFINITE)
     motions, values = free_motions(A, near.solve, scale)
     return InputError(_NOT_DEFINITE) if values[0] < -FREE else SingularError(motions)
+
+
+def _empty_rows(A: sp.csc_array) -> SingularError | None:
+    """Error for rows that hold nothing, if there are any."""
+    rows = np.flatnonzero(abs(A).max(axis=1).toarray().ravel() == 0)
+    if not len(rows):
+        return None
+    motions: Any = np.zeros((A.shape[0], len(rows)))
+    motions[rows, np.arange(len(rows))] = 1
+    return SingularError(motions)

@@ -17,7 +17,6 @@ _SINGULAR = 1e-16
 thin flat elements come down to 1e-15."""
 FREE = 1e-14
 """Below it a motion of a matrix that is singular counts as free."""
-_LIFT = 1e-10  # added to a matrix that has no factors, so that it has some
 SOUGHT = 12
 """Motions that are looked for."""
 _MOVING = 1e-3  # of the largest motion: a row that moves more takes part
@@ -74,11 +73,6 @@ def is_singular(solve: Solve, scale: Floats) -> bool:
     return False
 
 
-def lifted(A: sp.csc_array, scale: Floats) -> sp.csc_array:
-    """A with a little added to its diagonal."""
-    return sp.csc_array(A + sp.diags_array(_LIFT * scale**2))
-
-
 def free_motions(A: sp.csc_array, solve: Solve, scale: Floats) -> tuple[Array, Floats]:
     """Motions that a matrix leaves free, and eigenvalues of the scaled one, ascending.
 
@@ -96,16 +90,6 @@ def free_motions(A: sp.csc_array, solve: Solve, scale: Floats) -> tuple[Array, F
     free[abs(values).argmin()] = True
     motions = np.linalg.qr((x @ turns[:, free]) / scale[:, None])[0]
     return motions, values
-
-
-def empty_rows(A: sp.csc_array) -> SingularError | None:
-    """Error for rows that hold nothing, if there are any."""
-    rows = np.flatnonzero(abs(A).max(axis=1).toarray().ravel() == 0)
-    if not len(rows):
-        return None
-    motions: Any = np.zeros((A.shape[0], len(rows)))
-    motions[rows, np.arange(len(rows))] = 1
-    return SingularError(motions)
 
 
 _RIGID = 1e-6  # 1 - cosine of the angle to the rigid-body motions, below which a motion is one

@@ -14,7 +14,7 @@ from vanelock.fem import (
     cyclic_transform,
     schur_complement,
 )
-from vanelock.fem.solvers.supernodal import trailing_factor
+from vanelock.fem.solvers.schur import _trailing_factor
 
 every_backend = pytest.mark.parametrize("backend", backends())
 
@@ -108,7 +108,7 @@ def test_rows_of_a_node_are_ordered_together(lattice):
     nodes = np.setdiff1d(np.arange(K.shape[0] // 3), [4, 9])
     rest = (3 * nodes[:, None] + np.arange(3)).ravel()
     kept = np.setdiff1d(np.arange(K.shape[0]), rest)
-    order = trailing_factor(K, kept, rest).order.reshape(-1, 3)
+    order = _trailing_factor(K, kept, rest).order.reshape(-1, 3)
     assert np.array_equal(order, order[:, :1] + np.arange(3))
 
 
@@ -116,6 +116,6 @@ def test_rows_that_are_not_of_nodes_are_ordered_one_by_one():
     side = 30  # of a grid with one row a point: threes of them are links of nothing
     one = sp.diags_array([2.0, -1.0, -1.0], offsets=[0, 1, -1], shape=(side, side))
     A = sp.csc_array(sp.kronsum(one, one))
-    found = trailing_factor(A, np.arange(0), np.arange(side**2))
+    found = _trailing_factor(A, np.arange(0), np.arange(side**2))
     own = analyze(A, mode="simplicial", ordering_method="nesdis")
     assert np.array_equal(found.order, own.P())
