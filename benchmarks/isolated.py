@@ -50,20 +50,17 @@ def memory(field: str) -> float:
     return int(lines[field].split()[0]) / 1024
 
 
-def measured(file: str, backend: str, definite: bool) -> dict[str, Any]:
+def measured(file: str, backend: str) -> dict[str, Any]:
     """What one backend costs for the matrix in a file. Runs in the child process."""
     with np.load(file) as parts:
         A = sp.csc_array((parts["data"], parts["indices"], parts["indptr"]))
     before = memory("VmRSS")
     begin = time.process_time()
-    factor = fem.factorise(A, backend, definite=definite)
+    factor = fem.factorise(A, backend)
     first = time.process_time() - begin
     after = memory("VmHWM")
-    like = None  # the others cannot share
-    if backend == "cholmod":
-        like = seconds(lambda: fem.factorise(A, backend, like=factor, definite=definite))
     if first < LONG:
-        first = min(first, seconds(lambda: fem.factorise(A, backend, definite=definite), 2))
+        first = min(first, seconds(lambda: fem.factorise(A, backend), 2))
     b = np.random.default_rng(0).standard_normal((A.shape[0], COLUMNS)).astype(A.dtype)
     b = np.asfortranarray(b)
     x = factor.solve(b[:, 0])
@@ -71,12 +68,10 @@ def measured(file: str, backend: str, definite: bool) -> dict[str, Any]:
     return {
         "backend": factor.backend,
         "factor": first,
-        "like": like,
         "block": seconds(lambda: factor.solve(b)) / COLUMNS,
         "single": seconds(lambda: factor.solve(b[:, 0])),
         "memory": after - before,
         "error": residual / (abs(A).sum(axis=1).max() * abs(x).max() + abs(b[:, 0]).max()),
-        "negative": factor.negative,
     }
 
 
@@ -89,9 +84,9 @@ def stored(A: sp.csc_array) -> Iterator[str]:
         yield file
 
 
-def in_child(file: str, backend: str, definite: bool) -> dict[str, Any]:
+def in_child(file: str, backend: str) -> dict[str, Any]:
     """`measured` in a process of its own."""
-    command = [sys.executable, __file__, file, backend, "1" if definite else "0"]
+    command = [sys.executable, __file__, file, backend]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr)
@@ -100,4 +95,4 @@ def in_child(file: str, backend: str, definite: bool) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    print(json.dumps(measured(sys.argv[1], sys.argv[2], sys.argv[3] == "1")))
+    print(json.dumps(measured(sys.argv[1], sys.argv[2])))

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
 
 from benchmarks.unreduced import unreduced_segment
 from vanelock import fem, mesh, rom
@@ -93,7 +94,7 @@ class Sector(NamedTuple):
     ) -> float:
         """Relative difference of a response from a solution with the indefinite K - ω²M."""
         D = sp.csc_array(self.K - (2 * np.pi * frequency) ** 2 * self.M)
-        direct = fem.factorise(D, definite=False).solve(force)
+        direct = splu(D.astype(complex)).solve(force)
         return float(abs(x - direct).max() / abs(direct).max())
 
 

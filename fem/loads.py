@@ -31,7 +31,7 @@ from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.elements import ReferenceElement, reference_element
 from vanelock.fem.model import Model
-from vanelock.fem.stresses import nodal_values, slopes, thermal_strain
+from vanelock.fem.stresses import nodal_values, slopes
 from vanelock.mesh import Part
 from vanelock.mesh.cells import area_vectors, exterior, solid, surface
 
@@ -74,7 +74,7 @@ def thermal(model: Model, growth: ArrayLike) -> Floats:
     True
     """
     part = model.part
-    at_nodes = thermal_strain(part, growth)
+    at_nodes = nodal_values(part, growth, "thermal strain")
     lame, shear = model.material.lame
     reference = reference_element(part.cell_type)
     nodal = np.zeros((len(part.points), 3))

@@ -64,7 +64,7 @@ def strain_sums(part: Part, u: Array, growth: ArrayLike | None = None) -> tuple[
     points, extrapolation = sampling(part.cell_type)
     total = np.zeros((len(part.points), 6 * k), fields.dtype)
     weight = np.zeros(len(part.points))
-    free = None if growth is None else thermal_strain(part, growth)
+    free = None if growth is None else nodal_values(part, growth, "thermal strain")
     values, _ = solid(part.cell_type).functions(points)
     for cells, strains, determinant in strain_blocks(part, fields, points):
         e, g = determinant.shape
@@ -90,11 +90,6 @@ def hooke(material: Material, strains: Array, axis: int = 1) -> Array:
     s = shear * e
     s[:3] += shear * e[:3] + lame * e[:3].sum(axis=0)
     return np.moveaxis(s, 0, axis)
-
-
-def thermal_strain(part: Part, growth: ArrayLike) -> Floats:
-    """(nodes,) thermal strain at the nodes, from that or from one number."""
-    return nodal_values(part, growth, "thermal strain")
 
 
 def nodal_values(part: Part, field: ArrayLike, what: str) -> Floats:

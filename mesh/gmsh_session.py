@@ -2,7 +2,7 @@
 
 import ctypes
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -40,27 +40,20 @@ _OPTIONS = {
 }
 
 
-def _missing_libraries(load: Callable[[str], object] = ctypes.CDLL) -> list[str]:
+def _missing_libraries() -> list[str]:
     """Shared libraries that gmsh is linked against and that this system does not have."""
     missing = []
     for name in _LIBRARIES:
         try:
-            load(name)
+            ctypes.CDLL(name)
         except OSError:
             missing.append(name)
     return missing
 
 
-def load(libraries: Callable[[], list[str]] = _missing_libraries) -> Any:
-    """The gmsh module.
-
-    Raises
-    ------
-    InputError
-        If a system library that gmsh needs is missing, naming the command that installs it.
-    """
-    missing = libraries()
-    if missing:
+def load() -> Any:
+    """The gmsh module."""
+    if missing := _missing_libraries():
         raise InputError(
             f"gmsh: system libraries {', '.join(missing)} are missing: "
             f"run `apt-get install -y {_PACKAGES}`"

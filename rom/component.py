@@ -32,7 +32,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.mesh import Part
 from vanelock.mesh.part import called
-from vanelock.rom.system.system import Matrix, common_band
+from vanelock.rom.system.system import Matrix, common_band, conjugated
 
 
 @dataclass(frozen=True)
@@ -142,10 +142,8 @@ class Reduced(Product):
 
     def conjugate(self) -> "Reduced":
         """The same part at the nodal diameter N - k."""
-        parts = (self.basis, self.vectors, self.neglected, self.C)
-        basis, vectors, neglected, C = (None if a is None else a.conj() for a in parts)
-        K, M = self.K.conj(), self.M.conj()
-        return Reduced(K, M, basis, vectors, neglected, self.complete, C)
+        names = ("K", "M", "basis", "vectors", "neglected", "C")
+        return replace(self, **conjugated(self, names))
 
 
 @dataclass(frozen=True)

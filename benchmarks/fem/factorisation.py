@@ -27,23 +27,14 @@ BACKENDS = ("cholmod", "pardiso", "superlu")
 SLOW = 5.0  # s: a backend that took more for a matrix is left out where that is larger
 WIDTHS = (1, 2, 4, 8, 16, 32, 64, 128, 256)
 MASTERS = ("left", "right", "hook_front", "hook_rear", "key", "force", "output")
-DISTANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-9)
 CHOICE = """\
-`factorise` takes CHOLMOD for definite matrices: PARDISO factorises large real ones as fast, but its
-columns cost several times as much, and complex matrices double its size. For indefinite ones it
-takes PARDISO where that is installed, since CHOLMOD leaves its dense blocks there; without it
-CHOLMOD for real matrices and SuperLU for complex ones. A backend that took more than five seconds
-for a matrix is left out where that is larger.
+`factorise` takes CHOLMOD: PARDISO factorises large real matrices as fast, but its columns cost
+several times as much, and complex matrices double its size. A backend that took more than five
+seconds for a matrix is left out where that is larger.
 """
 WIDTHS_TEXT = """\
 CPU time of a column in units of a single one's: the factors come through memory once for a block.
 """
-NEAR_TEXT = """\
-K - ω²M with ω² above the tenth eigenvalue by a relative distance: backward error, relative error of
-the solution's part in that mode, and negative eigenvalues counted.
-
-| distance | backend | backward error | error in the mode | negative |
-|---:|---|---:|---:|---:|"""
 SCHUR_TEXT = """\
 Of the dofs of the cyclic faces, the contacts, the forces and the outputs.
 
@@ -55,7 +46,6 @@ scikit-fem's `asm`.
 
 | part | dofs | factorisation | assemble | asm | asm over assemble |
 |---|---:|---:|---:|---:|---:|"""
-MODE = 9  # the eigenvalue, from 0, that the shift goes to
 
 
 class Case(NamedTuple):
@@ -63,7 +53,6 @@ class Case(NamedTuple):
 
     name: str
     A: sp.csc_array
-    definite: bool
 
 
 def parts(size: str | float) -> tuple[fem.Model, fem.Model]:
@@ -74,25 +63,19 @@ def parts(size: str | float) -> tuple[fem.Model, fem.Model]:
     )
 
 
-def cyclic(model: fem.Model, diameter: int) -> tuple[sp.csc_array, sp.csc_array]:
-    """Stiffness and mass at one nodal diameter."""
+def cyclic(model: fem.Model, diameter: int) -> sp.csc_array:
+    """Stiffness at one nodal diameter."""
     T = fem.cyclic_transform(model, diameter)
-    adjoint = T.conj().T
-    return sp.csc_array(adjoint @ model.K @ T), sp.csc_array(adjoint @ model.M @ T)
+    return sp.csc_array(T.conj().T @ model.K @ T)
 
 
 def cases(vane: fem.Model, casing: fem.Model) -> Iterator[Case]:
-    """Definite matrices, then indefinite ones between the tenth and the eleventh eigenvalue."""
+    """Stiffness of the vane, lifted as it is free, and of the casing, alone and cyclic."""
     size = float(np.linalg.norm(np.ptp(vane.part.points, axis=0)))
     low = (0.01 / size) ** 2 * MATERIAL.E / MATERIAL.rho
-    yield Case("vane, K + σM", sp.csc_array(vane.K + low * vane.M), True)
-    yield Case("casing, K", casing.K, True)
-    K, M = cyclic(casing, 1)
-    yield Case("casing, ND 1", K, True)
-    for name, stiffness, mass in (("casing", casing.K, casing.M), ("casing, ND 1", K, M)):
-        values, _ = fem.eigenpairs(stiffness, mass, MODE + 2)
-        shift = (values[MODE] + values[MODE + 1]) / 2
-        yield Case(f"{name}, K - ω²M", sp.csc_array(stiffness - shift * mass), False)
+    yield Case("vane, K + σM", sp.csc_array(vane.K + low * vane.M))
+    yield Case("casing, K", casing.K)
+    yield Case("casing, ND 1", cyclic(casing, 1))
 
 
 def solvers(vane: fem.Model, casing: fem.Model, slow: set[tuple[str, str]]) -> list[str]:
@@ -104,17 +87,15 @@ def solvers(vane: fem.Model, casing: fem.Model, slow: set[tuple[str, str]]) -> l
             for backend in (b for b in BACKENDS if b in fem.backends()):
                 if (case.name, backend) in slow:
                     continue
-                r = in_child(file, backend, case.definite)
+                r = in_child(file, backend)
                 unit = unit or r
                 if r["factor"] > SLOW:
                     slow.add((case.name, backend))
                 ratios = [f"{r[k] / unit[k]:.2f}" for k in ("factor", "block", "single")]
-                negative = "" if case.definite else r["negative"]
-                like = "" if r["like"] is None else f"{r['like']:.2f} s"
                 lines.append(
                     f"| {case.name} | {case.A.shape[0]} | {r['backend']} | {r['factor']:.2f} s | "
-                    f"{like} | {1e3 * r['block']:.1f} ms | {1e3 * r['single']:.1f} ms | "
-                    f"{' / '.join(ratios)} | {r['memory']:.0f} MB | {r['error']:.0e} | {negative} |"
+                    f"{1e3 * r['block']:.1f} ms | {1e3 * r['single']:.1f} ms | "
+                    f"{' / '.join(ratios)} | {r['memory']:.0f} MB | {r['error']:.0e} |"
                 )
                 print(lines[-1], flush=True)
     return lines
@@ -133,28 +114,6 @@ def widths(A: sp.csc_array) -> list[str]:
     ]
 
 
-def near(K: sp.csc_array, M: sp.csc_array) -> list[str]:
-    """Table of the accuracy of K - ω²M where ω² comes near an eigenvalue."""
-    values, vectors = fem.eigenpairs(K, M, MODE + 2)
-    mode = vectors[:, MODE]
-    b = np.random.default_rng(0).standard_normal(K.shape[0])
-    lines = []
-    for distance in DISTANCES:
-        shift = values[MODE] * (1 + distance)
-        A = sp.csc_array(K - shift * M)
-        exact = (mode.conj() @ b) / (values[MODE] - shift)
-        for backend in fem.backends():
-            factor = fem.factorise(A, backend, definite=False)
-            x = factor.solve(b)
-            error = abs(A @ x - b).max() / (abs(A).sum(axis=1).max() * abs(x).max())
-            part = abs(mode.conj() @ (M @ x) / exact - 1)
-            lines.append(
-                f"| {distance:.0e} | {factor.backend} | {error:.0e} | {part:.0e} | "
-                f"{factor.negative} of {MODE + 1} |"
-            )
-    return lines
-
-
 def condensed(model: fem.Model) -> list[str]:
     """Table of the Schur complement of all master dofs."""
     rows = np.unique(np.concatenate([model.rows(name).ravel() for name in MASTERS]))
@@ -165,17 +124,13 @@ def condensed(model: fem.Model) -> list[str]:
     rest = np.setdiff1d(np.arange(K.shape[0]), rows)
     ties = K[rest][:, rows]
     inside = fem.factorise(K[rest][:, rest])
-    one = cyclic(model, 1)[0]
-    shared = fem.factorise(one)
+    one = cyclic(model, 1)
     b = np.asfortranarray(np.random.default_rng(0).standard_normal((len(rows), COLUMNS)))
     full = np.asfortranarray(np.zeros((K.shape[0], COLUMNS)))
     timed = {
         "factorisation of K": unit,
-        "factorisation at nodal diameter 1, analysis shared": seconds(
-            lambda: fem.factorise(one, like=shared)
-        ),
+        "factorisation at nodal diameter 1": seconds(lambda: fem.factorise(one)),
         f"Schur complement of {len(rows)} dofs": seconds(lambda: fem.schur_complement(K, rows)),
-        "the same, analysis shared": seconds(lambda: fem.schur_complement(K, rows, like=interior)),
         "the same by solves, K of the rest factorised": seconds(
             lambda: ties.T @ inside.solve(ties), 1
         ),
@@ -220,15 +175,14 @@ def report(sizes: list[str | float]) -> list[str]:
         "",
         "## Backends",
         "",
-        "`like`: with the analysis of an earlier factorisation. Column: of a block of 128;",
-        "alone: a single one. Ratios to the first backend: factorisation / column / alone. Memory:",
-        "peak above what was there before. Error: backward error of a solution.",
+        "Column: of a block of 128; alone: a single one. Ratios to the first backend:",
+        "factorisation / column / alone. Memory: peak above what was there before. Error:",
+        "backward error of a solution.",
         "",
         *CHOICE.splitlines(),
         "",
-        "| matrix | rows | backend | factor | like | column | alone | ratios | memory | error "
-        "| negative |",
-        "|---|---:|---|---:|---:|---:|---:|---|---:|---:|---:|",
+        "| matrix | rows | backend | factor | column | alone | ratios | memory | error |",
+        "|---|---:|---|---:|---:|---:|---|---:|---:|",
     ]
     print("\n".join(lines), flush=True)
     first = models = parts(sizes[0])
@@ -240,7 +194,6 @@ def report(sizes: list[str | float]) -> list[str]:
     n = casing.K.shape[0]
     for title, text, table in (
         (f"Columns of a block (casing, {n} dofs)", WIDTHS_TEXT, lambda: widths(casing.K)),
-        (f"Near an eigenvalue (casing, {n} dofs)", NEAR_TEXT, lambda: near(casing.K, casing.M)),
         (f"Dense Schur complement (casing, {n} dofs)", SCHUR_TEXT, lambda: condensed(casing)),
         ("Assembly", ASSEMBLY_TEXT, lambda: assembly(first)),
     ):

@@ -47,16 +47,8 @@ _FAULTS = (
     SyntaxError, MemoryError, RecursionError, OverflowError, zlib.error, tokenize.TokenError,
     zipfile.BadZipFile, IndexError, AttributeError, scipy.io.matlab.MatReadError,
 )  # fmt: skip
-_PARTS: tuple[str, ...] = (
-    "format", "shape", "data", "row", "col", "indices", "indptr", "offsets"
-)  # fmt: skip
-_MEMBERS = {
-    "csr": ("data", "indices", "indptr"),
-    "csc": ("data", "indices", "indptr"),
-    "bsr": ("data", "indices", "indptr"),
-    "coo": ("data", "row", "col"),
-    "dia": ("data", "offsets"),
-}
+_WHOLE = ("shape", "row", "col", "indices", "indptr", "offsets")
+"""Parts of a saved sparse matrix that hold whole numbers."""
 
 
 def read_npy(path: Path, request: WantedMatrix) -> Entries:
@@ -82,10 +74,10 @@ def read_npz(path: Path, request: WantedMatrix) -> Entries:
                 refuse_unless_alone(source, request)
                 found = {
                     name: _array(f"{source}: {name}", archive.read(members[name]))
-                    for name in _PARTS
+                    for name in ("format", "data", *_WHOLE)
                     if name in members
                 }
-                return _saved_sparse(source, found)
+                return _saved_sparse(source, path, found)
             name = chosen(source, sorted(members), request)
             return _dense_entries(
                 f"{source}: {name}", _array(f"{source}: {name}", archive.read(members[name]))
@@ -123,41 +115,20 @@ def _array(source: str, held: bytes) -> Array:
     return found
 
 
-def _saved_sparse(source: str, members: dict[str, Array]) -> Entries:
+def _saved_sparse(source: str, path: Path, members: dict[str, Array]) -> Entries:
     """The matrix of `scipy.sparse.save_npz`."""
-    kind = members["format"].item() if members["format"].shape == () else b""
-    kind = kind.decode("ascii", "replace") if isinstance(kind, bytes) else str(kind)
-    if kind not in _MEMBERS:
-        raise InputError(f"{source}: sparse format {kind[:20]!a} is not read")
-    if absent := [name for name in _MEMBERS[kind] if name not in members]:
-        raise InputError(f"{source}: {absent[0]} of the sparse matrix is missing")
-    shape = members["shape"]
-    if shape.shape != (2,) or shape.dtype.kind not in "iu":
-        raise InputError(f"{source}: shape of the sparse matrix is not two whole numbers")
-    square(source, tuple(int(n) for n in shape))
-    n = int(shape[0])
     numbers(source, members["data"].dtype)
-    first, *places = (members[name] for name in _MEMBERS[kind])
-    if any(each.dtype.kind not in "iu" or each.ndim != 1 for each in places):
+    if any(members[name].dtype.kind not in "iu" for name in _WHOLE if name in members):
         raise InputError(f"{source}: indices of the sparse matrix are not whole numbers")
     try:
-        if kind == "coo":
-            row, column = (each.astype(np.int64) for each in places)
-            if not len(first) == len(row) == len(column):
-                raise ValueError
-            return Entries(source, n, row, column, first)
-        if kind == "dia":
-            matrix = sp.dia_array((first, *places), shape=(n, n))
-        else:
-            if kind != "bsr" and len(places[1]) != n + 1:
-                raise ValueError
-            make = {"csr": sp.csr_array, "csc": sp.csc_array, "bsr": sp.bsr_array}[kind]
-            matrix = make((first, *places), shape=(n, n))
+        matrix = sp.load_npz(path)
+        if matrix.format in ("csr", "csc", "bsr"):
             matrix.check_format(full_check=True)
         coo = matrix.tocoo()
     except _FAULTS:
         raise InputError(f"{source}: parts of the sparse matrix do not fit together") from None
-    return Entries(source, n, coo.row, coo.col, coo.data)
+    square(source, coo.shape)
+    return Entries(source, coo.shape[0], coo.row, coo.col, coo.data)
 
 
 _INDICES = (("ir", "jc"), ("indices", "indptr"))

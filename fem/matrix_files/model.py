@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from vanelock.common.arrays import Array, Floats, Integers
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.quantities import si
@@ -54,9 +54,6 @@ class Matrices(Product):
     def size(self) -> int:
         """Number of rows n."""
         return len(self.node)
-
-
-_Values = Array  # real, or complex where a cyclic sector's matrices are
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,6 @@
 """What every solver behind `factorise` takes and returns; right-hand sides go in blocks.
 
-CHOLMOD through scikit-sparse is the fastest of the solvers where it is installed. Positive definite
-matrices take the supernodal L Lᴴ. Indefinite ones take the simplicial L D Lᴴ, which has no
-pivoting: the signs of D are the inertia, and the caller checks the accuracy.
+CHOLMOD through scikit-sparse is the fastest of the solvers where it is installed.
 
 How much memory a factorisation takes is known before from its number of rows. Nested dissection of
 a surface leaves O(n log n) entries in the factor, of a solid O(n^(4/3)); parts with walls of one or
@@ -13,7 +11,6 @@ two elements lie near the former:
 fitted to both parts of the example with elements of 4.8 to 25 mm (docs/benchmarks/memory.md).
 """
 
-import hashlib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -21,7 +18,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from vanelock.common import process
 from vanelock.common.arrays import Array
@@ -32,7 +28,7 @@ Solve = Callable[[Array], Array]
 
 
 class BreakdownError(Exception):
-    """A pivot that is zero, or negative where none may be."""
+    """A pivot that is zero or negative."""
 
 
 _SYMMETRIC = 1e-12  # of |x| |A y|: how far xᴴ(A y) may be from (A x)ᴴ y
@@ -99,7 +95,7 @@ def _block(apply: Solve, b: Array, is_complex: bool) -> Array:
 
 @dataclass(frozen=True)
 class Factor:
-    """A factorised symmetric or Hermitian matrix A.
+    """A factorised positive definite matrix A, symmetric or Hermitian.
 
     Attributes
     ----------
@@ -109,9 +105,6 @@ class Factor:
         Rows of A.
     is_complex : bool
         Whether A is.
-    negative : int or None
-        Number of negative eigenvalues of A; None where the pivots do not give it. For K - ω² M
-        with M positive definite it is the number of natural frequencies below ω.
     nonzeros : int or None
         Entries stored in the factors, where the backend counts them.
     """
@@ -119,11 +112,8 @@ class Factor:
     backend: str
     size: int
     is_complex: bool
-    negative: int | None
     nonzeros: int | None
     _solve: Solve = field(repr=False)  # A⁻¹ b of a dense (n, k) b of A's kind in Fortran order
-    _analysis: Any = field(default=None, repr=False)
-    """What a later factorisation with the same pattern may begin from; None if nothing."""
 
     def solve(self, b: Any) -> Array:
         """Solution x of A x = b.
@@ -148,16 +138,6 @@ class Factor:
         return in_blocks(self._solve, b, (self.size, self.size), self.is_complex)
 
 
-@dataclass(frozen=True)
-class _SymbolicFactor:
-    """Ordering and symbolic factor of one pattern."""
-
-    pattern: bytes  # of the matrix
-    kind: tuple[str, str]
-    symbolic: Any  # without numbers
-    order: NDArray[np.int32] | None = None  # (n,)
-
-
 @contextmanager
 def cholmod_errors() -> Generator[None, None, None]:
     """CHOLMOD's errors as those that every solver has."""
@@ -171,64 +151,18 @@ def cholmod_errors() -> Generator[None, None, None]:
         raise MemoryError("CHOLMOD could not allocate") from None
 
 
-def cholmod(A: sp.csc_array, definite: bool, like: Any = None) -> Factor:
-    """Factorise a matrix in canonical form; `like` is an earlier analysis or None."""
-    if not definite and np.iscomplexobj(A.data):
-        A = _with_real_diagonal(A)
+def cholmod(A: sp.csc_array) -> Factor:
+    """Factorise a matrix in canonical form."""
+    from sksparse.cholmod import analyze
+
     with cholmod_errors():
-        analysis = _analysed(A, "supernodal" if definite else "simplicial", like)
-        order = analysis.order
-        factor = analysis.symbolic.cholesky(A if order is None else _permuted(A, order))
-        negative = 0 if definite else int(np.sum(factor.D().real < 0))
+        factor = analyze(A, mode="supernodal").cholesky(A)
 
     def solve(b: Array) -> Array:
         with cholmod_errors():
-            if order is None:
-                return np.asarray(factor(b))
-            x = np.empty_like(b)
-            x[order] = factor(np.asfortranarray(b[order]))
-            return x
+            return np.asarray(factor(b))
 
-    is_complex = np.iscomplexobj(A.data)
-    return Factor("cholmod", A.shape[0], is_complex, negative, None, solve, analysis)
-
-
-def _analysed(A: sp.csc_array, mode: str, like: Any) -> _SymbolicFactor:
-    """The earlier analysis if it fits; else one with its ordering, if that does; else a new one."""
-    from sksparse.cholmod import analyze
-
-    pattern, kind = pattern_of(A), (str(A.dtype), mode)
-    if not (isinstance(like, _SymbolicFactor) and like.pattern == pattern):
-        # AMD, the default, leaves the simplicial factor of a solid a third more work.
-        ordering = "default" if mode == "supernodal" else "nesdis"
-        return _SymbolicFactor(pattern, kind, analyze(A, mode=mode, ordering_method=ordering))
-    if like.kind == kind:
-        return like
-    order = like.symbolic.P() if like.order is None else like.order
-    symbolic = analyze(_permuted(A, order), mode=mode, ordering_method="natural")
-    return _SymbolicFactor(pattern, kind, symbolic, order)
-
-
-def _permuted(A: sp.csc_array, order: Array) -> sp.csc_array:
-    permuted = sp.csc_array(A[order][:, order])
-    permuted.sort_indices()
-    return permuted
-
-
-def pattern_of(A: sp.csc_array) -> bytes:
-    """Digest of where the entries are."""
-    digest = hashlib.sha256(f"{A.shape} {A.indptr.dtype}".encode())
-    digest.update(A.indptr.data)
-    digest.update(A.indices.data)
-    return digest.digest()
-
-
-def _with_real_diagonal(A: sp.csc_array) -> sp.csc_array:
-    """L D Lᴴ takes a diagonal with the round-off of a product Tᴴ K T for a breakdown."""
-    columns = np.repeat(np.arange(A.shape[0]), np.diff(A.indptr))
-    data = A.data.copy()
-    data.imag[columns == A.indices] = 0
-    return sp.csc_array((data, A.indices, A.indptr), shape=A.shape)
+    return Factor("cholmod", A.shape[0], np.iscomplexobj(A.data), None, solve)
 
 
 _BYTES_OF_FACTOR, _POWER = 2450.0, 0.1

@@ -1,8 +1,8 @@
-"""Factorisation of sparse symmetric and Hermitian matrices, behind one small interface.
+"""Factorisation of positive definite sparse matrices, behind one small interface.
 
 CHOLMOD is used where scikit-sparse is installed, else PARDISO through pypardiso, else SciPy's
-SuperLU, which always works and is several times slower. An indefinite matrix prefers PARDISO, then
-CHOLMOD if real and SuperLU if complex. docs/benchmarks/factorisation.md compares them.
+SuperLU, which always works and is several times slower; docs/benchmarks/factorisation.md compares
+them.
 
 PARDISO takes real matrices alone: a complex Hermitian one becomes [Re -Im; Im Re], symmetric, of
 twice the size and with every eigenvalue twice.
@@ -10,8 +10,6 @@ twice the size and with every eigenvalue twice.
 
 import weakref
 from collections.abc import Callable
-from dataclasses import replace
-from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
@@ -25,7 +23,6 @@ from vanelock.fem.solvers.backend import (
     MEMORY_TIMES,
     BreakdownError,
     Factor,
-    Solve,
     Sparse,
     cholmod,
     hermitian,
@@ -34,30 +31,25 @@ from vanelock.fem.solvers.backend import (
 from vanelock.fem.solvers.singular import (
     FREE,
     SingularError,
-    empty_rows,
     free_motions,
     is_singular,
-    lifted,
     scale_of,
 )
 
-_DEFINITE, INDEFINITE = 2, -2  # matrix types of PARDISO: real symmetric
+_DEFINITE = 2  # matrix type of PARDISO: real symmetric
 _SOLVE = 33  # its phase of forward and backward substitution
-_NEGATIVE, _NONZEROS, _PERTURBED = 23, 18, 14  # of its iparm, counted from 1
+_NONZEROS = 18  # of its iparm, counted from 1
 
 
-def _pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Factor:
-    """Factorise a matrix in canonical form; `like` is not used.
-
-    Its analysis lives in the handle of one factorisation and cannot be shared by two.
-    """
+def _pardiso(A: sp.csc_array) -> Factor:
+    """Factorise a matrix in canonical form."""
     module = import_module("pypardiso")
     n = A.shape[0]
     is_complex = np.iscomplexobj(A.data)
     if is_complex:
         A = sp.block_array([[A.real, -A.imag], [A.imag, A.real]], format="csr")
     upper = _upper(A)
-    solver = module.PyPardisoSolver(mtype=_DEFINITE if definite else INDEFINITE)
+    solver = module.PyPardisoSolver(mtype=_DEFINITE)
     try:
         solver.factorize(upper)
     except module.pardiso_wrapper.PyPardisoError:
@@ -76,12 +68,8 @@ def _pardiso(A: sp.csc_array, definite: bool, like: Any = None) -> Factor:
         return x[:n] + 1j * x[n:]
 
     weakref.finalize(solve, solver.free_memory, everything=True)  # the library never does
-    negative: int | None = 0
-    if not definite:
-        count = int(solver.get_iparm(_NEGATIVE)) // (2 if is_complex else 1)
-        negative = None if solver.get_iparm(_PERTURBED) else count
     nonzeros = int(solver.get_iparm(_NONZEROS))
-    return Factor("pardiso", n, is_complex, negative, nonzeros, solve)
+    return Factor("pardiso", n, is_complex, nonzeros, solve)
 
 
 def _upper(A: Any) -> sp.csr_matrix:
@@ -93,12 +81,10 @@ def _upper(A: Any) -> sp.csr_matrix:
     return sp.csr_matrix(sp.coo_array((entries, places), shape=A.shape).tocsr())
 
 
-def _superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float = 0.0) -> Factor:
+def _superlu(A: sp.csc_array) -> Factor:
     """Factorise a matrix in canonical form.
 
-    With a threshold of 0 the pivots stay on the diagonal unless they vanish, so that their signs
-    are those of the eigenvalues. Above, a pivot smaller than that part of its column is changed
-    for another, which bears any regular matrix and loses the inertia. `like` is not used.
+    Pivots stay on the diagonal unless they vanish: their signs are those of the eigenvalues.
     """
     from scipy.sparse.linalg import splu
 
@@ -106,34 +92,23 @@ def _superlu(A: sp.csc_array, definite: bool, like: Any = None, threshold: float
         factor = splu(
             A,
             permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=threshold,
+            diag_pivot_thresh=0.0,
             options={"SymmetricMode": True},
         )
     except RuntimeError:
         raise BreakdownError from None
-    negative = None
-    if np.array_equal(factor.perm_r, factor.perm_c):
-        negative = int(np.sum(factor.U.diagonal().real <= 0))
-    if definite and negative != 0:
+    if not np.array_equal(factor.perm_r, factor.perm_c) or factor.U.diagonal().real.min() <= 0:
         raise BreakdownError
-    is_complex = np.iscomplexobj(A.data)
-    return Factor("superlu", A.shape[0], is_complex, negative, factor.nnz, factor.solve)
+    return Factor("superlu", A.shape[0], np.iscomplexobj(A.data), factor.nnz, factor.solve)
 
 
 _MODULES = {"cholmod": "sksparse", "pardiso": "pypardiso", "superlu": "scipy"}
-_SOLVERS: dict[str, Callable[..., Factor]] = {
+_SOLVERS: dict[str, Callable[[sp.csc_array], Factor]] = {
     "cholmod": cholmod,
     "pardiso": _pardiso,
     "superlu": _superlu,
 }
-# In order of preference. CHOLMOD's simplicial solve is poor at complex numbers.
-_INDEFINITE = {False: ("pardiso", "cholmod", "superlu"), True: ("pardiso", "superlu", "cholmod")}
-
-# Backward error of the solution for a random right-hand side.
-_ACCURATE = 1e-14  # above it every solution is refined once
-_COUNTED = 1e-10  # above it, before that step, the negative pivots are not counted
-_USABLE = 1e-11  # above it, refined, the factors are thrown away
-
+_LIFT = 1e-10  # added to a matrix that has no factors, so that it has some
 _NOT_DEFINITE = (
     "the matrix is not positive definite: a part that is free to move as a rigid body needs "
     "a clamped set or a negative shift"
@@ -145,10 +120,8 @@ def backends() -> tuple[str, ...]:
     return tuple(name for name, module in _MODULES.items() if find_spec(module) is not None)
 
 
-def factorise(
-    A: Sparse | Array, backend: str | None = None, like: Factor | None = None, definite: bool = True
-) -> Factor:
-    """Factorise a symmetric or Hermitian sparse matrix.
+def factorise(A: Sparse | Array, backend: str | None = None) -> Factor:
+    """Factorise a positive definite sparse matrix.
 
     Parameters
     ----------
@@ -156,29 +129,13 @@ def factorise(
         Real symmetric or complex Hermitian; both halves must be stored.
     backend : str, optional
         One of `backends()`; by default the fastest of them.
-    like : Factor, optional
-        Of an earlier matrix with the same pattern, whose ordering and symbolic analysis are used
-        again: of the same sector at another nodal diameter, say. Between real and complex, or
-        definite and indefinite, CHOLMOD shares the ordering alone. A matrix with another pattern,
-        and one that goes to PARDISO or SuperLU, is analysed anew.
-    definite : bool
-        Whether A must be positive definite. False takes any regular matrix, K - ω² M between its
-        eigenvalues for instance, at up to six times the cost.
 
     Raises
     ------
     SingularError
         If A is singular: some motion is free. It names the rows that move.
     InputError
-        If A has negative eigenvalues and must not, is not Hermitian, or the backend is unknown
-        or missing.
-
-    Notes
-    -----
-    An indefinite matrix is factorised without exchanging rows, or with small perturbations
-    (PARDISO), which gives the number of negative eigenvalues. The solution for a random
-    right-hand side decides whether that is accurate, needs a step of iterative refinement each
-    time, or gives way to SuperLU with threshold pivoting, which has no such count.
+        If A has negative eigenvalues, is not Hermitian, or the backend is unknown or missing.
 
     Examples
     --------
@@ -186,89 +143,48 @@ def factorise(
     >>> A = sp.diags_array([[2.0, 4.0]], offsets=[0])
     >>> factorise(A).solve([1.0, 1.0])
     array([0.5 , 0.25])
-    >>> factorise(-A, definite=False).negative
-    2
     """
     A = hermitian(A)
-    is_complex = np.iscomplexobj(A.data)
-    backend = _chosen(backend, is_complex, definite)
-    scale = scale_of(A, definite)
+    have = backends()
+    if backend is not None and backend not in have:
+        raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")
+    backend = backend or have[0]
+    scale = scale_of(A)
     try:
-        factor = _factors(A, backend, definite, like)
+        factor = _factors(A, backend)
     except BreakdownError:
-        raise _diagnosis(A, backend, definite, scale) from None
+        raise _diagnosis(A, backend, scale) from None
     if is_singular(factor.solve, scale):
-        motions, _ = free_motions(A, factor.solve, scale)
-        raise SingularError(motions, definite)
+        raise SingularError(free_motions(A, factor.solve, scale)[0])
     return factor
 
 
-def _chosen(backend: str | None, is_complex: bool, definite: bool) -> str:
-    """The backend that is wanted, or the fastest one."""
-    have = backends()
-    if backend is None:
-        preferred = have if definite else _INDEFINITE[is_complex]
-        return next(name for name in preferred if name in have)
-    if backend not in have:
-        raise InputError(f"backend = {backend!r}: the installed solvers are {', '.join(have)}")
-    return backend
-
-
-def _factors(A: sp.csc_array, backend: str, definite: bool, like: Factor | None = None) -> Factor:
-    """Factors that are accurate."""
-    solver = _SOLVERS[backend]
+def _factors(A: sp.csc_array, backend: str) -> Factor:
     require_memory(A.shape[0], np.iscomplexobj(A.data), MEMORY_TIMES[backend])
-    analysis = like._analysis if like is not None else None
-    if definite:
-        return solver(A, True, analysis)
-    pivoting: Callable[..., Factor] = partial(_superlu, threshold=0.1)
-    for attempt in (solver, pivoting):
-        try:
-            return _accurate(A, attempt(A, False, analysis))
-        except BreakdownError:
-            continue
-    raise BreakdownError
+    return _SOLVERS[backend](A)
 
 
-def _accurate(A: sp.csc_array, factor: Factor) -> Factor:
-    """The factors, with a step of refinement if they need it."""
-    error = _backward_error(A, factor._solve)
-    if error < _ACCURATE:
-        return factor
-
-    def refined(b: Array) -> Array:
-        x = factor._solve(b)
-        return x + factor._solve(np.asfortranarray(b - A @ x))
-
-    if not _backward_error(A, refined) < _USABLE:
-        raise BreakdownError
-    # The signs of the pivots are those of a matrix that is as far away as this error.
-    negative = factor.negative if error < _COUNTED else None
-    return replace(factor, _solve=refined, negative=negative)
-
-
-def _backward_error(A: sp.csc_array, solve: Solve) -> float:
-    b = np.random.default_rng(2).standard_normal((A.shape[0], 1)).astype(A.dtype)
-    x = solve(np.asfortranarray(b))
-    if not np.all(np.isfinite(x)):
-        return np.inf
-    size = float(abs(A).sum(axis=1).max())
-    return float(abs(b - A @ x).max() / (size * abs(x).max() + abs(b).max()))
-
-
-def _diagnosis(A: sp.csc_array, backend: str, definite: bool, scale: Floats) -> InputError:
+def _diagnosis(A: sp.csc_array, backend: str, scale: Floats) -> InputError:
     """The error for a matrix that has no factors."""
-    error = empty_rows(A, definite)
+    error = _empty_rows(A)
     if error is not None:
         return error
     diagonal = A.diagonal().real
-    if definite and diagonal.min() <= 0:
+    if diagonal.min() <= 0:
         return InputError(f"{_NOT_DEFINITE} (row {int(diagonal.argmin())} of its diagonal)")
     try:
-        near = _factors(lifted(A, scale), backend, definite)
+        near = _factors(sp.csc_array(A + sp.diags_array(_LIFT * scale**2)), backend)
     except BreakdownError:
         return InputError(_NOT_DEFINITE)
     motions, values = free_motions(A, near.solve, scale)
-    if definite and values[0] < -FREE:
-        return InputError(_NOT_DEFINITE)
-    return SingularError(motions, definite)
+    return InputError(_NOT_DEFINITE) if values[0] < -FREE else SingularError(motions)
+
+
+def _empty_rows(A: sp.csc_array) -> SingularError | None:
+    """Error for rows that hold nothing, if there are any."""
+    rows = np.flatnonzero(abs(A).max(axis=1).toarray().ravel() == 0)
+    if not len(rows):
+        return None
+    motions: Any = np.zeros((A.shape[0], len(rows)))
+    motions[rows, np.arange(len(rows))] = 1
+    return SingularError(motions)

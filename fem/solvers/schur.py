@@ -23,13 +23,13 @@ from vanelock.fem.solvers.backend import (
     Factor,
     Solve,
     Sparse,
+    cholmod_errors,
     hermitian,
     in_blocks,
     require_memory,
 )
 from vanelock.fem.solvers.factor import backends, factorise
 from vanelock.fem.solvers.singular import is_singular, scale_of
-from vanelock.fem.solvers.supernodal import trailing_factor
 
 
 @dataclass(frozen=True)
@@ -80,10 +80,7 @@ class Interior(Factor):
 
 
 def schur_complement(
-    A: Sparse | Array,
-    rows: Sequence[int] | Integers,
-    backend: str | None = None,
-    like: Interior | None = None,
+    A: Sparse | Array, rows: Sequence[int] | Integers, backend: str | None = None
 ) -> tuple[Array, Interior]:
     """Dense Schur complement of some rows of a sparse matrix, and the factors of the rest.
 
@@ -96,8 +93,6 @@ def schur_complement(
         Rows to keep, without repetition, at most n - 1.
     backend : str, optional
         One of `backends()`; CHOLMOD if installed. The others take a solve for each row kept.
-    like : Interior, optional
-        Of an earlier matrix with the same pattern and the same rows: its analysis is used again.
 
     Returns
     -------
@@ -120,39 +115,36 @@ def schur_complement(
         raise InputError(f"rows to keep: all {n}; at least one must be left")
     rest = np.setdiff1d(np.arange(n), kept)
     if (backend or backends()[0]) != "cholmod":
-        return _by_solves(A, kept, rest, backend, like)
+        return _by_solves(A, kept, rest, backend)
     require_memory(n, np.iscomplexobj(A.data), SCHUR_TIMES)
-    analysis = like._analysis if like is not None else None
     try:
-        factor = trailing_factor(A, kept, rest, analysis)
+        factor = _trailing_factor(A, kept, rest)
     except BreakdownError:
-        return _by_solves(A, kept, rest, backend, like)  # which says why, or bears it
+        return _by_solves(A, kept, rest, backend)  # which says why, or bears it
     interior = Interior(
         "cholmod",
         len(rest),
         np.iscomplexobj(A.data),
-        0,
         factor.nonzeros,
         factor.solve,
-        factor.analysis,
         kept_rows=kept,
         rest=rest,
         _down=factor.down,
         _up=factor.up,
         half_is_root=True,
     )
-    if is_singular(interior.solve, scale_of(A, True)[rest]):
+    if is_singular(interior.solve, scale_of(A)[rest]):
         factorise(A[rest][:, rest], backend)  # says why
     return factor.schur, interior
 
 
 def _by_solves(
-    A: sp.csc_array, kept_rows: Integers, rest: Integers, backend: str | None, like: Interior | None
+    A: sp.csc_array, kept_rows: Integers, rest: Integers, backend: str | None
 ) -> tuple[Array, Interior]:
     """The same by one solve for each row that is kept."""
     A_sm = A[rest][:, kept_rows].tocsc()
     A_ms = A_sm.conj().T.tocsr()
-    factor = factorise(A[rest][:, rest], backend, like)
+    factor = factorise(A[rest][:, rest], backend)
     S = A[kept_rows][:, kept_rows].toarray() - A_ms @ factor.solve(A_sm)
     size = len(rest)
 
@@ -169,3 +161,99 @@ def _by_solves(
         half_is_root=False,
     )
     return (S + S.conj().T) / 2, interior
+
+
+_FULL = 1.1  # entries of threes of rows over those stored, up to which they are taken for nodes
+
+
+@dataclass(frozen=True)
+class _TrailingFactor:
+    """L of A with the kept rows m last; see `schur` for what it gives."""
+
+    schur: Array  # (m, m), S
+    order: Integers  # (s,), row of A_ss that each of the first rows of L stands for
+    nonzeros: int  # entries of L
+    _corner: Array  # (m, m), L_mm
+    _factor: Any  # CHOLMOD's
+
+    def solve(self, b: Array) -> Array:
+        """A_ss⁻¹ b."""
+        y = self._forward(b)
+        y[len(self.order) :] = 0
+        return self._backward(y)
+
+    def down(self, z: Array) -> Array:
+        """L_ss⁻¹ z, and Ψᴴ z below it."""
+        y, s = self._forward(z), len(self.order)
+        y[s:] = self._corner @ y[s:]
+        return y
+
+    def up(self, both: Array) -> Array:
+        """L_ss⁻ᴴ y + Ψ v from y and v below it."""
+        y, s = np.array(both, order="F"), len(self.order)
+        y[s:] = self._corner.conj().T @ y[s:]
+        return self._backward(y)
+
+    def _forward(self, b: Array) -> Array:
+        y = np.zeros((len(self.order) + len(self._corner), b.shape[1]), b.dtype, order="F")
+        y[: len(self.order)] = b[self.order]
+        with cholmod_errors():
+            return np.asarray(self._factor.solve_L(y, use_LDLt_decomposition=False))
+
+    def _backward(self, y: Array) -> Array:
+        with cholmod_errors():
+            solved = self._factor.solve_Lt(y, use_LDLt_decomposition=False)
+        x = np.empty((len(self.order), y.shape[1]), y.dtype, order="F")
+        x[self.order] = solved[: len(self.order)]
+        return x
+
+
+def _trailing_factor(A: sp.csc_array, kept_rows: Integers, rest: Integers) -> _TrailingFactor:
+    """Factorise A, in canonical form, with the kept rows last.
+
+    What is added to their diagonal, and taken off S again, lets A be singular there, as a part
+    without support is; Ψ does not depend on it.
+    """
+    from sksparse.cholmod import analyze
+
+    order = _fill_reducing(A, rest)
+    last = np.concatenate([rest[order], kept_rows])
+    size = abs(A.diagonal()[kept_rows])
+    added = np.where(size > 0, size, 1.0)
+    whole = sp.csc_array(A[last][:, last])
+    whole = sp.csc_array(whole + sp.diags_array(np.r_[np.zeros(len(rest)), added], format="csc"))
+    with cholmod_errors():
+        factor = analyze(whole, mode="supernodal", ordering_method="natural").cholesky(whole)
+        L = sp.csc_array(factor.L())
+    # Its last columns have no rows above theirs.
+    corner, nonzeros = L[:, len(rest) :][len(rest) :].toarray(), L.nnz
+    S = corner @ corner.conj().T
+    S += S.conj().T
+    S /= 2
+    S[np.diag_indices_from(S)] -= added
+    return _TrailingFactor(S, order, nonzeros, corner, factor)
+
+
+def _fill_reducing(A: sp.csc_array, rest: Integers) -> Integers:
+    """An order of some rows for which few entries fill in.
+
+    Where they come in threes, x, y and z of a node, nodes are ordered: a ninth of the entries.
+    """
+    nodes, xyz = rest[::3] // 3, np.arange(3)
+    if A.shape[0] % 3 == 0 and np.array_equal(rest, (3 * nodes[:, None] + xyz).ravel()):
+        pattern = sp.csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=A.shape)
+        threes = sp.kron(sp.eye_array(A.shape[0] // 3), np.ones((3, 1)), format="csc")
+        links = sp.csc_array(threes.T.tocsc() @ (pattern @ threes))
+        if 9 * links.nnz < _FULL * A.nnz:
+            return np.asarray((3 * _dissected(links, nodes)[:, None] + xyz).ravel())
+    return _dissected(A, rest)
+
+
+def _dissected(A: sp.csc_array, rest: Integers) -> Integers:
+    """Order of some rows by nested dissection, which beats minimum degree here."""
+    from sksparse.cholmod import analyze
+
+    with cholmod_errors():
+        own = sp.csc_array(A[rest][:, rest])
+        factor = analyze(own, mode="simplicial", ordering_method="nesdis")
+    return np.asarray(factor.P(), np.int64)

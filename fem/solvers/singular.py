@@ -17,7 +17,6 @@ _SINGULAR = 1e-16
 thin flat elements come down to 1e-15."""
 FREE = 1e-14
 """Below it a motion of a matrix that is singular counts as free."""
-_LIFT = 1e-10  # added to a matrix that has no factors, so that it has some
 SOUGHT = 12
 """Motions that are looked for."""
 _MOVING = 1e-3  # of the largest motion: a row that moves more takes part
@@ -36,24 +35,17 @@ class SingularError(InputError):
         Orthonormal basis of them.
     """
 
-    def __init__(self, motions: Array, definite: bool = True) -> None:
+    def __init__(self, motions: Array) -> None:
         self.motions = motions
         self.count = motions.shape[1]
         share = np.linalg.norm(motions, axis=1)
         order = np.argsort(-share, kind="stable")
         self.rows: Integers = order[share[order] > _MOVING * share.max()]
         free = "a motion is free" if self.count == 1 else f"{self.count} motions are free"
-        where = f"{free}, in {_listed(self.rows)}"
-        if definite:
-            super().__init__(
-                f"the matrix is not positive definite: {where}; a part that is free to move as a "
-                "rigid body needs a clamped set or a negative shift"
-            )
-        else:
-            super().__init__(
-                f"the matrix is singular: {where}; the shift is an eigenvalue, or a part is free "
-                "to move as a rigid body"
-            )
+        super().__init__(
+            f"the matrix is not positive definite: {free}, in {_listed(self.rows)}; a part that is "
+            "free to move as a rigid body needs a clamped set or a negative shift"
+        )
 
 
 def _listed(rows: Integers) -> str:
@@ -63,9 +55,9 @@ def _listed(rows: Integers) -> str:
     return f"rows {few}" + (f" and {len(rows) - 4} others" if len(rows) > 4 else "")
 
 
-def scale_of(A: sp.csc_array, definite: bool) -> Floats:
-    """Square roots of the diagonal; of the rows' largest entries where A may be indefinite."""
-    size = A.diagonal().real if definite else abs(A).max(axis=1).toarray().ravel()
+def scale_of(A: sp.csc_array) -> Floats:
+    """Square roots of the diagonal."""
+    size = A.diagonal().real
     scale: Floats = np.sqrt(np.where(size > 0, size, 1.0))
     return scale
 
@@ -79,11 +71,6 @@ def is_singular(solve: Solve, scale: Floats) -> bool:
         if not np.linalg.norm(x) * _SINGULAR < 1:
             return True
     return False
-
-
-def lifted(A: sp.csc_array, scale: Floats) -> sp.csc_array:
-    """A with a little added to its diagonal."""
-    return sp.csc_array(A + sp.diags_array(_LIFT * scale**2))
 
 
 def free_motions(A: sp.csc_array, solve: Solve, scale: Floats) -> tuple[Array, Floats]:
@@ -103,16 +90,6 @@ def free_motions(A: sp.csc_array, solve: Solve, scale: Floats) -> tuple[Array, F
     free[abs(values).argmin()] = True
     motions = np.linalg.qr((x @ turns[:, free]) / scale[:, None])[0]
     return motions, values
-
-
-def empty_rows(A: sp.csc_array, definite: bool) -> SingularError | None:
-    """Error for rows that hold nothing, if there are any."""
-    rows = np.flatnonzero(abs(A).max(axis=1).toarray().ravel() == 0)
-    if not len(rows):
-        return None
-    motions: Any = np.zeros((A.shape[0], len(rows)))
-    motions[rows, np.arange(len(rows))] = 1
-    return SingularError(motions, definite)
 
 
 _RIGID = 1e-6  # 1 - cosine of the angle to the rigid-body motions, below which a motion is one

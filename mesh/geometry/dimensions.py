@@ -29,6 +29,14 @@ def _fillet(description: str) -> Any:
     return Field(0.0, ge=0, le=0.1, description=f"{description}, 0 for sharp corners [m]")
 
 
+def _angle(default: float, largest: float, description: str) -> Any:
+    return Field(default, ge=-largest, le=largest, description=f"{description} [deg]")
+
+
+def _share(default: float, least: float, most: float, description: str) -> Any:
+    return Field(default, ge=least, le=most, description=description)
+
+
 def _resolvable(model: Any) -> Iterator[str]:
     """Refuse radii that only a mesh of many slivers could follow."""
     for name in ("fillet", "root_fillet"):
@@ -82,11 +90,8 @@ class HookDimensions(_Dimensions):
     roof_radius: Length = _length(0.592, "radius at which the foot touches the groove's roof")
     lip_radius: Length = _length(0.584, "radius at which the foot touches the groove's lip")
     band_position: Length = _length(0.074, "axial position of the front hook's contact bands")
-    band_extent: float = Field(
-        default=0.90,
-        ge=0.1,
-        le=0.99,
-        description="length of a contact band as a fraction of the pitch",
+    band_extent: float = _share(
+        0.90, 0.1, 0.99, "length of a contact band as a fraction of the pitch"
     )
     band_nodes: int = _count(15, 3, "contact nodes along a band, an odd number")
     mid_plane: Length = _length(0.100, "axial position of the plane that mirrors the hooks")
@@ -112,40 +117,25 @@ class VaneDimensions(_Dimensions):
     edge_thickness: Length = _length(
         0.0022, "thickness of an aerofoil where its rounded edges begin", 0.1
     )
-    camber: float = Field(
-        default=0.12,
-        ge=0,
-        le=0.4,
-        description="height of the camber line as a fraction of the chord",
+    camber: float = _share(0.12, 0, 0.4, "height of the camber line as a fraction of the chord")
+    stagger: Angle = _angle(35.0, 70, "angle between the chord at mid-span and the engine axis")
+    twist: Angle = _angle(
+        0.0,
+        40,
+        "stagger at the outer shroud minus that at the inner one; straight lines join the two "
+        "sections, so that the one at mid-span is cos(twist/2) of them",
     )
-    stagger: Angle = Field(
-        default=35.0,
-        ge=-70,
-        le=70,
-        description="angle between the chord at mid-span and the engine axis [deg]",
-    )
-    twist: Angle = Field(
-        default=0.0,
-        ge=-40,
-        le=40,
-        description="stagger at the outer shroud minus that at the inner one; straight lines join "
-        "the two sections, so that the one at mid-span is cos(twist/2) of them [deg]",
-    )
-    lean: Angle = Field(
-        default=0.0,
-        ge=-30,
-        le=30,
-        description="angle of the aerofoils' stacking line against the radial direction, "
-        "circumferentially, about mid-span [deg]",
+    lean: Angle = _angle(
+        0.0,
+        30,
+        "angle of the aerofoils' stacking line against the radial direction, circumferentially, "
+        "about mid-span",
     )
     inner_shroud_inner_radius: Length = _length(0.410, "inner radius of the inner shroud")
     inner_shroud_outer_radius: Length = _length(0.432, "outer radius of the inner shroud")
     inner_shroud_front: Length = _length(0.070, "axial position of the inner shroud's front face")
-    interlock_slant: Angle = Field(
-        default=35.0,
-        ge=-60,
-        le=60,
-        description="angle between the interlock faces and the engine axis [deg]",
+    interlock_slant: Angle = _angle(
+        35.0, 60, "angle between the interlock faces and the engine axis"
     )
     interlock_nodes: int = _count(
         5, 3, "contact nodes along an interlock face's long edges, an odd number"
@@ -153,11 +143,8 @@ class VaneDimensions(_Dimensions):
     outer_shroud_inner_radius: Length = _length(0.567, "inner radius of the outer shroud")
     outer_shroud_outer_radius: Length = _length(0.573, "outer radius of the outer shroud")
     outer_shroud_front: Length = _length(0.060, "axial position of the outer shroud's front face")
-    outer_shroud_extent: float = Field(
-        default=0.96,
-        ge=0.1,
-        le=0.999,
-        description="length of the outer shroud and its hooks as a fraction of the pitch",
+    outer_shroud_extent: float = _share(
+        0.96, 0.1, 0.999, "length of the outer shroud and its hooks as a fraction of the pitch"
     )
     foot_front: Length = _length(0.068, "axial position of the front foot's front face")
     leg_front: Length = _length(0.084, "axial position of the front leg's front face")

@@ -72,11 +72,9 @@ class RationalFace:
     def _spline(self) -> Any:
         from scipy.interpolate import make_interp_spline  # loads much, and few have fillets
 
-        return make_interp_spline(_PLACES, self._homogeneous(), k=3)
-
-    def _homogeneous(self) -> Floats:
         weights = self.weights[..., None]
-        return np.moveaxis(np.concatenate([self.rows * weights, weights], axis=-1), 0, 1)
+        homogeneous = np.concatenate([self.rows * weights, weights], axis=-1)
+        return make_interp_spline(_PLACES, np.moveaxis(homogeneous, 0, 1), k=3)
 
     def at(self, along: Floats, across: Floats) -> tuple[Floats, Floats, Floats]:
         """Points (k, m, 3) of the face and their derivatives along and across it."""

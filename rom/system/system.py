@@ -11,7 +11,7 @@ displacement (normal, closing positive, and two tangential) of every contact.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import h5py
@@ -38,6 +38,12 @@ DAMPING_JOINTS = "open", "stuck"
 def common_band(bands: Iterable[float | None]) -> float | None:
     """The lowest of some frequencies, Hz, of those that are known; None where none is."""
     return min((band for band in bands if band is not None), default=None)
+
+
+def conjugated(matrices: Any, names: Sequence[str]) -> dict[str, Any]:
+    """Complex conjugates of the fields that are there."""
+    given = {name: getattr(matrices, name) for name in names}
+    return {name: None if A is None else A.conj() for name, A in given.items()}
 
 
 def wider_band(highest: float) -> float:
@@ -180,15 +186,8 @@ class Diameter(Summarised):
 
     def conjugate(self) -> "Diameter":
         """The same structure at the nodal diameter N - k."""
-        return Diameter(
-            K=self.K.conj(),
-            M=self.M.conj(),
-            own=self.own.conj(),
-            next=None if self.next is None else self.next.conj(),
-            output=None if self.output is None else self.output.conj(),
-            C=None if self.C is None else self.C.conj(),
-            parts=self.parts,
-        )
+        names = ("K", "M", "own", "next", "output", "C")
+        return replace(self, **conjugated(self, names))
 
     def split(self, x: Matrix) -> dict[str, Matrix]:
         """Each part's own coordinates, (r,) or (r, m), in joined ones, (n,) or (n, m)."""

@@ -19,7 +19,7 @@ def test_a_notebook_runs(path: Path, tmp_path: Path) -> None:
         shutil.copytree(EXAMPLES / folder, tmp_path / folder, ignore=shutil.ignore_patterns("runs"))
     book = nbformat.read(path, as_version=4)
     client = NotebookClient(
-        book, timeout=120, resources={"metadata": {"path": str(tmp_path / "notebooks")}}
+        book, timeout=600, resources={"metadata": {"path": str(tmp_path / "notebooks")}}
     )
     client.execute()
     cells = [cell for cell in book.cells if cell.cell_type == "code"]

@@ -1,5 +1,6 @@
 """gmsh sessions: clean, quiet, repeatable, in any thread; missing libraries explained."""
 
+import ctypes
 import os
 import signal
 import socket
@@ -11,7 +12,7 @@ import pytest
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part, VaneDimensions, casing_sector, vane_segment
-from vanelock.mesh.gmsh_session import _PACKAGES, _missing_libraries, load, session
+from vanelock.mesh.gmsh_session import _PACKAGES, load, session
 
 
 def same(a: Part, b: Part) -> bool:
@@ -22,15 +23,17 @@ def same(a: Part, b: Part) -> bool:
     )
 
 
-def test_missing_library_is_named_with_the_command_that_installs_it() -> None:
+def test_missing_library_is_named_with_the_command_that_installs_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def opens(name: str) -> object:
         if name in ("libGLU.so.1", "libXft.so.2"):
             raise OSError(name)
         return name
 
-    assert _missing_libraries(opens) == ["libGLU.so.1", "libXft.so.2"]
+    monkeypatch.setattr(ctypes, "CDLL", opens)
     with pytest.raises(InputError) as caught:
-        load(lambda: _missing_libraries(opens))
+        load()
     assert str(caught.value) == (
         "gmsh: system libraries libGLU.so.1, libXft.so.2 are missing: run `apt-get install -y "
         "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1`"

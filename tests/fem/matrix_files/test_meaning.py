@@ -40,15 +40,13 @@ def test_ansys_full_file() -> None:
 def test_all_six_directions_of_a_node_are_read_from_a_full_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What stands for Ansys's library is a file with the arrays that it gives."""
+    """What stands for Ansys's library is what it gives."""
     label = np.column_stack([np.full(6, 4), np.arange(6)])
-
-    def read(source: str, target: Path, size: int) -> None:
-        place, value = np.arange(6), np.arange(1.0, 7.0)
-        held = label[1:2]
-        np.savez(target, label=label, held=held, equations=0, Krow=place, Kcol=place, Kdata=value)
-
-    monkeypatch.setattr("vanelock.fem.matrix_files.ansys_full._in_a_process", read)
+    matrices = {"K": sp.diags_array(np.arange(1.0, 7.0)), "M": None}
+    monkeypatch.setattr(
+        "vanelock.fem.matrix_files.ansys_full._contents",
+        lambda source: (label, label[1:2], 0, matrices),
+    )
     (tmp_path / "k.full").write_bytes(b"0")
     found = load_matrices(tmp_path / "k.full")
     assert found.node.tolist() == [4] * 5

