@@ -84,6 +84,10 @@ class Pointwise:
         """The solvers."""
         return self.estimator.levels
 
+    def with_harmonics(self, harmonics: int) -> "Pointwise":
+        """The same with so many harmonics at each point, or as many as all of them need."""
+        return replace(self, least=max(harmonics, self.least), chooses_harmonics=False)
+
     def easily(self, omega: float, neighbours: Sequence[Point]) -> Solution | None:
         """The solution at a frequency if Newton's iteration finds it at once."""
         if not neighbours:

@@ -228,9 +228,7 @@ class Exploring:
 
     def _steadily(self, points: list[Point]) -> list[Point]:
         """Larger solutions that sweeps with the same number of harmonics all the way lead to."""
-        most = max(_STEADY, self.pointwise.least)
-        alike = replace(self.pointwise, least=most, chooses_harmonics=False)
-        steady = replace(self, pointwise=alike, left=set())
+        steady = replace(self, pointwise=self.pointwise.with_harmonics(_STEADY), left=set())
         first = steady.pointwise.point(self.low, [])
         up = [first, *steady._swept(first, self.high, coarse=_FINE)]
         down = [up[-1], *steady._swept(up[-1], self.low, coarse=_FINE)]
