@@ -19,9 +19,9 @@ from vanelock.rom.fixed_interface.basis import projected
 from vanelock.rom.fixed_interface.held import HeldMatrices
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
 from vanelock.rom.routes.condensed import Condensed, Loads, condensed, cyclic_first, held_loads
-from vanelock.rom.routes.paper import CraigBampton, craig_bampton, paper
 from vanelock.rom.routes.problem import Problem, problem
 from vanelock.rom.routes.rows import held_piece
+from vanelock.rom.routes.tran import CraigBampton, craig_bampton, paper
 
 _Route = Literal["cyclic", "paper"]
 _MODES = 10  # default number of fixed-interface and of face modes of the route "paper"

@@ -12,7 +12,7 @@ from benchmarks import pages
 
 ROOT = Path(__file__).resolve().parent.parent
 FILES = sorted((ROOT / "tests" / "verification").rglob("test_*.py"))
-QUICK = ("cost", "peak_gradient", "stability", "time_integration", "unlike_rings")
+QUICK = ("cost", "peak_gradient", "stability", "time_integration", "mistuned_rings")
 EVIDENCE = runpy.run_path(str(ROOT / "tools" / "evidence.py"))
 
 

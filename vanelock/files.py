@@ -20,7 +20,7 @@ from vanelock.common.files.files import beside, contents
 from vanelock.common.toml import LARGEST, toml_tables
 from vanelock.fem.matrix_files.array_files import split_path
 from vanelock.input.cases.sweep import cases
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.schema import scene, study
 from vanelock.input.schema.scene import FILES, ND
 from vanelock.input.schema.structure.loads import files_named
@@ -31,20 +31,20 @@ MOST_ND = 1000
 """Nodal diameters below this are looked for."""
 
 
-def _mistakes(analysis: Analysis[Any, Any], given: Given) -> Iterator[str]:
+def _mistakes(analysis: Analysis[Any, Any], problem: Problem) -> Iterator[str]:
     """What keeps an analysis that is asked for from being made."""
-    keys = None if analysis.table else analysis.keys_of(given)
+    keys = None if analysis.table else analysis.keys_of(problem)
     if keys is None:
         return
-    if getattr(given, "elements", None) and not analysis.elements:
+    if getattr(problem, "elements", None) and not analysis.elements:
         yield f"elements: [{analysis.key}] is of contacts alone: leave one of them out"
     for key, allowed in ALLOWED.items():
-        value = getattr(given.response, key)
+        value = getattr(problem.response, key)
         if value != allowed and not analysis.any_law:
             must = "leave it out" if allowed is None else f'must be "{allowed}"'
             text = value if isinstance(value, int) else f'"{value}"'
             yield f"response.{key} = {text}: {must} for [{analysis.key}]"
-    yield from analysis.check(given, keys)
+    yield from analysis.check(problem, keys)
 
 
 _CHECKS: tuple[Check, ...] = tuple(partial(_mistakes, each) for each in ANALYSES)
@@ -81,14 +81,14 @@ else:
         __base__=_Study,
         __doc__=study.Study.__doc__,
         __module__=__name__,
-        **_tables(lambda each: each.keys),
+        **_tables(lambda analysis: analysis.keys),
     )
     Scene = create_model(
         "Scene",
         __base__=_Scene,
         __doc__=scene.Scene.__doc__,
         __module__=__name__,
-        **_tables(lambda each: each.scene_keys),
+        **_tables(lambda analysis: analysis.scene_keys),
     )
 Further = Callable[[S], list[str]]
 """Lines about a table that agrees with its schema."""
@@ -126,13 +126,13 @@ def load_study(
     )
 
 
-def load_given(path: str | os.PathLike[str], outside: bool = False) -> Given:
+def load_given(path: str | os.PathLike[str], outside: bool = False) -> Problem:
     """Read and check a study or a scene file, whichever it is."""
     scene = is_scene(toml_tables(read_text(Path(path)), str(path)))
     return load_scene(path, outside) if scene else load_study(path, outside)
 
 
-def given_of(stored: dict[str, Any]) -> Given:
+def problem_of(stored: dict[str, Any]) -> Problem:
     """A study or a scene from what a results file holds of it: the keys that are set, in SI."""
     kind = Scene if is_scene(stored) else Study
     return kind.model_validate(stored)
@@ -202,9 +202,9 @@ def checked(
     raise InputError("\n".join(f"{where}: {line}" for line in lines))
 
 
-def _case_mistakes(given: Given) -> list[str]:
+def _case_mistakes(problem: Problem) -> list[str]:
     """What is wrong with the cases."""
-    return raised(lambda: cases(given))
+    return raised(lambda: cases(problem))
 
 
 _NamedFile = tuple[dict[Any, Any], Any, str]
@@ -259,15 +259,15 @@ def _files_of_scene(data: dict[str, Any]) -> Iterator[_NamedFile]:
                 yield table, key, f"{where}.{key}"
 
 
-def _place(folder: Path, given: str, where: str, outside: bool) -> str:
+def _place(folder: Path, name: str, where: str, outside: bool) -> str:
     """Where a file is; of one for each nodal diameter, every one that is there must be inside."""
-    _, inside = split_path(folder / given)  # "file.h5:/group/K"
+    _, inside = split_path(folder / name)  # "file.h5:/group/K"
     if inside is not None:
-        given = given[: -len(inside) - 1]
-    if ND in given:
-        before, _, after = given.partition(ND)
+        name = name[: -len(inside) - 1]
+    if ND in name:
+        before, _, after = name.partition(ND)
         for each in range(MOST_ND):
             if os.path.lexists(folder / f"{before}{each}{after.replace(ND, str(each))}"):
                 beside(folder, f"{before}{each}{after.replace(ND, str(each))}", where, outside)
-    place = beside(folder, given, where, outside)
+    place = beside(folder, name, where, outside)
     return str(place) if inside is None else f"{place}:{inside}"

@@ -2,7 +2,7 @@
 
 The response of a fine reduced model is swept over the study's range with `SWEPT` harmonics, upwards
 and downwards. Each high maximum of a sweep is then located exactly
-(`nonlinear.following.peak`) with more and more harmonics, each from the last one, until the
+(`nonlinear.peaks.peak`) with more and more harmonics, each from the last one, until the
 amplitude no longer changes; the highest in the end is the peak. A study sweeps upwards, so that
 this is the peak asked for; what a downward sweep finds beside it counts too, or Newton's iteration
 from many disturbed starts where a branch is known to be (`BESIDE`).
@@ -22,11 +22,11 @@ from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
-from vanelock.nonlinear.following.peak import Resonance
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.forced_response.options import at_rest
 from vanelock.nonlinear.fourier import TURN, resized
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution, solve
+from vanelock.nonlinear.peaks.peak import Resonance
 
 Floats = NDArray[np.float64]
 

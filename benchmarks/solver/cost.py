@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from benchmarks.clock import Curve, Floats, Unit, dynamic_stiffness, scaled, sweep
 from benchmarks.pages import page
-from benchmarks.solver import unlike_rings
+from benchmarks.solver import mistuned_rings
 from benchmarks.solver.cyclic import natural, ring
 from vanelock.nonlinear import OPEN, SLIP, SLIP_OPEN, Options, System, frequency_response
 from vanelock.nonlinear.balance.balance import structure
@@ -47,7 +47,7 @@ REGIMES = (
 def load(path: str) -> System:
     """The default vane's system, or that of a file: alone there, or in a study's results."""
     if path == "vane":
-        return unlike_rings.vane("medium")
+        return mistuned_rings.vane("medium")
     with h5py.File(path, "r") as file:
         return System.load(file["system"] if "system" in file else file)
 

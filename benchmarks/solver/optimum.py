@@ -21,7 +21,7 @@ from examples.paper.paper import MAP_MU as MU
 from examples.paper.paper import Model, Plane
 from vanelock import parse_study
 from vanelock.commands.fit.fit import model_of, planned_alone, varied_parameters
-from vanelock.commands.optimise.peaks import Peaks
+from vanelock.commands.optimise.objective import Peaks
 from vanelock.commands.optimise.search import Optimum, optimum
 from vanelock.nonlinear import Options
 from vanelock.pipeline.cache import Cache

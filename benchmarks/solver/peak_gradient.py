@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from benchmarks.clock import scaled
 from benchmarks.pages import page
 from benchmarks.solver.cyclic import natural
-from benchmarks.solver.unlike_rings import small, vane
+from benchmarks.solver.mistuned_rings import small, vane
 from vanelock.nonlinear import (
     AmplitudeGradient,
     Options,
@@ -27,8 +27,8 @@ from vanelock.nonlinear import (
     peak_gradient_of,
 )
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.following.amplitude_gradient import prepared_again
 from vanelock.nonlinear.newton.newton import solve
+from vanelock.nonlinear.peaks.amplitude_gradient import prepared_again
 
 HARMONICS = (1, 3, 5)
 FORCES = (0.1, 1.0)

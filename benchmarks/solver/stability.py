@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from benchmarks.clock import Unit, dynamic_stiffness
 from benchmarks.pages import page
 from benchmarks.solver.cyclic import natural, ring
-from benchmarks.solver.unlike_rings import vane
+from benchmarks.solver.mistuned_rings import vane
 from vanelock.nonlinear import (
     STABLE,
     UNDECIDED,

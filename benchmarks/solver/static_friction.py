@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.clock import Unit, dynamic_stiffness
 from benchmarks.pages import page
-from benchmarks.solver.unlike_rings import vane
+from benchmarks.solver.mistuned_rings import vane
 from vanelock.nonlinear import (
     Options,
     System,

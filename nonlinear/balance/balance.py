@@ -44,7 +44,10 @@ class Balance:
         linear = self.linear.copy()
         linear[:, :, 0] = mean
         size = self.columns.size
-        compute = (lambda each: np.zeros((len(each), size)), *self.columns.compute[1:])
+        compute = (
+            lambda frequencies: np.zeros((len(frequencies), size)),
+            *self.columns.compute[1:],
+        )
         return replace(self, linear=linear, columns=Columns(size, compute))
 
     def with_harmonics(self, harmonics: int) -> "Balance":
@@ -267,7 +270,7 @@ def structure(
 ) -> Structure:
     """Prepare a system for the balance of `harmonics` harmonics."""
     stuck = stuck or {}
-    check(system, known=stuck, harmonics=harmonics)
+    check(system, diameters=stuck, harmonics=harmonics)
     wave = harmonic_diameters == "wave"
     diameters = tuple(system.nodal_diameter(h if wave else min(h, 1)) for h in range(harmonics + 1))
     modes = dict(stuck)

@@ -229,8 +229,8 @@ class Transfer(ABC):
         return self._among(components, static, place)
 
     @abstractmethod
-    def _among(self, components: Integers, static: Complex, place: Integers) -> Self:
-        """The law of more components, `place` (o,) those of this one's among them."""
+    def _among(self, components: Integers, static: Complex, places: Integers) -> Self:
+        """The law of more components, `places` (o,) those of this one's among them."""
 
 
 @dataclass(frozen=True)
@@ -257,9 +257,9 @@ class _LawTransfer(Transfer):
         none = np.zeros((0, 3, 2 * self.harmonics + 1), complex)
         return Transferred((along, across), none[:, :2], none)
 
-    def _among(self, components: Integers, static: Complex, place: Integers) -> "_LawTransfer":
+    def _among(self, components: Integers, static: Complex, places: Integers) -> "_LawTransfer":
         held = np.zeros((len(components), *self.held.shape[1:]))
-        held[place] = self.held
+        held[places] = self.held
         return _LawTransfer(components, static, held)
 
 

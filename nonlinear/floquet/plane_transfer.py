@@ -243,8 +243,8 @@ class _PlaneTransfer(Transfer):
             np.array(read, complex).reshape(q, 3, M),
         )
 
-    def _among(self, components: Integers, static: Complex, place: Integers) -> "_PlaneTransfer":
-        paths = tuple((int(place[own]), alpha, path) for own, alpha, path in self.paths)
+    def _among(self, components: Integers, static: Complex, places: Integers) -> "_PlaneTransfer":
+        paths = tuple((int(places[own]), alpha, path) for own, alpha, path in self.paths)
         return _PlaneTransfer(components, static, paths)
 
 

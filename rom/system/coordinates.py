@@ -19,7 +19,10 @@ ROUND_OFF = 1e-9
 
 
 def check(
-    system: System, where: str = "system", known: Collection[int] = (), harmonics: int | None = None
+    system: System,
+    where: str = "system",
+    diameters: Collection[int] = (),
+    harmonics: int | None = None,
 ) -> None:
     """Refuse matrices, contacts and forces that do not fit together."""
     if system.sectors < 1:
@@ -41,7 +44,7 @@ def check(
         used = {system.nodal_diameter(h) for h in range(harmonics + 1)}
     used = {folded(k, N) for k in used}
     for k, matrices in system.diameters.items():
-        if k not in known and folded(k, N) in used:
+        if k not in diameters and folded(k, N) in used:
             _check_matrices(
                 matrices, system.contacts.count, len(system.output_names), f"{where}: nd/{k}"
             )

@@ -14,7 +14,7 @@ from vanelock.stages.response.responses import Monitor
 MONITOR = Monitor("vane output 1, radial", 0, 0)
 
 
-class Given(Products):
+class MadeProducts(Products):
     """Products by place; a key is the place's name unless the product has one."""
 
     def __init__(self, products: dict[str, Any]) -> None:
@@ -43,7 +43,9 @@ def case_of(name, values=None, products=(), curve=None, **known) -> CaseResult:
     if curve is not None:
         made["curves"] = Curves(("",), {0: np.array(curve, float)})
     own: dict[str, Any] = {"given": None, "summary": summary(case=name), **known}
-    return CaseResult(name=name, values=values or {}, monitor=MONITOR, products=Given(made), **own)
+    return CaseResult(
+        name=name, values=values or {}, monitor=MONITOR, products=MadeProducts(made), **own
+    )
 
 
 def run_of(study, cases, peaks=(), curves=None, products=(), output_files=None, **known):
@@ -57,7 +59,7 @@ def run_of(study, cases, peaks=(), curves=None, products=(), output_files=None, 
             each.values,
             products[i] if products else (),
             curves[i] if curves else None,
-            given=each.given,
+            problem=each.problem,
             summary=summary(case=each.name, harmonics=None, peak=peak),
             **known,
         )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
+    from vanelock.input.cases.values import Problem
     from vanelock.input.schema.study import Study
     from vanelock.pipeline.step import Step
     from vanelock.quantities.case_result import CaseResult, State
@@ -45,12 +45,12 @@ class AnalysisPart:
     """Which of the case's responses it is of, where each has one."""
 
 
-def _one_part(given: "Given", keys: Any) -> Sequence[AnalysisPart]:
+def _one_part(problem: "Problem", keys: Any) -> Sequence[AnalysisPart]:
     """An analysis with one product."""
     return (AnalysisPart(),)
 
 
-def _nothing(*given: Any) -> tuple[Any, ...]:
+def _nothing(*value: Any) -> tuple[Any, ...]:
     return ()
 
 
@@ -75,13 +75,13 @@ class Analysis(Generic[K, P]):
     """Table of another analysis that asks for it, too."""
     scene_keys: "type[BaseModel] | None" = None
     """Its table in a scene; None where scenes have none."""
-    parts: "Callable[[Given, K], Sequence[AnalysisPart]]" = _one_part
+    parts: "Callable[[Problem, K], Sequence[AnalysisPart]]" = _one_part
     """(given, keys) to its parts."""
     combine: Callable[[Sequence[P]], Product] | None = None
     """Products of all parts to the one that is shown."""
     by_response: bool = False
     """Whether each of a case's responses has a part."""
-    whole_ring: "Callable[[Given, K], bool]" = lambda given, keys: False
+    whole_ring: "Callable[[Problem, K], bool]" = lambda problem, keys: False
     """(given, keys) to whether it takes all nodal diameters."""
     after: tuple[str, ...] = ()
     """Analyses whose products it takes, if they are asked for."""
@@ -91,7 +91,7 @@ class Analysis(Generic[K, P]):
     """Whether it takes responses that are not coupled, or sampled, too."""
     elements: bool = False
     """Whether it takes contacts of elements."""
-    check: "Callable[[Given, K], Iterable[str]]" = _nothing
+    check: "Callable[[Problem, K], Iterable[str]]" = _nothing
     """(given, keys) to lines on what contradicts one another."""
     cost: "Callable[[Study, K, float], float]" = lambda study, keys, curve: 0.0
     """(study, keys, seconds of a curve) to seconds."""
@@ -135,15 +135,15 @@ class Analysis(Generic[K, P]):
     absent: "Callable[[CaseResult], str]" = lambda case: ""
     """What the page says is not known where it is not asked for."""
 
-    def keys_of(self, given: "Given") -> K | None:
+    def keys_of(self, problem: "Problem") -> K | None:
         """Its table in a study or scene; None where it is not asked for."""
-        keys: K | None = getattr(given, self.table or self.key, None)
+        keys: K | None = getattr(problem, self.table or self.key, None)
         return keys
 
 
-def analysable(given: "Given") -> bool:
+def analysable(problem: "Problem") -> bool:
     """Whether responses of this kind can be analysed."""
-    return all(getattr(given.response, key) == allowed for key, allowed in ALLOWED.items())
+    return all(getattr(problem.response, key) == allowed for key, allowed in ALLOWED.items())
 
 
 def products_of(cases: "Mapping[str, CaseResult]", key: str) -> tuple[dict[str, Any], int]:
@@ -152,8 +152,8 @@ def products_of(cases: "Mapping[str, CaseResult]", key: str) -> tuple[dict[str, 
     return {name: case.found(key) for name, case in known[:MOST_CASES]}, len(known)
 
 
-def asked_for(analyses: Iterable[Analysis[Any, Any]], given: "Given") -> Iterator[Any]:
+def asked_for(analyses: Iterable[Analysis[Any, Any]], problem: "Problem") -> Iterator[Any]:
     """Analyses that a study or scene asks for, each with its table."""
     for each in analyses:
-        if (keys := each.keys_of(given)) is not None:
+        if (keys := each.keys_of(problem)) is not None:
             yield each, keys

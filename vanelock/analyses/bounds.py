@@ -21,7 +21,7 @@ from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
+    from vanelock.input.cases.values import Problem
     from vanelock.quantities.case_result import CaseResult, State
     from vanelock.stages.response.summary import Peak, Summary
 
@@ -80,19 +80,19 @@ class BoundedPeak(Product):
     residual: Floats = field(default_factory=lambda: np.full(3, np.nan))
     reason: str = ""
 
-    def peak(self, place: int) -> "Peak | None":
+    def peak(self, index: int) -> "Peak | None":
         """The least (0), nominal (1) or largest (2) peak; None without bounds."""
         if self.found is None:
             return None
         from vanelock.stages.response.summary import Peak
 
-        at = float(self.found.frequency[place]), float(self.found.amplitude[place])
-        return Peak(place, *at, at_edge=False)
+        at = float(self.found.frequency[index]), float(self.found.amplitude[index])
+        return Peak(index, *at, at_edge=False)
 
 
-def _check(given: "Given", keys: BoundsKeys) -> Iterator[str]:
+def _check(problem: "Problem", keys: BoundsKeys) -> Iterator[str]:
     """What keeps a peak from having bounds."""
-    frequencies = given.response.frequencies
+    frequencies = problem.response.frequencies
     if frequencies is not None and len(frequencies) < 2:
         yield "response.frequencies: given one: [bounds] is of a peak, which takes a range"
 
@@ -213,11 +213,11 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     yield by_case(Table(title, columns, rows, notes, "bounds"), count)
 
 
-def _load(loads: Floats | None, place: int) -> float | None:
+def _load(loads: Floats | None, index: int) -> float | None:
     """One of a joint's loads, N; what is round-off of the largest is zero."""
     if loads is None:
         return None
-    return float(loads[place]) if loads[place] > ROUND_OFF * loads.max() else 0.0
+    return float(loads[index]) if loads[index] > ROUND_OFF * loads.max() else 0.0
 
 
 TEMPLATE = """\
@@ -235,7 +235,7 @@ BOUNDS = Analysis(
     scene_keys=BoundsKeys,
     product=lambda: BoundedPeak,
     compute=_compute,
-    parts=lambda given, keys: (AnalysisPart(inputs={"seed": given.seed}),),
+    parts=lambda problem, keys: (AnalysisPart(inputs={"seed": problem.seed}),),
     check=_check,
     cost=lambda study, keys, curve: CURVES * curve,
     summarise=_summarise,

@@ -179,7 +179,7 @@ def _picture(run: "RunResult", case: "CaseResult") -> "Picture":
 
     (diagram,), name = case.found("campbell"), "" if len(run.cases) == 1 else case.name
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
-    title = f"{run.given.name}: Campbell diagram"
+    title = f"{run.problem.name}: Campbell diagram"
     shows = [*case.key_of("campbell"), [each.shown for each in run.measured], title, name]
     path = run.output_files.draw(
         f"{stem}.png",

@@ -24,7 +24,7 @@ from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
+    from vanelock.input.cases.values import Problem
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
@@ -137,11 +137,11 @@ class FollowedMode(Product):
         return np.asarray(self.driven.output[:, self.node, self.component])
 
 
-def _check(given: "Given", keys: ModeKeys) -> Iterator[str]:
+def _check(problem: "Problem", keys: ModeKeys) -> Iterator[str]:
     """What keeps modes from being of the ring."""
-    if getattr(given, "system", None) is not None:  # whose file says how many segments
+    if getattr(problem, "system", None) is not None:  # whose file says how many segments
         return
-    N = given.ring.sectors
+    N = problem.ring.sectors
     for k in keys.nodal_diameters or ():
         if 2 * abs(k) > N:
             allowed = f"of {N} segments allowed are {-(N // 2)} to {N // 2}"
@@ -151,16 +151,16 @@ def _check(given: "Given", keys: ModeKeys) -> Iterator[str]:
         yield f"damped_modes.influence: of {N} segments one is given twice"
 
 
-def parts(given: "Given", keys: ModeKeys) -> Sequence[AnalysisPart]:
+def parts(problem: "Problem", keys: ModeKeys) -> Sequence[AnalysisPart]:
     """One for each mode of each nodal diameter; without any, those of the excitation."""
     from vanelock.input.cases.values import ring_of
 
-    N, order = ring_of(given)
+    N, order = ring_of(problem)
     wave = order % N if 2 * (order % N) <= N else order % N - N
     return [
         AnalysisPart(f"mode {number} ND {k}", {"mode": number, "nodal_diameter": k})
         for k in keys.nodal_diameters or (wave,)
-        for number in keys.modes or (given.response.mode,)
+        for number in keys.modes or (problem.response.mode,)
     ]
 
 
@@ -307,7 +307,7 @@ def _answers(case: "CaseResult") -> "Iterator[Answer]":
     driven = [(m, m.driven) for m in case.found("damped_modes") if m.driven is not None]
     if not driven:
         return
-    worst, of = min(driven, key=lambda each: each[1].linear_damping)
+    worst, of = min(driven, key=lambda pair: pair[1].linear_damping)
     value = f"{100 * of.linear_damping:.2g} %"
     note = f"of structure and air at small amplitudes: {worst.name}"
     if of.linear_damping >= 0:
@@ -375,7 +375,7 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
 def _air(case: "CaseResult", mode: FollowedMode) -> Floats:
     """(p,) damping ratio of the air, negative where it drives; zero where none is given."""
     assert mode.mode is not None
-    keys = DAMPED_MODES.keys_of(case.given)
+    keys = DAMPED_MODES.keys_of(case.problem)
     if keys is None or keys.air is None:
         return np.zeros(len(mode.mode.frequency))
     N = case.ring[0]
@@ -421,7 +421,7 @@ DAMPED_MODES = Analysis(
     product=lambda: FollowedMode,
     compute=_compute,
     parts=parts,
-    whole_ring=lambda given, keys: keys.nodal_diameters is not None,
+    whole_ring=lambda problem, keys: keys.nodal_diameters is not None,
     check=_check,
     cost=lambda study, keys, curve: len(parts(study, keys)) * curve,
     places=lambda product: f"damped_modes/mode_{product.number}_nd_{product.nodal_diameter}",

@@ -200,7 +200,7 @@ def _answers(main: "CaseResult") -> "Iterator[Answer]":
 
 
 def _damping_card(main: "CaseResult") -> "Answer":
-    ratio, note = main.given.damping.ratio, "structure by its matrix, or 0.3 %"
+    ratio, note = main.problem.damping.ratio, "structure by its matrix, or 0.3 %"
     if ratio is not None:
         note = f"structure alone {100 * ratio:.2g} %"
     if main.at_peak.at_edge:

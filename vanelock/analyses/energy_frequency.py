@@ -64,7 +64,7 @@ def _compute(
     """One mode of one nodal diameter, as it was followed."""
     from vanelock.quantities.contacts import balance
 
-    place = list(damped_modes.parts(case.given, keys)).index(part)
+    place = list(damped_modes.parts(case.problem, keys)).index(part)
     followed: damped_modes.FollowedMode = case.product("damped_modes", place)
     number, k, mode = followed.number, followed.nodal_diameter, followed.mode
     if mode is None:
@@ -155,7 +155,7 @@ ENERGY_FREQUENCY = Analysis(
     product=lambda: EnergyFrequency,
     compute=_compute,
     parts=damped_modes.parts,
-    whole_ring=lambda given, keys: keys.nodal_diameters is not None,
+    whole_ring=lambda problem, keys: keys.nodal_diameters is not None,
     after=("damped_modes",),
     places=lambda product: f"energy_frequency/mode_{product.number}_nd_{product.nodal_diameter}",
     tables=_tables,

@@ -187,13 +187,13 @@ def _others(run: "RunResult") -> Table:
     return Table("The critical location of each case", COLUMNS, rows, flags=flags)
 
 
-def _row(case: "CaseResult", m: "Margin", part: str, place: str) -> tuple[str | float | None, ...]:
+def _row(case: "CaseResult", m: "Margin", part: str, path: str) -> tuple[str | float | None, ...]:
     at = ""
     if m.node is not None:
         r, angle, z = case.stress.locations[part].coordinates(m.node)
         at = f"{1e3 * r:.1f}, {angle:.2f}, {1e3 * z:.1f}"
     return (
-        f"{place} ({m.doubt})" if m.doubt else place,
+        f"{path} ({m.doubt})" if m.doubt else path,
         at,
         m.amplitude,
         m.mean,

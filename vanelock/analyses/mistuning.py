@@ -24,7 +24,7 @@ from vanelock.input.schema.structure.structure import KeyTable, leaves
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
+    from vanelock.input.cases.values import Problem
     from vanelock.quantities.case_result import CaseResult
     from vanelock.quantities.run_result import RunResult
     from vanelock.report import Answer, Picture
@@ -142,13 +142,13 @@ class MistunedRings(Product):
         return int(ring), int(segment)
 
 
-def _check(given: "Given", keys: MistuningKeys) -> Iterator[str]:
+def _check(problem: "Problem", keys: MistuningKeys) -> Iterator[str]:
     """What keeps segments from differing."""
-    sectors, known = given.ring.sectors, given.joint_names
-    ready = getattr(given, "system", None) is not None  # whose file says how many
+    sectors, known = problem.ring.sectors, problem.joint_names
+    ready = getattr(problem, "system", None) is not None  # whose file says how many
     if sectors == 1 and not ready:
         yield "mistuning: needs a ring of several segments: ring.sectors = 1"
-    of_study = hasattr(given, "joints")
+    of_study = hasattr(problem, "joints")
     table, joints = ("joints" if of_study else "contacts"), "|".join(known) or r"[\w-]+"
     for name, value in keys.keys.items():
         where, count = f'mistuning.keys."{name}"', len(value) if isinstance(value, tuple) else 0
@@ -164,9 +164,9 @@ def _check(given: "Given", keys: MistuningKeys) -> Iterator[str]:
         yield f"mistuning.rings = {keys.rings}: all deviations are given by segment: one ring"
 
 
-def _parts(given: "Given", keys: MistuningKeys) -> Sequence[AnalysisPart]:
+def _parts(problem: "Problem", keys: MistuningKeys) -> Sequence[AnalysisPart]:
     """One for each ring."""
-    alike = {"vane_modes": max(VANE_MODES, given.response.mode), "seed": given.seed}
+    alike = {"vane_modes": max(VANE_MODES, problem.response.mode), "seed": problem.seed}
     return [AnalysisPart(f"ring {i + 1}", {"ring": i, **alike}) for i in range(keys.count)]
 
 
@@ -202,14 +202,14 @@ def _drawn(
     keys: MistuningKeys,
     seeds: tuple[int, int],
     modes: "nonlinear.SectorModes | None" = None,
-) -> "nonlinear.Unlike":
+) -> "nonlinear.Mistuning":
     """By how much the segments of a ring differ, drawn from the study's seed and its number."""
     asked: dict[str, dict[str, Any]] = {}
     for key, value in keys.keys.items():
         *_, joint, name = key.split(".")
         asked.setdefault("modes" if key == FREQUENCY else joint, {})[name] = value
     seed = int(np.random.SeedSequence(seeds).generate_state(1)[0])
-    return nonlinear.Unlike.scatter(system, asked, seed, modes)
+    return nonlinear.Mistuning.scatter(system, asked, seed, modes)
 
 
 def _combine(rings: Sequence[MistunedRing]) -> MistunedRings:
@@ -385,7 +385,7 @@ MISTUNING = Analysis(
     compute=_compute,
     parts=_parts,
     combine=_combine,
-    whole_ring=lambda given, keys: True,
+    whole_ring=lambda problem, keys: True,
     elements=True,
     check=_check,
     # about one point of a tuned ring for each of a segment

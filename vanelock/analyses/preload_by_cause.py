@@ -81,7 +81,7 @@ def _by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
     if not isinstance(structure, StudyStructure) or not structure.segment.at_rest:
         return None
     parts = tuple(planned.part(part, 0) for part in structure.names)
-    friction, rest = planned.case.given.response.friction, planned.preload
+    friction, rest = planned.case.problem.response.friction, planned.preload
     return _by_cause(friction, structure.segment, rest, parts)
 
 

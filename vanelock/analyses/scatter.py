@@ -82,11 +82,11 @@ class Scattered(Product):
 
 
 def scattered(
-    every: "Sequence[Case]", found: "Sequence[Summary]", spacings: Sequence[float] = ()
+    every: "Sequence[Case]", summaries: "Sequence[Summary]", spacings: Sequence[float] = ()
 ) -> Scattered | None:
     """Percentiles over all cases of a study; None where too few have a peak."""
     keys = tuple(every[0].values)
-    peaks = {each.case: each.peak for each in found if each.peak is not None}
+    peaks = {each.case: each.peak for each in summaries if each.peak is not None}
     if len(peaks) < FEWEST:
         return None
     both = [peaks.get(case.name) for case in every]
@@ -110,10 +110,10 @@ def scattered(
     )
 
 
-def spacing(frequency: Floats, at: int) -> float:
+def spacing(frequency: Floats, index: int) -> float:
     """Distance from a frequency to the farther of its neighbours, Hz; 0 of one alone."""
     apart = np.diff(np.sort(frequency))
-    place = int((frequency < frequency[at]).sum())
+    place = int((frequency < frequency[index]).sum())
     return float(apart[max(place - 1, 0) : place + 1].max(initial=0.0))
 
 
@@ -147,7 +147,7 @@ def _correlations(value: Floats, response: Floats) -> Floats:
     return np.array(rows)
 
 
-def _percentile_table(found: Scattered, monitor: str) -> Table:
+def _percentile_table(scattered: Scattered, monitor: str) -> Table:
     """Percentiles of amplitude and frequency."""
     columns = (
         Column("percentile", form=".3g", key="percent"),
@@ -158,25 +158,27 @@ def _percentile_table(found: Scattered, monitor: str) -> Table:
         Column("frequency, low", "Hz", ".6g", "frequency_low_hz"),
         Column("frequency, high", "Hz", ".6g", "frequency_high_hz"),
     )
-    rows = np.column_stack((found.percent, found.amplitude_percentile, found.frequency_percentile))
-    known, every = int(found.known.sum()), len(found.case)
+    rows = np.column_stack(
+        (scattered.percent, scattered.amplitude_percentile, scattered.frequency_percentile)
+    )
+    known, every = int(scattered.known.sum()), len(scattered.case)
     notes = [
-        f"of {known} samples; low, high: {100 * found.confidence:g} % confidence, - where that "
+        f"of {known} samples; low, high: {100 * scattered.confidence:g} % confidence, - where that "
         "takes more samples"
     ]
     if known < every:
         notes.append(f"left out: {counted(every - known, 'sample')} without a peak")
-    spread = float(found.frequency_percentile[-1, 0] - found.frequency_percentile[0, 0])
-    if found.spacing > COARSE * spread:
+    spread = float(scattered.frequency_percentile[-1, 0] - scattered.frequency_percentile[0, 0])
+    if scattered.spacing > COARSE * spread:
         notes.append(
-            f"frequencies are resolved to {found.spacing:.3g} Hz alone, the spacing of points, and "
-            f"scatter by {spread:.3g} Hz: without response.points and "
+            f"frequencies are resolved to {scattered.spacing:.3g} Hz alone, the spacing of points, "
+            f"and scatter by {spread:.3g} Hz: without response.points and "
             "response.frequencies each peak is located"
         )
     return Table(f"Scatter of the peaks of {monitor}", columns, rows.tolist(), notes, "percentiles")
 
 
-def _sensitivity_table(found: Scattered) -> Table:
+def _sensitivity_table(scattered: Scattered) -> Table:
     """Rank correlation of amplitude and frequency with each key."""
     columns = (
         Column("key"),
@@ -187,20 +189,20 @@ def _sensitivity_table(found: Scattered) -> Table:
         Column("from", form="+.2f", key="frequency_low"),
         Column("to", form="+.2f", key="frequency_high"),
     )
-    correlation = np.hstack((found.amplitude_correlation, found.frequency_correlation))
-    rows = [(key, *own) for key, own in zip(found.keys, correlation.tolist(), strict=True)]
+    correlation = np.hstack((scattered.amplitude_correlation, scattered.frequency_correlation))
+    rows = [(key, *own) for key, own in zip(scattered.keys, correlation.tolist(), strict=True)]
     notes = ("rank correlation: 1 rises with the key, -1 falls, 0 has nothing to do with it",)
     return Table("What the scatter comes from", columns, rows, notes, "sensitivity")
 
 
-def _sample_columns(found: Scattered) -> Mapping[str, ArrayLike]:
+def _sample_columns(scattered: Scattered) -> Mapping[str, ArrayLike]:
     """Every sample, as columns."""
-    keys = {f"{key} (SI)": found.value[:, i] for i, key in enumerate(found.keys)}
+    keys = {f"{key} (SI)": scattered.value[:, i] for i, key in enumerate(scattered.keys)}
     return {
-        "case": list(found.case),
+        "case": list(scattered.case),
         **keys,
-        "peak (µm)": 1e6 * found.amplitude,
-        "frequency (Hz)": found.frequency,
+        "peak (µm)": 1e6 * scattered.amplitude,
+        "frequency (Hz)": scattered.frequency,
     }
 
 
@@ -224,7 +226,7 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
         return
     monitor, known = run.monitor.name, found.known
     shows = [[each.key_at("response"), each.name] for each in run.cases.values()]
-    shows += [[monitor, run.given.name, *found.keys], found.value.tolist()]
+    shows += [[monitor, run.problem.name, *found.keys], found.value.tolist()]
     keys = [_shown(key, found.value[known, i]) for i, key in enumerate(found.keys)]
     panels = [
         render.ScatterPanel(
@@ -240,7 +242,7 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
             found.frequency_correlation[:, 0],
         ),
     ]
-    title = f"{run.given.name}: {TITLE.lower()}"
+    title = f"{run.problem.name}: {TITLE.lower()}"
     path = run.output_files.draw(
         "figures/scatter.png",
         shows,

@@ -14,7 +14,7 @@ from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
+    from vanelock.input.cases.values import Problem
     from vanelock.quantities.case_result import CaseResult
     from vanelock.stages.response.summary import Settled, Summary
 
@@ -76,9 +76,9 @@ class FollowedPeak(Product):
         )
 
 
-def _check(given: "Given", keys: _SettledKeys) -> Iterator[str]:
+def _check(problem: "Problem", keys: _SettledKeys) -> Iterator[str]:
     """What keeps unstable peaks from being known."""
-    if getattr(given, "stability", None) is None:
+    if getattr(problem, "stability", None) is None:
         yield "settled: needs [stability], which says whether a peak is unstable"
 
 
@@ -162,7 +162,7 @@ SETTLED = Analysis(
     product=lambda: FollowedPeak,
     compute=_compute,
     by_response=True,
-    whole_ring=lambda given, keys: True,
+    whole_ring=lambda problem, keys: True,
     after=("stability",),
     check=_check,
     places=lambda product: "" if product.found is None else "settled",

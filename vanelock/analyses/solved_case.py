@@ -10,7 +10,7 @@ from vanelock.analyses import ANALYSES
 from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
 from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.nonlinear import Options, Response
 from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import Step, step
@@ -40,16 +40,16 @@ class SolvedCase:
     """Called with the progress."""
 
     @property
-    def given(self) -> Given:
+    def problem(self) -> Problem:
         """What its file says."""
-        return self.planned.case.given
+        return self.planned.case.problem
 
     @cached_property
     def monitored(self) -> Monitor:
         """The displacement that stands for the vibration."""
         linear = self.monitoring.linear
         free = self.get(linear.responses["free"])
-        return monitor(self.given.outputs.monitor, self.get(linear.system), free)
+        return monitor(self.problem.outputs.monitor, self.get(linear.system), free)
 
     @cached_property
     def responses(self) -> list[Response]:
@@ -114,14 +114,14 @@ class SolvedCase:
     def frequencies(self) -> Floats | tuple[float, float]:
         """Those that its file asks for, Hz, or the ends of the range."""
         limits: Limits = self.get(self.planned.linear.limits)
-        return frequencies(self.given, limits)
+        return frequencies(self.problem, limits)
 
     @cached_property
     def places(self) -> Places:
         """Its contacts."""
         mesh = self.planned.meshes.get("vane")
         vane = None if mesh is None else self.get(mesh)
-        return places(self.given, self.system.contacts, vane)
+        return places(self.problem, self.system.contacts, vane)
 
     def product(self, key: str, part: int) -> Any:
         """A product of an analysis before this one."""
@@ -130,7 +130,7 @@ class SolvedCase:
 
 def with_analyses(planned: Planned, monitoring: Planned, count: Count = lambda *_: None) -> Planned:
     """A case with the steps of all analyses that its file asks for."""
-    given = planned.case.given
+    given = planned.case.problem
     for analysis in ANALYSES:
         if analysis.step is not None and (shared := analysis.step(planned)) is not None:
             analysed = {**planned.analyses, analysis.key: (shared,)}
@@ -162,7 +162,7 @@ def _step(
     count: Count,
 ) -> Step[P]:
     """One part of an analysis of a case."""
-    given, linear, solve = planned.case.given, monitoring.linear, analysis.compute
+    given, linear, solve = planned.case.problem, monitoring.linear, analysis.compute
     assert solve is not None
     assert analysis.product is not None
     own = given.response.model_dump(include={"harmonics", "friction", "direction"})

@@ -15,7 +15,7 @@ from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
+    from vanelock.input.cases.values import Problem
     from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
     from vanelock.report import Answer
@@ -42,9 +42,9 @@ class StabilityKeys(KeyTable):
     points: Literal["peaks", "all"] = Field(default="peaks", description="points of the response")
 
 
-def _check(given: "Given", keys: StabilityKeys) -> Iterator[str]:
+def _check(problem: "Problem", keys: StabilityKeys) -> Iterator[str]:
     """What keeps the stability of all points from being known."""
-    if keys.points == "all" and getattr(given, "accuracy", None) is not None:
+    if keys.points == "all" and getattr(problem, "accuracy", None) is not None:
         yield 'stability.points = "all": with an accuracy choose "peaks"'
 
 
@@ -236,7 +236,7 @@ STABILITY = Analysis(
     product=lambda: nonlinear.Stability,
     compute=_compute,
     by_response=True,
-    whole_ring=lambda given, keys: True,
+    whole_ring=lambda problem, keys: True,
     check=_check,
     cost=_cost,
     summarise=_summarise,

@@ -22,7 +22,7 @@ from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Given
+    from vanelock.input.cases.values import Problem
     from vanelock.nonlinear import Dwell, WearHistory
     from vanelock.quantities.case_result import CaseResult, State
     from vanelock.quantities.run_result import RunResult
@@ -83,16 +83,16 @@ class WornCase(Product):
     reason: str = ""
 
 
-def _check(given: "Given", keys: _WearKeys) -> Iterator[str]:
+def _check(problem: "Problem", keys: _WearKeys) -> Iterator[str]:
     """What keeps joints from wearing."""
-    if not _coefficients(given):
-        names = ", ".join(f"joints.{name}.wear_coefficient" for name in given.joint_names)
+    if not _coefficients(problem):
+        names = ", ".join(f"joints.{name}.wear_coefficient" for name in problem.joint_names)
         yield f"wear: no joint wears: give one of {names}"
 
 
-def _coefficients(given: "Given") -> dict[str, float]:
+def _coefficients(problem: "Problem") -> dict[str, float]:
     """Of the joints that wear, m²/N."""
-    return getattr(given, "wear_coefficients", {})
+    return getattr(problem, "wear_coefficients", {})
 
 
 def _compute(case: "SolvedCase", keys: _WearKeys, part: AnalysisPart) -> WornCase:
@@ -152,7 +152,7 @@ def _states(case: "CaseResult") -> "Iterator[State]":
 
 def _warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
     """What keeps wear over cycles from being taken as it is."""
-    from vanelock.nonlinear.following.wear.wear_history import DONE, PRELOAD
+    from vanelock.nonlinear.wear.wear_history import DONE, PRELOAD
 
     (worn,) = products
     if (history := worn.history) is None:
@@ -226,7 +226,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
 
 def _event(history: "WearHistory", i: int) -> str:
     """What happens at a state."""
-    from vanelock.nonlinear.following.wear.wear_history import DONE
+    from vanelock.nonlinear.wear.wear_history import DONE
 
     if i == len(history.cycles) - 1 and history.status != DONE:
         return str(history.status)
@@ -241,7 +241,7 @@ def _reserves(case: "CaseResult") -> list[float]:
 
 def _answers(case: "CaseResult") -> "Iterator[Answer]":
     """What becomes of the case while its joints wear."""
-    from vanelock.nonlinear.following.wear.wear_history import DONE
+    from vanelock.nonlinear.wear.wear_history import DONE
     from vanelock.report import Answer
 
     for history in (worn.history for worn in case.found("wear") if worn.history is not None):
@@ -267,7 +267,7 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """Amplitude, preload and worn depth over the cycles of the dwells."""
     from vanelock import render
     from vanelock.input.cases.names import of_case, slug
-    from vanelock.nonlinear.following.wear.wear_history import DONE
+    from vanelock.nonlinear.wear.wear_history import DONE
 
     (worn,), name = case.found("wear"), case.name
     if (history := worn.history) is None:
@@ -339,7 +339,7 @@ WEAR = Analysis(
     keys=_WearKeys,
     product=lambda: WornCase,
     compute=_compute,
-    parts=lambda given, keys: (AnalysisPart(inputs=_coefficients(given)),),
+    parts=lambda problem, keys: (AnalysisPart(inputs=_coefficients(problem)),),
     check=_check,
     cost=lambda study, keys, curve: len(keys.dwells) * curve,  # a sweep, and some peaks
     states=_states,

@@ -55,9 +55,9 @@ def contents_list() -> str:
 
 
 def page_text(name: str) -> str:
-    """A page in Markdown, as it can be read without the others beside it.
+    """A page of the manual in Markdown, to be read on its own.
 
-    Links to pages become their names, pictures what they show.
+    Links to other pages are replaced by their names, pictures by their captions.
     """
     if name not in pages():
         guides = ", ".join(each for each in pages() if posixpath.dirname(each) in ("", "start"))

@@ -87,19 +87,19 @@ def _kinds(hint: Any) -> list[Any]:
 def _fits(hint: Any) -> Test:
     """Whether a value is of one of the kinds of an annotation."""
     tests = [_is(kind) for kind in _kinds(hint)]
-    return tests[0] if len(tests) == 1 else lambda given: any(test(given) for test in tests)
+    return tests[0] if len(tests) == 1 else lambda value: any(test(value) for test in tests)
 
 
-def _refusal(name: str, given: Any, hint: Any) -> str:
+def _refusal(name: str, argument: Any, hint: Any) -> str:
     """What is said of a value, or of the first wrong one in a list of them."""
     for kind in _kinds(hint):
         lists = isinstance(origin := get_origin(kind), type) and issubclass(list, origin)
-        if lists and isinstance(given, list | tuple):
+        if lists and isinstance(argument, list | tuple):
             fits = _fits(inner := get_args(kind)[0])
-            i = next(i for i, item in enumerate(given) if not fits(item))
-            return _refusal(f"{name}[{i}]", given[i], inner)
+            i = next(i for i, item in enumerate(argument) if not fits(item))
+            return _refusal(f"{name}[{i}]", argument[i], inner)
     needed = " or ".join(dict.fromkeys(map(_word, _kinds(hint))))
-    return f"{name}: given {brief(given)}: needs {needed}"
+    return f"{name}: given {brief(argument)}: needs {needed}"
 
 
 def _word(kind: Any) -> str:
@@ -118,53 +118,53 @@ def _is(kind: Any) -> Test:
     """Whether a value is of one kind; made once, as it costs more than many calls."""
     origin, inner = get_origin(kind) or kind, get_args(kind)
     if origin is Literal:
-        return lambda given: any(isinstance(given, type(x)) and given == x for x in inner)
+        return lambda value: any(isinstance(value, type(x)) and value == x for x in inner)
     if kind == _ARRAY:
         return _is_array
     if origin in _NUMBERS:
-        return lambda given: _is_number(given, _NUMBERS[origin])
+        return lambda value: _is_number(value, _NUMBERS[origin])
     if origin is Any or not isinstance(origin, type):
-        return lambda given: True
+        return lambda value: True
     if origin is tuple and Ellipsis not in inner:
         tests = [_fits(each) for each in inner]
-        return lambda given: (
-            _is_listed(given, tuple | list)
-            and len(given) == len(tests)
-            and all(test(item) for test, item in zip(tests, given, strict=True))
+        return lambda value: (
+            _is_listed(value, tuple | list)
+            and len(value) == len(tests)
+            and all(test(item) for test, item in zip(tests, value, strict=True))
         )
     if getattr(origin, "_is_protocol", False) and origin.__module__.startswith("vanelock."):
         names = [name for name in vars(origin) if not name.startswith("_")]
-        return lambda given: all(hasattr(given, name) for name in names)
+        return lambda value: all(hasattr(value, name) for name in names)
     if origin is sp.csc_array:
-        return lambda given: sp.issparse(given) and given.format in ("csc", "csr")
+        return lambda value: sp.issparse(value) and value.format in ("csc", "csr")
     if not inner or not issubclass(origin, Iterable) or issubclass(origin, Mapping | np.ndarray):
-        return lambda given: isinstance(given, origin)
+        return lambda value: isinstance(value, origin)
     fits, by_type = _fits(inner[0]), isinstance(inner[0], type)
-    return lambda given: _is_listed(given, origin) and all(map(fits, _items(given, by_type)))
+    return lambda value: _is_listed(value, origin) and all(map(fits, _items(value, by_type)))
 
 
-def _is_array(given: Any) -> bool:
-    if isinstance(given, np.ndarray):
-        return given.dtype.kind in "buifc"
-    return not raised(lambda: as_array(given, "", is_complex=True))
+def _is_array(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind in "buifc"
+    return not raised(lambda: as_array(value, "", is_complex=True))
 
 
-def _is_number(given: Any, kind: Any) -> bool:
+def _is_number(value: Any, kind: Any) -> bool:
     """True is no number, though Python counts with it."""
-    scalar = given[()] if isinstance(given, np.ndarray) and given.ndim == 0 else given
+    scalar = value[()] if isinstance(value, np.ndarray) and value.ndim == 0 else value
     return isinstance(scalar, kind) and (kind is _NUMBERS[bool] or not isinstance(scalar, bool))
 
 
-def _is_listed(given: Any, kind: Any) -> bool:
-    if isinstance(given, np.ndarray):
-        return given.ndim > 0
-    return isinstance(given, kind) and not isinstance(given, str | bytes | Mapping)
+def _is_listed(value: Any, kind: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.ndim > 0
+    return isinstance(value, kind) and not isinstance(value, str | bytes | Mapping)
 
 
-def _items(given: Any, by_type: bool) -> Iterable[Any]:
+def _items(value: Any, by_type: bool) -> Iterable[Any]:
     """Those to look at: one of a kind is enough; none of what can be read but once."""
-    if isinstance(given, np.ndarray):
-        return given[:1] if given.dtype.kind in "buifc" else given
-    if not isinstance(given, Collection):
+    if isinstance(value, np.ndarray):
+        return value[:1] if value.dtype.kind in "buifc" else value
+    if not isinstance(value, Collection):
         return ()
-    return dict(zip(map(type, given), given, strict=True)).values() if by_type else given
+    return dict(zip(map(type, value), value, strict=True)).values() if by_type else value

@@ -17,14 +17,14 @@ Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
 
-def as_array(given: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
+def as_array(value: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
     """Real or, where allowed, complex numbers of double precision; not copied if they are that."""
     try:
-        array = np.asarray(given.toarray() if sp.issparse(given) else given)
+        array = np.asarray(value.toarray() if sp.issparse(value) else value)
     except ValueError:
         raise InputError(f"{name}: given rows of different lengths: needs an array") from None
     if array.dtype.kind not in "buifc":
-        raise InputError(f"{name}: given {brief(given)}: needs an array of numbers")
+        raise InputError(f"{name}: given {brief(value)}: needs an array of numbers")
     if array.dtype.kind != "c":
         return array.astype(np.float64, copy=False)
     if is_complex:
@@ -34,12 +34,12 @@ def as_array(given: Any, name: str, is_complex: bool = False) -> NDArray[Any]:
     return array.real.astype(np.float64)
 
 
-def as_whole(given: Any, name: str) -> int:
+def as_whole(value: Any, name: str) -> int:
     """A whole number, of NumPy too, or `InputError`."""
     try:
-        return operator.index(given)
+        return operator.index(value)
     except TypeError:
-        raise InputError(f"{name}: given {brief(given)}: needs a whole number") from None
+        raise InputError(f"{name}: given {brief(value)}: needs a whole number") from None
 
 
 def hold_arrays(
@@ -56,17 +56,17 @@ def hold_arrays(
         object.__setattr__(owner, field, array)
 
 
-def brief(given: Any) -> str:
+def brief(argument: Any) -> str:
     """A short value as it is written, else its type."""
-    text = repr(given)
+    text = repr(argument)
     short = len(text) <= 40 and "\n" not in text
-    return text if short else f"a {type(given).__name__}"
+    return text if short else f"a {type(argument).__name__}"
 
 
-def unit_vectors(given: NDArray[np.float64], where: str) -> NDArray[np.float64]:
+def unit_vectors(directions: NDArray[np.float64], where: str) -> NDArray[np.float64]:
     """Directions (..., 3) of vectors, however long or short these are; none may be zero."""
-    largest = np.abs(given).max(axis=-1, keepdims=True)
+    largest = np.abs(directions).max(axis=-1, keepdims=True)
     if not np.all(largest > 0):
         raise InputError(f"{where}: must not be zero")
-    scaled = given / largest  # whose squares neither overflow nor vanish
+    scaled = directions / largest  # whose squares neither overflow nor vanish
     return np.asarray(scaled / np.linalg.norm(scaled, axis=-1, keepdims=True))

@@ -141,7 +141,7 @@ def _given(data: Any, location: Location, converted: Any) -> Any:
     return data
 
 
-def reason(details: ErrorDetails, schema: Schema, given: object = None) -> str:
+def reason(details: ErrorDetails, schema: Schema, argument: object = None) -> str:
     """What is wrong with a value and what is allowed, and the unit that was meant, if any was."""
     kind, location = details["type"], details["loc"]
     context = details.get("ctx", {})
@@ -152,7 +152,7 @@ def reason(details: ErrorDetails, schema: Schema, given: object = None) -> str:
     if kind in _BOUNDS:
         name, sign = _BOUNDS[kind]
         limit = f"{subject} must be {sign} {context[name]:.12g} {unit}".rstrip()
-        return limit + _suggested(given, unit, field, name, float(context[name]))
+        return limit + _suggested(argument, unit, field, name, float(context[name]))
     if kind in _SAID:
         quoted = {name: str(value).replace("'", '"') for name, value in context.items()}
         return _SAID[kind].format(subject=subject, **quoted)
@@ -161,17 +161,17 @@ def reason(details: ErrorDetails, schema: Schema, given: object = None) -> str:
     return details["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
 
 
-def _suggested(given: object, unit: str, field: FieldInfo | None, bound: str, limit: float) -> str:
+def _suggested(value: object, unit: str, field: FieldInfo | None, bound: str, limit: float) -> str:
     """The number with the unit in which it would be allowed."""
-    if not is_number(given) or field is None:
+    if not is_number(value) or field is None:
         return ""
     allowed = bounds(field)
     if bound in ("gt", "ge"):
         allowed = replace(allowed, low=max(limit, allowed.low))
     else:
         allowed = replace(allowed, high=min(limit, allowed.high))
-    other = meant(given, unit, allowed, typical(field))
-    return f'; {given:.12g} is {given:.12g} {unit}: "{other}"?' if other else ""
+    other = meant(value, unit, allowed, typical(field))
+    return f'; {value:.12g} is {value:.12g} {unit}: "{other}"?' if other else ""
 
 
 def dotted(location: Location) -> str:

@@ -5,24 +5,25 @@ Sector j+1 is sector j turned by 2π/N. A wave of nodal diameter k reaches it la
 """
 
 import numpy as np
-from numpy.typing import NDArray
+
+from vanelock.common.arrays import Floats
 
 COMPONENTS = ("radial", "circumferential", "axial")
 """Cylindrical components, in the order of every output."""
 
 
-def rotation(angle: float) -> NDArray[np.float64]:
+def rotation(angle: float) -> Floats:
     """(3, 3) rotation by `angle`, rad, about z."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def cylindrical(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def cylindrical(points: Floats) -> Floats:
     """(k, 3, 3) turn from Cartesian components to cylindrical ones at each of k points."""
     return np.array([rotation(-angle) for angle in np.arctan2(points[:, 1], points[:, 0])])
 
 
-def turn(sectors: int, steps: int = 1) -> NDArray[np.float64]:
+def turn(sectors: int, steps: int = 1) -> Floats:
     """(3, 3) rotation from a sector to the one that many steps on."""
     return rotation(2 * np.pi * steps / sectors)
 

@@ -123,15 +123,15 @@ def gigabytes(count: float) -> str:
     return f"{count / 1e9:.2g} GB" if count < 9.5e9 else f"{count / 1e9:.0f} GB"
 
 
-def latest(kept: MutableMapping[K, V], key: K, make: Callable[[], V], most: int) -> V:
+def latest(cache: MutableMapping[K, V], key: K, make: Callable[[], V], most: int) -> V:
     """A value that is kept, or made after those that were used longest ago have gone."""
-    if key in kept:
-        kept[key] = kept.pop(key)
+    if key in cache:
+        cache[key] = cache.pop(key)
     else:
-        while len(kept) >= most:
-            del kept[next(iter(kept))]
-        kept[key] = make()
-    return kept[key]
+        while len(cache) >= most:
+            del cache[next(iter(cache))]
+        cache[key] = make()
+    return cache[key]
 
 
 def _numbers(path: Path) -> dict[str, float]:
@@ -176,10 +176,10 @@ def _number(path: Path) -> float | None:
         return None
 
 
-def _cached(place: Path, field: str) -> float:
+def _cached(path: Path, field: str) -> float:
     """Bytes of files that the group's limit counts, and that give way."""
     try:
-        lines = (place / "memory.stat").read_text().splitlines()
+        lines = (path / "memory.stat").read_text().splitlines()
         return float(dict(line.split() for line in lines)[field])
     except (OSError, ValueError, KeyError):
         return 0.0

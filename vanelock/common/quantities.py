@@ -160,7 +160,7 @@ def meant(value: float, unit: str, allowed: Bounds, near: float | None) -> str:
         if 0 < size and allowed.low <= size <= allowed.high:
             distance = abs(math.log(size / near)) if near is not None and near > 0 else 0.0
             found.append((distance, f"{value:.12g} {other}"))
-    return min(found, key=lambda each: each[0])[1] if found else ""
+    return min(found, key=lambda pair: pair[0])[1] if found else ""
 
 
 def typical(field: FieldInfo) -> float | None:

@@ -42,9 +42,9 @@ def toml_tables(text: str, where: str) -> dict[str, Any]:
     return found
 
 
-def _check(found: dict[str, Any], where: str) -> None:
+def _check(table: dict[str, Any], where: str) -> None:
     """Refuse what is nested too deeply and integers of more than 64 bits."""
-    waiting: list[tuple[Any, list[Any]]] = [(found, [])]
+    waiting: list[tuple[Any, list[Any]]] = [(table, [])]
     while waiting:
         value, path = waiting.pop()
         if isinstance(value, dict | list):

@@ -9,7 +9,7 @@ from pydantic.fields import FieldInfo
 from vanelock.common.checked import field_at, show, subject_and_unit
 from vanelock.common.quantities import Usual, is_number, meant, metadata, number, typical
 from vanelock.input.cases.names import scaled
-from vanelock.input.cases.values import Given, path_of
+from vanelock.input.cases.values import Problem, path_of
 from vanelock.input.schema.structure.structure import PER_AREA, leaves
 from vanelock.input.schema.study import Study
 
@@ -36,7 +36,7 @@ class Setting:
     key: str
     value: Any
     default: Any
-    schema: type[Given] = Study
+    schema: type[Problem] = Study
 
     @property
     def changed(self) -> bool:
@@ -63,17 +63,17 @@ def flattened(tables: dict[str, Any]) -> Flat:
     return {key: list(v) if isinstance(v, tuple) else v for key, v in leaves(tables)}
 
 
-def meaning(key: str, schema: type[Given]) -> str:
+def meaning(key: str, schema: type[Problem]) -> str:
     """What a key is, in words."""
     return described(key, schema)[0]
 
 
-def settings(given: Given) -> list[Setting]:
+def settings(problem: Problem) -> list[Setting]:
     """All keys of a study or scene, in the order of its file."""
-    schema, dumped = type(given), given.model_dump(mode="json")
+    schema, dumped = type(problem), problem.model_dump(mode="json")
     defaults: Flat = {}
-    if isinstance(given, Study):
-        plain = type(given)()
+    if isinstance(problem, Study):
+        plain = type(problem)()
         defaults = flattened(plain.model_dump(mode="json"))
         defaults["excitation.force"] = plain.excitation.force_per_node  # what "not set" stands for
     else:
@@ -84,14 +84,14 @@ def settings(given: Given) -> list[Setting]:
     ]
 
 
-def unusual(given: Given) -> tuple[str, ...]:
+def unusual(problem: Problem) -> tuple[str, ...]:
     """A line for each number that is allowed but looks like one of another unit: 8.2e-9 t/mm^3.
 
     Of the keys that a file sets, swept ones too.
     """
     found = []
-    for key, value in flattened(_numbered(given.model_dump(exclude_unset=True))).items():
-        field = _field(key, type(given))
+    for key, value in flattened(_numbered(problem.model_dump(exclude_unset=True))).items():
+        field = _field(key, type(problem))
         usual = next((e for e in metadata(field) if isinstance(e, Usual)), None) if field else None
         if field is None or usual is None or value is None:
             continue
@@ -126,14 +126,14 @@ def _numbered(table: Any) -> Any:
     return table
 
 
-def _default(key: str, schema: type[Given]) -> Any:
+def _default(key: str, schema: type[Problem]) -> Any:
     """Of a key in a table that is there only where a study has it."""
     field = _field(key, schema)
     value = None if field is None or field.is_required() else field.get_default()
     return list(value) if isinstance(value, tuple) else value
 
 
-def _field(key: str, schema: type[Given]) -> FieldInfo | None:
+def _field(key: str, schema: type[Problem]) -> FieldInfo | None:
     """The schema's field of a dotted key, be it swept, in rows, or part of a distribution."""
     if key.startswith(SCATTERING):
         return field_at(("scatter", "keys", "key", key.rpartition(".")[2]), schema)
@@ -145,7 +145,7 @@ def _listed_key(key: str) -> str:
     return key.removeprefix("sweep.").removeprefix("rows.")
 
 
-def described(key: str, schema: type[Given] = Study) -> tuple[str, str]:
+def described(key: str, schema: type[Problem] = Study) -> tuple[str, str]:
     """What a key is, and its unit in SI, "" where it has none."""
     swept = _listed_key(key)
     words = swept.rpartition(".")[2].replace("_", " ")
@@ -153,12 +153,12 @@ def described(key: str, schema: type[Given] = Study) -> tuple[str, str]:
     return (f"swept: {meaning}" if swept != key else meaning), unit
 
 
-def unit_of(key: str, schema: type[Given] = Study) -> str:
+def unit_of(key: str, schema: type[Problem] = Study) -> str:
     """The SI unit of a key, "" where it has none; a size of a mesh may be a word besides."""
     return "m" if key == "mesh.size" else described(key, schema)[1]
 
 
-def as_text(key: str, value: Any, schema: type[Given] = Study) -> str:
+def as_text(key: str, value: Any, schema: type[Problem] = Study) -> str:
     """A value with its unit, as people write it; a list in the unit of its largest entry."""
     unit = unit_of(key, schema)
     if value is None:

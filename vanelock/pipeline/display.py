@@ -73,7 +73,7 @@ class _Times(dict[str, _Kind]):
     def line(self, run: Finished) -> str:
         """What a run took, and of that its longest stages."""
         held = f", at most {gigabytes(run.memory)} of memory" if run.memory > 0 else ""
-        order = sorted(self.items(), key=lambda each: -each[1].seconds)
+        order = sorted(self.items(), key=lambda item: -item[1].seconds)
         longest = [f"{kind} {k.seconds:.1f} s" for kind, k in order[:NAMED] if k.seconds >= 1]
         return f"done in {run.seconds:.1f} s{held}" + (f": {', '.join(longest)}" if longest else "")
 

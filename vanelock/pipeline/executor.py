@@ -272,9 +272,9 @@ def _unfit(path: str, token: str, expected: str) -> str:
     return "" if seen == token else f"does not see {Path(path).parent}, which all have to share"
 
 
-def _called_if_fit(known: tuple[str, str, str], function: Callable[..., Any], *of: Any) -> Any:
+def _called_if_fit(versions: tuple[str, str, str], function: Callable[..., Any], *of: Any) -> Any:
     """On a worker: call a function, unless it came too late to be asked and is not fit."""
-    if why := _unfit(*known):
+    if why := _unfit(*versions):
         return Failure("", f"a worker {why}", unfit=True)
     return function(*of)
 

@@ -142,7 +142,7 @@ def silent(event: Event) -> None:
 
 
 class Counter:
-    """Passes all on, and counts the cases that failed."""
+    """Pass every event on, and count the cases that failed."""
 
     def __init__(self, listener: Listener) -> None:
         self._listener = listener

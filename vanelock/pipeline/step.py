@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Floats
 from vanelock.common.process import raise_dropped
 from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import Begun, Done, Listener
@@ -73,7 +73,7 @@ def step(
     kind: type[P],
     needs: tuple[Step[Any], ...],
     compute: Callable[..., P],
-    kept: bool = True,
+    stored: bool = True,
     quick: bool = False,
     pulls: bool = False,
     resumes: bool = False,
@@ -82,7 +82,7 @@ def step(
     """A step whose key follows from its inputs, what it needs and the code of `package`."""
     key = key_of(stage, package, inputs, tuple(need.key for need in needs))
     name = f"{stage} {of}".strip()
-    return Step(stage, name, key, kind, needs, compute, kept, quick, pulls, resumes)
+    return Step(stage, name, key, kind, needs, compute, stored, quick, pulls, resumes)
 
 
 @dataclass
@@ -109,7 +109,7 @@ class Stages:
     cpu: dict[str, float] = field(default_factory=dict)
     elsewhere: Callable[[str], bool] | None = None
     _products: dict[str, Any] = field(default_factory=dict)
-    _pulled: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
+    _pulled: Floats = field(default_factory=lambda: np.zeros(2))
     _shown: str = ""
 
     def get(self, step: Step[P]) -> P:
@@ -195,6 +195,6 @@ def reachable(steps: Iterable[Step[Any]]) -> list[Step[Any]]:
     return list(found.values())
 
 
-def _now() -> NDArray[np.float64]:
+def _now() -> Floats:
     """Time and processor time, s."""
     return np.array([time.perf_counter(), time.process_time()])

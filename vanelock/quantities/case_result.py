@@ -5,11 +5,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.process import latest
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Audit, Response
@@ -52,7 +51,7 @@ class CaseResult:
     name : str
     values : dict of str to number or str
         The swept keys.
-    given : Study or Scene
+    problem : Study or Scene
         What its file says, as computed.
     monitor : Monitor
         The displacement in the curves.
@@ -80,7 +79,7 @@ class CaseResult:
 
     name: str
     values: Mapping[str, float | str]
-    given: Given
+    problem: Problem
     monitor: Monitor
     products: Products
     summary: Summary
@@ -97,8 +96,8 @@ class CaseResult:
     @property
     def study(self) -> Study:
         """What is given, where only a study has what is asked."""
-        assert isinstance(self.given, Study)
-        return self.given
+        assert isinstance(self.problem, Study)
+        return self.problem
 
     @property
     def peak(self) -> Peak | None:
@@ -111,9 +110,9 @@ class CaseResult:
         assert self.peak is not None
         return self.peak
 
-    def key_at(self, place: str) -> str:
+    def key_at(self, path: str) -> str:
         """Hash of all that a product depends on, by its place."""
-        return self.products.key(place)
+        return self.products.key(path)
 
     @property
     def response(self) -> Response:
@@ -197,7 +196,7 @@ class CaseResult:
         return tuple(map(_as_drawn, self._curves.ends.values()))
 
     @property
-    def verdicts(self) -> dict[str, NDArray[np.int64]]:
+    def verdicts(self) -> dict[str, Integers]:
         """Of the points of each curve, STABLE, UNSTABLE, UNDECIDED, or -1 for not known."""
         return {self._curves.names[i]: each for i, each in self._curves.verdict.items()}
 
@@ -259,8 +258,8 @@ class CaseResult:
 
     # At the peak, or at a state.
 
-    def _at(self, place: str) -> str:
-        return place if self.state is None else self.state[0] + place
+    def _at(self, path: str) -> str:
+        return path if self.state is None else self.state[0] + path
 
     @property
     def key(self) -> str:
@@ -316,7 +315,9 @@ class CaseResult:
     def places(self) -> Places:
         """Its contacts."""
         vane = self.products.get("mesh/vane") if self.has_meshes else None
-        return self.products.once("places", lambda: places(self.given, self.system.contacts, vane))
+        return self.products.once(
+            "places", lambda: places(self.problem, self.system.contacts, vane)
+        )
 
     @property
     def wear(self) -> Wear:

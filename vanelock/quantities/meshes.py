@@ -128,7 +128,7 @@ SETS = (
 
 def quality_table(
     parts: Mapping[str, Part],
-    found: Mapping[str, Figures],
+    figures: Mapping[str, Figures],
     densities: Mapping[str, float],
     seconds: Mapping[str, float],
 ) -> Table:
@@ -176,9 +176,9 @@ def quality_table(
             f.largest_edge,
             seconds[name],
         )
-        for name, f in found.items()
+        for name, f in figures.items()
     ]
-    dofs = sum(f.dofs for f in found.values())
+    dofs = sum(f.dofs for f in figures.values())
     notes = (f"Degrees of freedom of both parts: {dofs:,}.",)
     return Table("Meshes", columns, rows, notes, "quality")
 
@@ -218,11 +218,13 @@ def _notes(parts: Mapping[str, Part], face_nodes: int | None) -> list[str]:
     return [*notes, f"Largest distance of nodes that meet: {found}."] if found else notes
 
 
-def _match(what: str, one: Part, own: str, other: Part, mate: str, turned: bool = False) -> str:
+def _match(
+    what: str, one: Part, node_set: str, other: Part, mate: str, turned: bool = False
+) -> str:
     """Largest distance between the nodes of two sets, the first turned by a sector if asked."""
-    if own not in one.node_sets or mate not in other.node_sets:
+    if node_set not in one.node_sets or mate not in other.node_sets:
         return ""
-    here, there = one.points[one.node_sets[own]], other.points[other.node_sets[mate]]
+    here, there = one.points[one.node_sets[node_set]], other.points[other.node_sets[mate]]
     if here.shape != there.shape:
         return f"{what} {len(here)} against {len(there)} NODES"
     if turned:

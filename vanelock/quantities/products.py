@@ -16,10 +16,9 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.product import Product
 from vanelock.input.cases.values import diameter_of
 from vanelock.nonlinear import Audit, Response
@@ -58,21 +57,21 @@ class Products(ABC):
         """What cases of a run share."""
 
     @abstractmethod
-    def __contains__(self, place: str) -> bool: ...
+    def __contains__(self, path: str) -> bool: ...
 
     @abstractmethod
-    def get(self, place: str) -> Any:
+    def get(self, path: str) -> Any:
         """The product of a place."""
 
     @abstractmethod
-    def key(self, place: str) -> str:
+    def key(self, path: str) -> str:
         """Hash of all that it depends on."""
 
-    def once(self, place: str, make: Callable[[], T]) -> T:
+    def once(self, path: str, make: Callable[[], T]) -> T:
         """What follows from products, made when it is first asked for."""
-        if place not in self.made:
-            self.made[place] = make()
-        found: T = self.made[place]
+        if path not in self.made:
+            self.made[path] = make()
+        found: T = self.made[path]
         return found
 
     def of_analysis(self, analysis: str) -> list[str]:
@@ -83,7 +82,7 @@ class Products(ABC):
         return places
 
     @abstractmethod
-    def expect(self, place: str, response: Response, of: str) -> None:
+    def expect(self, path: str, response: Response, of: str) -> None:
         """Let fields of a response with one point, which follows from an analysis, be asked for."""
 
     def stored(self) -> list[str]:
@@ -117,46 +116,46 @@ class StepProducts(Products):
         self._asked: dict[str, None] = {}
         self._given: dict[str, Product] = {}
 
-    def __contains__(self, place: str) -> bool:
-        return place in self._given or self._step(place) is not None
+    def __contains__(self, path: str) -> bool:
+        return path in self._given or self._step(path) is not None
 
     def stored(self) -> list[str]:
         """Places of all that is known before the peak, and of what was asked for."""
         solved = [e for e in self._steps if e.startswith(ALWAYS) or "." in e]
         return [*dict.fromkeys([*solved, *self._asked]), *self._given]
 
-    def get(self, place: str) -> Any:
+    def get(self, path: str) -> Any:
         """The product of a place."""
-        if place in self._given:
-            return self._given[place]
-        found = self._step(place)
+        if path in self._given:
+            return self._given[path]
+        found = self._step(path)
         assert found is not None
-        self._asked[place] = None
+        self._asked[path] = None
         return self.stages.get(found)
 
-    def key(self, place: str) -> str:
+    def key(self, path: str) -> str:
         """Hash of all that it depends on."""
-        found = self._step(place)
+        found = self._step(path)
         return "" if found is None else found.key
 
-    def expect(self, place: str, response: Response, of: str) -> None:
+    def expect(self, path: str, response: Response, of: str) -> None:
         """Let the fields of a state be asked for."""
         made, kind = self.planned.analyses[of], Response
-        inputs = {"state": place}
+        inputs = {"state": path}
         top = step("response", "nonlinear", inputs, kind, made, lambda *of: response, False, True)
-        self._steps.setdefault(place, fields_step(self.planned, top, 0))
+        self._steps.setdefault(path, fields_step(self.planned, top, 0))
 
-    def put(self, place: str, product: Product) -> None:
+    def put(self, path: str, product: Product) -> None:
         """Add a product that no step of the case makes."""
-        self._given[place] = product
+        self._given[path] = product
 
-    def _step(self, place: str) -> Step[Any] | None:
-        if place not in self._steps and place in DERIVED:
-            self._steps[place] = DERIVED[place](self)
-        return self._steps.get(place)
+    def _step(self, path: str) -> Step[Any] | None:
+        if path not in self._steps and path in DERIVED:
+            self._steps[path] = DERIVED[path](self)
+        return self._steps.get(path)
 
     def _fields(self) -> Step[Any] | None:
-        planned, outputs = self.planned, self.planned.case.given.outputs
+        planned, outputs = self.planned, self.planned.case.problem.outputs
         if self._peak is None or not planned.meshes:
             return None
         moving = "animations" in outputs.show
@@ -200,7 +199,7 @@ DERIVED: dict[str, Callable[[StepProducts], Step[Any] | None]] = {
 def structure_steps(planned: Planned) -> dict[str, Step[Any]]:
     """A case's meshes and components by place; of those by nodal diameter the load's is plain."""
     found: dict[str, Step[Any]] = {f"mesh/{part}": each for part, each in planned.meshes.items()}
-    kind, k = "rom" if planned.meshes else "component", diameter_of(planned.case.given, 1)
+    kind, k = "rom" if planned.meshes else "component", diameter_of(planned.case.problem, 1)
     for part in planned.structure.names:
         found[f"{kind}/{part}"] = loaded = planned.part(part, k)
         for other in planned.diameters:
@@ -228,7 +227,7 @@ def _steps(planned: Planned) -> dict[str, Step[Any]]:
     return found
 
 
-Drawn: TypeAlias = tuple[Floats, Floats, NDArray[np.bool_]]
+Drawn: TypeAlias = tuple[Floats, Floats, Booleans]
 """Frequencies, Hz, amplitudes, m, and which of them converged."""
 
 
@@ -250,7 +249,7 @@ class Curves(Product):
 
     names: tuple[str, ...]
     curve: Mapping[int, Floats]
-    verdict: Mapping[int, NDArray[np.int64]] = field(default_factory=dict)
+    verdict: Mapping[int, Integers] = field(default_factory=dict)
     ends: Mapping[int, Floats] = field(default_factory=dict)
 
 
@@ -258,12 +257,12 @@ def with_curves(case: "CaseResult", products: "StepProducts") -> "CaseResult":
     """A case with its curves, and what its analyses have to say of them and of its summary."""
     responses = case.responses
     made = [case.curve(each) for each in responses]
-    if case.given.response.frequencies is None:
+    if case.problem.response.frequencies is None:
         made[0] = drawn(responses[0], made[0][1])
     names = [""]
     if len(responses) > 1:
         names = [f"sweeping {each.direction or 'up'}" for each in responses]
-    verdicts: dict[int, NDArray[np.int64]] = {}
+    verdicts: dict[int, Integers] = {}
     ends: list[Drawn] = []
     for analysis in case.analyses:
         if not (found := case.found(analysis.key)):

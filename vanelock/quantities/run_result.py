@@ -15,7 +15,7 @@ from vanelock.common.arrays import Floats
 from vanelock.common.files.csv_table import write_columns
 from vanelock.input.cases.names import words
 from vanelock.input.cases.sweep import SAMPLE
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.measured.curve import Measured
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.progress import Done
@@ -41,7 +41,7 @@ class RunResult:
 
     Attributes
     ----------
-    given : Study or Scene
+    problem : Study or Scene
     monitor : Monitor
         The displacement in the curves.
     output_files : OutputFiles
@@ -74,7 +74,7 @@ class RunResult:
         What its cases have in common.
     """
 
-    given: Given
+    problem: Problem
     monitor: Monitor
     output_files: OutputFiles
     analyses: "Sequence[Analysis[Any, Any]]" = ()
@@ -94,13 +94,13 @@ class RunResult:
     @property
     def study(self) -> Study:
         """What is given, where only a study has what is drawn."""
-        assert isinstance(self.given, Study)
-        return self.given
+        assert isinstance(self.problem, Study)
+        return self.problem
 
     @property
     def shapes(self) -> bool:
         """Whether pictures of shapes are asked for."""
-        return "shapes" in self.given.outputs.show
+        return "shapes" in self.problem.outputs.show
 
     @property
     def first(self) -> CaseResult:

@@ -12,7 +12,7 @@ from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear import AmplitudeGradient, HarmonicModes, PeakGradient, Response
-from vanelock.nonlinear.following.amplitude_gradient import modal_stiffness
+from vanelock.nonlinear.peaks.amplitude_gradient import modal_stiffness
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.parts.components import PARTS
@@ -97,29 +97,29 @@ def _half_width(response: Response, watched: Monitor, point: int) -> float:
     return NARROW * float(response.frequency[point])
 
 
-def _relative(found: PeakGradient, planned: Planned, moduli: Moduli) -> Sensitivities:
+def _relative(peak_gradient: PeakGradient, planned: Planned, moduli: Moduli) -> Sensitivities:
     """Per cent per per cent of every key that is not zero."""
-    prepared = found.at_peak.structure
+    prepared = peak_gradient.at_peak.structure
     modal = {key: modal_stiffness(prepared, each) for key, each in moduli.items()}
     joints = "joints" if planned.meshes else "contacts"
     by_amplitude = {
         key: value
-        for key, value in effects(found.at_peak, joints, modal).items()
+        for key, value in effects(peak_gradient.at_peak, joints, modal).items()
         if value or key == EXCITATION
     }
     frequency = np.full(len(by_amplitude), np.nan)
-    if found.beside:
+    if peak_gradient.beside:
 
         def each(gradient: AmplitudeGradient) -> Floats:
             known = effects(gradient, joints, modal)
             return np.array([known[key] for key in by_amplitude])
 
-        frequency = found.of_frequency(each) / found.frequency
+        frequency = peak_gradient.of_frequency(each) / peak_gradient.frequency
     return Sensitivities(
         keys=tuple(by_amplitude),
-        amplitude=np.array(list(by_amplitude.values())) / found.amplitude,
+        amplitude=np.array(list(by_amplitude.values())) / peak_gradient.amplitude,
         frequency=frequency,
-        at=np.array([found.frequency, found.amplitude]),
+        at=np.array([peak_gradient.frequency, peak_gradient.amplitude]),
     )
 
 

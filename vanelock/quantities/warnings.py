@@ -59,31 +59,31 @@ LOOSE = (
 """What is to be known where nothing presses a loose part."""
 
 
-def of_case(found: Summary) -> list[str]:
+def of_case(summary: Summary) -> list[str]:
     """All that is to be known of a case, a line each."""
-    return [*_doubts(found), *found.warnings]
+    return [*_doubts(summary), *summary.warnings]
 
 
-def _doubts(found: Summary) -> list[str]:
+def _doubts(summary: Summary) -> list[str]:
     """Why the peak of a case may not be the largest."""
     lines = []
-    if found.peak is None:
+    if summary.peak is None:
         lines.append("no point converged")
-    lines += _lost(found)
-    if found.peak is not None and found.peak.at_edge:
+    lines += _lost(summary)
+    if summary.peak is not None and summary.peak.at_edge:
         lines.append(
             "the largest point is at the end of the frequency range; a peak may lie beyond"
         )
     return lines
 
 
-def _lost(found: Summary) -> list[str]:
+def _lost(summary: Summary) -> list[str]:
     """How many points of a case did not converge, if any."""
-    if found.converged == found.points:
+    if summary.converged == summary.points:
         return []
     return [
-        f"{found.points - found.converged} of {found.points} points DID NOT CONVERGE "
-        f"(largest residual {found.worst:.1e}); they are left out"
+        f"{summary.points - summary.converged} of {summary.points} points DID NOT CONVERGE "
+        f"(largest residual {summary.worst:.1e}); they are left out"
     ]
 
 

@@ -182,9 +182,7 @@ def _check(view: View) -> None:
             raise InputError(f"{motion.name}: zero everywhere: there is nothing to draw")
 
 
-def _body(
-    body: Body, split: NDArray[np.int64], triangles: NDArray[np.int64], normals: Floats
-) -> dict[str, Any]:
+def _body(body: Body, split: Integers, triangles: Integers, normals: Floats) -> dict[str, Any]:
     points = np.asarray(body.points, float)
     low = points.min(axis=0)
     span = np.maximum(np.ptp(points, axis=0), 1e-9)
@@ -203,9 +201,7 @@ def _body(
     }
 
 
-def _motion(
-    motion: Motion, splits: list[NDArray[np.int64]], sectors: int, radius: float
-) -> dict[str, Any]:
+def _motion(motion: Motion, splits: list[Integers], sectors: int, radius: float) -> dict[str, Any]:
     shapes: list[Complex] = [np.asarray(shape, complex) for shape in motion.shapes]
     unit = max(float(np.abs(np.array([s.real, s.imag])).max()) for s in shapes)
     largest = max(float(annulus.peak(shape).max()) for shape in shapes)

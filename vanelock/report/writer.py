@@ -140,7 +140,7 @@ def _own(name: str) -> str:
 
 def _quoted(text: str) -> str:
     """Text inside a string of a style sheet: what could end it is written by its number."""
-    return re.sub(r'["\\<\n\r]', lambda found: f"\\{ord(found[0]):x} ", text)
+    return re.sub(r'["\\<\n\r]', lambda match: f"\\{ord(match[0]):x} ", text)
 
 
 @cache

@@ -92,36 +92,36 @@ def case_table(rows: Sequence[Mapping[str, Cell]], monitor: str) -> Table:
     return found.without_empty(*ASKED)
 
 
-def case_row(found: Summary, numbers: Numbers = MappingProxyType({})) -> dict[str, Cell]:
+def case_row(summary: Summary, numbers: Numbers = MappingProxyType({})) -> dict[str, Cell]:
     """The cells of a case; stress and damping where they are known.
 
     Damping and safety factor are withheld at the end of a range, where nothing resonates.
     """
-    low, high, wave = found.lowest, found.highest, found.wave
-    amplitude, frequency = _place(found.peak)
+    low, high, wave = summary.lowest, summary.highest, summary.wave
+    amplitude, frequency = _place(summary.peak)
     known: dict[str, Any] = {name: value for name, (value, _) in numbers.items()}
-    resonates = found.peak is not None and not found.peak.at_edge
+    resonates = summary.peak is not None and not summary.peak.at_edge
     return {
-        "case": found.case,
-        "harmonics": found.harmonics,
-        "mu": found.mu,
+        "case": summary.case,
+        "harmonics": summary.harmonics,
+        "mu": summary.mu,
         "peak_um": amplitude,
         "frequency_hz": frequency,
         "lowest_um": None if low is None else low.amplitude,
         "highest_um": None if high is None else high.amplitude,
         "wave": None if wave is None else wave.verdict,
         "growth": None if wave is None else wave.growth,
-        "of_free": found.of_free,
-        "of_stuck": found.of_stuck,
-        "x": found.position,
+        "of_free": summary.of_free,
+        "of_stuck": summary.of_stuck,
+        "x": summary.position,
         "damping": known.get("damping_ratio") if resonates else None,
-        "work_uj": sum(found.work.values()) if found.peak is not None else None,
-        "slipping_percent": found.slipping,
-        "opening_percent": found.opening,
+        "work_uj": sum(summary.work.values()) if summary.peak is not None else None,
+        "slipping_percent": summary.slipping,
+        "opening_percent": summary.opening,
         "stress": known.get("alternating_stress"),
         "reserve": known.get("goodman_reserve") if resonates else None,
-        "converged": f"{found.converged}/{found.points}",
-        "seconds": found.seconds,
+        "converged": f"{summary.converged}/{summary.points}",
+        "seconds": summary.seconds,
     }
 
 

@@ -175,7 +175,7 @@ def _warnings(run: RunResult) -> list[str]:
             for part, (worst, *_) in main.margins.worst.items()
             if worst.doubt and worst.reserve < main.margins.governing.reserve
         ]
-    given = run.given
+    given = run.problem
     mesh = given.mesh if isinstance(given, Study) and not run.errors else None
     if mesh and (mesh.size, mesh.correction) == ("coarse", "none"):
         lines.append("The mesh is coarse: frequencies are several per cent too high.")
@@ -208,14 +208,14 @@ OPEN = ("summary", "shapes")
 def show(run: RunResult) -> None:
     """Draw the pictures of a run and write its page, unless they show the same already."""
     draw(run)
-    if "report" in run.given.outputs.show:
+    if "report" in run.problem.outputs.show:
         run.output_files.draw(REPORT, _shown(run), lambda path: write_page(path, _page(run)))
 
 
 def _page(run: RunResult) -> Page:
     """The page."""
     about = f"Friction-damped vibration; vanelock {vanelock.__version__}, {begun(run)}"
-    return Page(run.given.name, about, tuple(_sections(run)))
+    return Page(run.problem.name, about, tuple(_sections(run)))
 
 
 def _sections(run: RunResult) -> list[Section]:
@@ -223,7 +223,7 @@ def _sections(run: RunResult) -> list[Section]:
     analysed = _analyses(run)
     made = [
         _summary(run),
-        inputs(run.given, [each.given for each in run.cases.values()]),
+        inputs(run.problem, [each.problem for each in run.cases.values()]),
         *(section for section in analysed if not section.folded),
         shapes(run),
         loops(run),
@@ -232,7 +232,7 @@ def _sections(run: RunResult) -> list[Section]:
         convergence(run),
         models(run),
         provenance(run),
-        all_inputs(run.given),
+        all_inputs(run.problem),
     ]
     shown = [section for section in made if section.blocks]
     return [s if s in analysed else replace(s, folded=s.id not in OPEN) for s in shown]
@@ -275,7 +275,7 @@ def _pictures(run: RunResult) -> Section:
 def _shown(run: RunResult) -> Any:
     """All that the page depends on, but for the date; as JSON can hold it."""
     return {
-        "study": run.given.model_dump(mode="json"),
+        "study": run.problem.model_dump(mode="json"),
         "text": run.text,
         "cases": [
             [name, *each.solved_keys, each.linear_key, each.key_at("system")]

@@ -14,7 +14,7 @@ import vanelock
 from vanelock.common.arrays import Floats
 from vanelock.common.process import installed, raise_dropped
 from vanelock.common.product import Product
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.pipeline.progress import Done
 from vanelock.pipeline.step import Stages
 from vanelock.pipeline.tasks import Failure
@@ -76,16 +76,16 @@ class Record:
         self._places_of: dict[str, dict[str, tuple[str, str]]] = {}
         self._written: dict[str, int] = {}
 
-    def provenance(self, given: Given, text: str) -> None:
+    def provenance(self, problem: Problem, text: str) -> None:
         """Begin the file: what is computed (as JSON, and as it was given), when and by what."""
-        settings = given.model_dump_json()
+        settings = problem.model_dump_json()
         self._file.wait_for_the_end(settings)
         with self._file.edit() as file:
             group = file.require_group("provenance")
             group.attrs["date"] = self.date
             group.attrs["study"] = text
             group.attrs["settings"] = settings
-            group.attrs["given"] = given.model_dump_json(exclude_unset=True)
+            group.attrs["given"] = problem.model_dump_json(exclude_unset=True)
             group.require_group("versions").attrs.update(versions())
 
     def product(self, where: str, product: Product) -> None:
@@ -93,16 +93,16 @@ class Record:
         with self._file.edit(where) as file:
             self._file.put(file, where, product)
 
-    def begun(self, run: RunResult, first: Planned) -> None:
+    def begun(self, run: RunResult, planned: Planned) -> None:
         """What all cases share, and meshes, reduced parts and system of the first one."""
         about = {
             "monitor": [run.monitor.name, run.monitor.node, run.monitor.component],
             "opens": run.opens,
             "measured": run.measured,
         }
-        steps = structure_steps(first)
+        steps = structure_steps(planned)
         products = {place: self._stages.get(each) for place, each in steps.items()}
-        system = self._stages.get(first.system)
+        system = self._stages.get(planned.system)
         places = dict.fromkeys(place.partition("/")[0] for place in products)
         with self._file.edit(*places, "system") as file:
             for place, product in products.items():
@@ -122,11 +122,14 @@ class Record:
             self._file.put(file, path, product)
 
     def linear(
-        self, linear: Linear, curves: Mapping[Limit, tuple[Floats, Floats]], whole: bool = True
+        self,
+        linear: Linear,
+        curves: Mapping[Limit, tuple[Floats, Floats]],
+        with_responses: bool = True,
     ) -> None:
         """A set of limits, its curves (2, p) and, unless there are many sets, its responses."""
         limits = self._stages.get(linear.limits)
-        kinds: Sequence[Limit] = LIMITS if whole else ()
+        kinds: Sequence[Limit] = LIMITS if with_responses else ()
         named = {f"{which},{linear.name}" if linear.name else which: which for which in kinds}
         places = [f"limits/{linear.name or 'all'}", *(f"response/{name}" for name in named)]
         with self._file.edit(*places) as file:
@@ -228,22 +231,22 @@ class Record:
             raise
 
 
-def _below(case: CaseResult, place: str, product: Product) -> str:
+def _below(case: CaseResult, path: str, product: Product) -> str:
     """Where a product is in the results, below its case."""
-    if place == "response":
+    if path == "response":
         return ""
-    name, _, number = place.partition(".")
+    name, _, number = path.partition(".")
     for analysis in case.analyses:
         if number and analysis.key == name:
             lower = "lower/" if analysis.by_response and number != "0" else ""
             return lower + (analysis.places(product) if analysis.places else name)
-    return place
+    return path
 
 
 def _about(case: CaseResult, places: Mapping[str, tuple[str, str]]) -> dict[str, Any]:
     """All that is stored of a case but for its products."""
     return {
-        "given": case.given.model_dump(mode="json", exclude_unset=True),
+        "given": case.problem.model_dump(mode="json", exclude_unset=True),
         "places": places,
         **{name: getattr(case, name) for name in STORED},
     }

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 from vanelock.common import process
 from vanelock.common.errors import FolderError
 from vanelock.input.cases.sweep import Case
-from vanelock.input.cases.values import Given, diameters_of
+from vanelock.input.cases.values import Problem, diameters_of
 from vanelock.input.schema.study import Study
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.pipeline.progress import PointDone
@@ -39,9 +39,9 @@ class Clock:
     """Stopwatch over all cases of a run."""
 
     def __init__(self, planned: "Collection[Planned]") -> None:
-        self._adaptive = any(getattr(each.case.given, "accuracy", None) for each in planned)
+        self._adaptive = any(getattr(each.case.problem, "accuracy", None) for each in planned)
         self._left = {
-            step.key: _work(each.case.given) for each in planned for step in each.responses
+            step.key: _work(each.case.problem) for each in planned for step in each.responses
         }
         self._after = sum(self._left.values())
         self._done = 0.0
@@ -85,9 +85,9 @@ class Clock:
         return PointDone(self._name, done, total, peak, float("nan"))
 
 
-def _work(given: Given) -> float:
+def _work(memory: Problem) -> float:
     """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
-    response = given.response
+    response = memory.response
     points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
     return float(points * (2 * response.harmonics + 1) ** 1.5)
 
@@ -162,15 +162,15 @@ LOOKED_AT = 50
 
 def estimated(
     cases: Sequence[Case],
-    given: float | None = None,
-    own: Mapping[str, int] | None = None,
+    memory: float | None = None,
+    mesh_dofs: Mapping[str, int] | None = None,
     analyses: "Sequence[Analysis[Any, Any]]" = (),
 ) -> CostEstimate | None:
     """What a run of some cases takes, where their meshes are known from dimensions."""
     chosen = [case.study for case in cases[:: math.ceil(len(cases) / LOOKED_AT)]]
-    if own is None and any(_own(study) for study in chosen):
+    if mesh_dofs is None and any(_own(study) for study in chosen):
         return None
-    sizes = {_meshed(study): _dofs(study, given, own or {}) for study in chosen}
+    sizes = {_meshed(study): _dofs(study, memory, mesh_dofs or {}) for study in chosen}
     largest, part = max(sizes.values()), len(sizes) / len(chosen)
     meshes = 1.0 if len(sizes) == 1 else part * len(cases)
     linear = DIAMETERS if chosen[0].accuracy is not None else 1.0
@@ -187,7 +187,7 @@ def estimated(
         seconds += PICTURES * min(len(cases), 4) * math.sqrt(largest / 27e3)
     harmonics = sum(study.response.harmonics for study in chosen) / len(chosen)
     disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7
-    warning = next(filter(None, (_out_of_reach(study, given) for study in chosen)), "")
+    warning = next(filter(None, (_out_of_reach(study, memory) for study in chosen)), "")
     return CostEstimate(largest, peak_memory(largest), seconds, disk, warning)
 
 
@@ -202,11 +202,11 @@ def _meshed(study: Study) -> str:
     return study.model_dump_json(include=kept)
 
 
-def _dofs(study: Study, given: float | None, own: Mapping[str, int]) -> float:
+def _dofs(study: Study, memory: float | None, mesh_dofs: Mapping[str, int]) -> float:
     """Degrees of freedom of a case; those that an accuracy chooses by the errors of others."""
     if not _chooses_mesh(study):
-        return unknowns(study, study.mesh.size, own)
-    return float(min(_wanted(study), most_dofs(given)))
+        return unknowns(study, study.mesh.size, mesh_dofs)
+    return float(min(_wanted(study), most_dofs(memory)))
 
 
 def _chooses_mesh(study: Study) -> bool:
@@ -220,9 +220,9 @@ def _wanted(study: Study) -> float:
     return float(unknowns(study, "coarse") * finer)
 
 
-def _out_of_reach(study: Study, given: float | None) -> str:
+def _out_of_reach(study: Study, limit: float | None) -> str:
     """A warning where the meshes that an accuracy takes are larger than may be chosen."""
-    if not _chooses_mesh(study) or (wanted := _wanted(study)) <= (most := most_dofs(given)):
+    if not _chooses_mesh(study) or (wanted := _wanted(study)) <= (most := most_dofs(limit)):
         return ""
     left = study.accuracy * (wanted / most) ** ORDER if study.accuracy else 0.0
     return (

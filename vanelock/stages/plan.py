@@ -48,7 +48,7 @@ def _adaptive_step(
     progress: Progress,
 ) -> Step[Response]:
     """Nonlinear response of a case to its budget."""
-    study, base = structure.given, structure.system(structure.loaded)
+    study, base = structure.problem, structure.system(structure.loaded)
     given = budget.accuracy
     shares = {key: budget.shares.get(key, given) for key in ("harmonics", "frequencies")}
     fixed = study.response.model_dump(include={"coupling", "samples", "friction"})
@@ -153,7 +153,7 @@ class Planned:
     def solved(self, response: Response) -> "Planned":
         """The same when it is known which nodal diameters the response took."""
         tried = response.estimates.tried if response.estimates else response.harmonics
-        diameters = diameters_of(self.case.given, tried)
+        diameters = diameters_of(self.case.problem, tried)
         if diameters == self.diameters:
             return self
         return replace(self, diameters=diameters, system=self.structure.system(diameters))
@@ -167,9 +167,9 @@ def plan(
     """Steps of every case; `choices` are what accuracies chose for them."""
     found: list[Planned] = []
     # the nodal diameter that is reduced last
-    last = None if any(choices) else max(max(diameters_of(case.given)) for case in cases)
+    last = None if any(choices) else max(max(diameters_of(case.problem)) for case in cases)
     for case, choice in zip(cases, choices or [None] * len(cases), strict=True):
-        given = case.given if choice is None else choice.study
+        given = case.problem if choice is None else choice.study
         structure: CaseStructure
         if isinstance(given, Study):
             structure = StudyStructure(given, last=last)
@@ -190,12 +190,12 @@ def _planned(
     case: Case,
     structure: CaseStructure,
     choice: MeshChoice | None,
-    first: Planned | None,
+    planned: Planned | None,
     progress: Progress,
 ) -> Planned:
-    """Steps of a case; with an accuracy the linear response of the `first` says what counts."""
-    given = structure.given
-    case = replace(case, given=given)
+    """Steps of a case; with an accuracy the linear response of the `planned` says what counts."""
+    given = structure.problem
+    case = replace(case, problem=given)
     linear = linear_of(structure)
     diameters = structure.loaded
     if choice is None:
@@ -212,7 +212,7 @@ def _planned(
     else:
         assert isinstance(given, Study)
         mesh = mesh_errors_step(given, linear.system, linear.limits)
-        free = (linear if first is None else first.linear).responses["free"]
+        free = (linear if planned is None else planned.linear).responses["free"]
         keys = case.name, structure, choice.budget, linear, free, mesh, progress
         response = _adaptive_step(*keys)
     gauges = None

@@ -15,7 +15,7 @@ from typing import Any, Self
 
 from vanelock import nonlinear, rom
 from vanelock.common.cyclic import folded
-from vanelock.input.cases.values import Given, diameter_of, diameters_of
+from vanelock.input.cases.values import Problem, diameter_of, diameters_of
 from vanelock.mesh import Part
 from vanelock.nonlinear import HarmonicModes, Response
 from vanelock.pipeline.step import SHARED, Step, step
@@ -27,7 +27,7 @@ from vanelock.stages.response.responses import limits_step, linear_step
 class CaseStructure(ABC):
     """The components of a case and their system."""
 
-    given: Given
+    problem: Problem
     names: tuple[str, ...] = ()
     """Of its components."""
     apart: tuple[str, ...] = ()
@@ -49,7 +49,7 @@ class CaseStructure(ABC):
 
     def folded(self, nodal_diameter: int) -> int:
         """A nodal diameter between 0 and N/2."""
-        return folded(nodal_diameter, self.given.ring.sectors)
+        return folded(nodal_diameter, self.problem.ring.sectors)
 
     @property
     @abstractmethod
@@ -64,12 +64,12 @@ class CaseStructure(ABC):
     @property
     def loaded(self) -> tuple[int, ...]:
         """Nodal diameters, 0 to N/2, of rest, of all loads and of the harmonics between."""
-        return diameters_of(self.given, 1)
+        return diameters_of(self.problem, 1)
 
     @property
     def modes_up_to(self) -> int:
         """Highest harmonic of which stuck modes are made; N: of all that a system holds."""
-        return self.given.ring.sectors
+        return self.problem.ring.sectors
 
     @property
     def meshes(self) -> Mapping[str, Step[Part]]:
@@ -84,7 +84,7 @@ class CaseStructure(ABC):
     @property
     def every_diameter(self) -> tuple[int, ...]:
         """All nodal diameters, 0 to N/2."""
-        return tuple(range(self.given.ring.sectors // 2 + 1))
+        return tuple(range(self.problem.ring.sectors // 2 + 1))
 
     @property
     def whole(self) -> Step[System]:
@@ -107,8 +107,8 @@ def _united(systems: tuple[Step[System], ...]) -> Step[System]:
     if len(systems) == 1:
         return systems[0]
 
-    def compute(*found: System) -> System:
-        return rom.united(found)
+    def compute(*system: System) -> System:
+        return rom.united(system)
 
     return step("system", "rom", {}, System, systems, compute, False, True)
 
@@ -153,7 +153,7 @@ class Linear:
 
 def linear_of(structure: CaseStructure) -> Linear:
     """The linear limits of a case."""
-    given, loaded = structure.given, structure.loaded
+    given, loaded = structure.problem, structure.loaded
     k = diameter_of(given, 1)
     system = structure.bare.system(loaded)
     parts = tuple(structure.component(name, k) for name in structure.names)

@@ -23,18 +23,18 @@ from vanelock.nonlinear.forced_response.options import (
     checked_range,
 )
 from vanelock.nonlinear.forced_response.response import STATES, half_peak_to_peak
+from vanelock.nonlinear.forced_response.ring.mistuning import Mistuning
 from vanelock.nonlinear.forced_response.ring.ring_source import (
     RingContacts,
     RingSource,
     ring_contacts,
     ring_source,
 )
-from vanelock.nonlinear.forced_response.ring.unlike import Unlike
 from vanelock.nonlinear.fourier import TURN, one_thread, to_complex
 from vanelock.nonlinear.newton.newton import Solution, solve
 from vanelock.rom.system.system import System
 
-_SMALLEST = 1 / 64  # of the deviations: the smallest step from the alike ring to the unlike one
+_SMALLEST = 1 / 64  # of the deviations: the smallest step from the alike ring to the mistuned one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,13 +173,13 @@ def whitehead(sectors: int) -> float:
 def ring_response(
     system: System,
     frequencies: ArrayLike | tuple[float, float],
-    unlike: Unlike,
+    mistuning: Mistuning,
     options: Options = Options(),
     progress: Progress | None = None,
     modes: Mapping[int, StuckModes] | None = None,
     shared: Mapping[int, StuckModes] | None = None,
 ) -> RingResponse:
-    """Steady vibration of a ring of unlike sectors with friction: all sectors' balances at once.
+    """Steady vibration of a mistuned ring with friction: all sectors' balances at once.
 
     Parameters
     ----------
@@ -187,11 +187,11 @@ def ring_response(
         With the nodal diameters 0 to N/2: what all sectors are compared with.
     frequencies : (p,) array_like or (float, float)
         Hz, as of `frequency_response`.
-    unlike : Unlike
+    mistuning : Mistuning
     options : Options
         Coupled, harmonics at the diameters of a wave, all modes in full.
     progress : callable, optional
-        As of `frequency_response`; once for each point of the alike ring and of the unlike one.
+        As of `frequency_response`; once for each point of the alike ring and of the mistuned one.
     modes : dict of int to StuckModes, optional
         As of `frequency_response`.
     shared : dict of int to StuckModes, optional
@@ -218,10 +218,10 @@ def ring_response(
     allowed = {"coupling": "coupled", "harmonic_diameters": "wave", "static_beyond": None}
     for name, wanted in allowed.items():
         if (given := getattr(options, name)) != wanted:
-            raise InputError(f"{name}: given {given!r}: rings of unlike sectors have {wanted!r}")
+            raise InputError(f"{name}: given {given!r}: mistuned rings have {wanted!r}")
     H = options.highest
     options = replace(options, harmonics=H)
-    whole = unlike.of(system)
+    whole = mistuning.of(system)
     check_forces(system, H)
     check_band(system, hertz)
     omegas = TURN * hertz

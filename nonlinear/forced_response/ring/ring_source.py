@@ -1,6 +1,6 @@
-"""The structure of a ring, by waves, and what unlike contacts and modes change in it.
+"""The structure of a ring, by waves, and what mistuned contacts and modes change in it.
 
-The stuck structure is that of alike sectors. What is unlike acts on it as deviations w do:
+The stuck structure is that of alike sectors. What differs acts on it as deviations w do:
 
     interference, sliders:    u = ... + Δv₀ - R̂ Δv₀,
     stiffness of springs:     w = W(u) - κ (u - W(u)),
@@ -22,7 +22,7 @@ from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
 from vanelock.nonlinear.balance.stuck_modes import HarmonicModes, StuckModes, stuck_modes
 from vanelock.nonlinear.contact.law import Law, contact_law
-from vanelock.nonlinear.forced_response.ring.unlike import SectorModes, Unlike
+from vanelock.nonlinear.forced_response.ring.mistuning import Mistuning, SectorModes
 from vanelock.nonlinear.fourier import to_complex, to_real
 from vanelock.nonlinear.newton.linearised_ring import RingBalance, RingColumns
 from vanelock.rom.system.coordinates import check, check_ring
@@ -163,8 +163,8 @@ def ring_modes(
         If nodal diameters are missing, or the modes' rows do not fit.
     """
     N, stuck = system.sectors, stuck or {}
-    check(system, known=stuck)
-    check_ring(system, N // 2, "a ring of unlike sectors")
+    check(system, diameters=stuck)
+    check_ring(system, N // 2, "a mistuned ring")
     half: dict[int, StuckModes] = {}
     for k in range(N // 2 + 1):
         half[k] = stuck[k] if k in stuck else stuck_modes(system, k)
@@ -196,7 +196,9 @@ def _with_rows(stuck: StuckModes, modes: SectorModes, k: int) -> StuckModes:
     if rows is None or rows.shape != (len(modes.stiffness), len(stuck.shapes)):
         given = "none" if rows is None else f"shape {rows.shape}"
         wanted = (len(modes.stiffness), len(stuck.shapes))
-        raise InputError(f"unlike.modes: rows of nodal diameter {k}: given {given}: needs {wanted}")
+        raise InputError(
+            f"mistuning.modes: rows of nodal diameter {k}: given {given}: needs {wanted}"
+        )
     own = np.zeros((-(-len(rows) // 3) * 3, stuck.rows.shape[1]), np.result_type(rows, stuck.rows))
     own[: len(rows)] = rows @ stuck.shapes
     if not np.iscomplexobj(stuck.rows) and not own.imag.any():
@@ -211,7 +213,7 @@ def _with_rows(stuck: StuckModes, modes: SectorModes, k: int) -> StuckModes:
 class RingContacts:
     """The contacts of all sectors, one behind the other, and the modes' rows among them.
 
-    `contacts`: (N c,), unlike; `stiffer` (N c, 3): κ; `bonded` (N c,): which are modes; `offset`
+    `contacts`: (N c,), mistuned; `stiffer` (N c, 3): κ; `bonded` (N c,): which are modes; `offset`
     (N, 3c): as of `RingSource`.
     """
 
@@ -227,21 +229,21 @@ class RingContacts:
         return replace(law, stiffer=self.stiffer if self.stiffer.any() else None, bonded=bonded)
 
 
-def ring_contacts(alike: Contacts, unlike: Unlike) -> RingContacts:
+def ring_contacts(alike: Contacts, mistuning: Mistuning) -> RingContacts:
     """Contacts of a ring."""
-    N, modes = unlike.sectors, unlike.modes
+    N, modes = mistuning.sectors, mistuning.modes
     each = _with_modes(alike, modes)
     c, own = each.count, alike.count
     stiffer, offset = np.zeros((N, c, 3)), np.zeros((N, c, 3))
-    stiffer[:, :own, 0], stiffer[:, :own, 1:] = unlike.kn, unlike.kt
-    offset[:, :own, 0], offset[:, :own, 1:] = unlike.interference, 0.0 - unlike.slider
+    stiffer[:, :own, 0], stiffer[:, :own, 1:] = mistuning.kn, mistuning.kt
+    offset[:, :own, 0], offset[:, :own, 1:] = mistuning.interference, 0.0 - mistuning.slider
     if modes is not None:
         beyond = np.zeros((N, 3 * (c - own)))
-        shifts = (1 + unlike.frequency) ** 2 - 1
+        shifts = (1 + mistuning.frequency) ** 2 - 1
         beyond[:, : shifts.shape[1]] = modes.stiffness * shifts
         stiffer[:, own:] = beyond.reshape(N, -1, 3)
     friction = np.zeros((N, c))
-    friction[:, :own] = unlike.mu
+    friction[:, :own] = mistuning.mu
     spring = np.where(np.arange(c)[:, None] < own, stiffer, 0.0)
     contacts = Contacts(
         kn=(each.kn * (1 + spring[:, :, 0])).reshape(-1),

@@ -37,7 +37,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.following.parameter_response import _Frictions
+from vanelock.nonlinear.forced_response.parameter_response import _Frictions
 from vanelock.nonlinear.newton.linearised import newton_matrix
 
 

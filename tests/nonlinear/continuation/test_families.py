@@ -7,7 +7,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from tests.nonlinear.following.test_peak import jenkins
+from tests.nonlinear.peaks.test_peak import jenkins
 from tests.nonlinear.systems import even, first_frequency, random_system, with_contacts
 from vanelock.nonlinear import Contacts, Options, frequency_response
 from vanelock.nonlinear.balance.balance import structure

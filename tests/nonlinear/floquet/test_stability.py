@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.nonlinear.following.test_hysteresis import HIGH, LOW
+from tests.nonlinear.forced_response.test_hysteresis import HIGH, LOW
 from tests.nonlinear.systems import gap_oscillator
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (

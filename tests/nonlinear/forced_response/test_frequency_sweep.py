@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from tests.nonlinear.following.test_hysteresis import closed_folds
+from tests.nonlinear.forced_response.test_hysteresis import closed_folds
 from tests.nonlinear.systems import (
     alike_contacts,
     coefficients,

@@ -11,8 +11,8 @@ from tests.nonlinear.systems import first_frequency, random_system, with_contact
 from tests.verification.nonlinear.spring_rings import CONTACTS, RINGS, assembled, spring_ring
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
+from vanelock.nonlinear.forced_response.ring.mistuning import Mistuning
 from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts, ring_source
-from vanelock.nonlinear.forced_response.ring.unlike import Unlike
 from vanelock.nonlinear.fourier import to_complex
 from vanelock.nonlinear.newton.linearised import _Iterative, newton_matrix
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing, _KeptRing
@@ -79,12 +79,12 @@ def ring_state(seed, size=3.0, apart=0.3, sticks=False):
     Or of which the first sticks on springs that differ by sector.
     """
     system = spring_ring(seed)
-    unlike = Unlike(system.sectors)
+    mistuning = Mistuning(system.sectors)
     if sticks:
         system = with_contacts(system, v0=np.array([1e3, 3.0]), mu=np.array([1e3, 0.4]))
-        unlike = Unlike.scatter(system, {"contact": {"kn": 0.05, "kt": 0.05}}, seed)
+        mistuning = Mistuning.scatter(system, {"contact": {"kn": 0.05, "kt": 0.05}}, seed)
     balance = ring_source(system, H, (OMEGA, OMEGA), 1).balance(OMEGA)
-    contacts = ring_contacts(system.contacts, unlike.of(system))
+    contacts = ring_contacts(system.contacts, mistuning.of(system))
     rng, N = np.random.default_rng(seed + 50), system.sectors
     one = size * rng.normal(size=(1, system.contacts.count, 3, 2 * H + 1))
     w = one + apart * size * rng.normal(size=(N, *one.shape[1:]))

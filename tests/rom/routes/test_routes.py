@@ -7,7 +7,7 @@ import scipy.linalg as sl
 from benchmarks.rom.direct import direct
 from vanelock import rom
 from vanelock.fem import factorise, schur_complement
-from vanelock.rom.routes import paper, problem
+from vanelock.rom.routes import problem, tran
 from vanelock.rom.routes.condensed import definite_factor
 
 N = 8
@@ -148,7 +148,7 @@ def test_other_solvers_give_the_same_model(ring_sector, monkeypatch, options):
 
     usual = reduced()
     monkeypatch.setattr(problem, "schur_complement", by_solves)
-    monkeypatch.setattr(paper, "factorise", by_superlu)
+    monkeypatch.setattr(tran, "factorise", by_superlu)
     other = reduced()
     assert len(used) == 1  # one factorisation for both diameters
     assert other.size == usual.size

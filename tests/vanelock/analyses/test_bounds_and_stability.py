@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.nonlinear.following.bounds.test_peak_bounds import held_pad, peak_by_load
+from tests.nonlinear.bounds.test_peak_bounds import held_pad, peak_by_load
 from tests.vanelock.scenes.test_joined import rim
 from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.bounds import BoundedPeak

@@ -105,7 +105,7 @@ def test_what_systems_are_made_of_names_what_is_of_another_kind() -> None:
         (lambda: Options(tolerance="a"), "Options.tolerance: given 'a': needs a number"),
         (lambda: rom.united(5), "systems: given 5: needs a list"),
         (lambda: mesh.VaneDimensions(chord="a"), 'chord = "a": expected .*number in m'),
-        (lambda: nonlinear.Unlike.scatter(5, {}), "system: given 5: needs a System"),
+        (lambda: nonlinear.Mistuning.scatter(5, {}), "system: given 5: needs a System"),
         (lambda: System.from_matrices(M, K, CONTACT), "contacts: given a Contact: needs a list"),
         (lambda: System.from_matrices(M, K, outputs=["a"]), "outputs: given .*: needs a dict or N"),
         (lambda: System.from_matrices(K, M), "M: not positive: .*; K is: are they exchanged?"),

@@ -6,7 +6,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.nonlinear.following.test_hysteresis import DAMPING, FORCE, HIGH, LOW, closed_folds
+from tests.nonlinear.forced_response.test_hysteresis import DAMPING, FORCE, HIGH, LOW, closed_folds
 from tests.vanelock.scenes.conftest import Chain
 from vanelock import load_scene, run_scene
 from vanelock.common.tables import Table

@@ -67,7 +67,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         if count or not law:
             yield what, f"{count:,}"
     yield "ties, loads", f"{len(given.ties)}, {len(given.loads) + len(given.forces)}"
-    yield from (("load", text) for text in load_lines(found[0].given, None, given))
+    yield from (("load", text) for text in load_lines(found[0].problem, None, given))
     yield from (("warning", text) for text in given.apart())
 
     @cache
@@ -75,7 +75,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
         fixed = clamped(scene.components[name], name)
         return rigid_motions(name, first[name], fixed, given.kept[name], given.forces_on(name))
 
-    hanging = at_rest([case.given for case in found], lambda _, name, __: body(name))
+    hanging = at_rest([case.problem for case in found], lambda _, name, __: body(name))
     yield from (("warning", text) for text in hanging)
     yield "output nodes", f"{sum(len(each.nodes) for each in given.outputs)}"
     yield from of_curves(curves)

@@ -35,7 +35,7 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
     yield from _parts(study, found, own)
     loaded = getattr(found[0].study.casing, "force_nodes", None)
     yield from (("load", text) for text in load_lines(found[0].study, loaded))
-    needed = estimated(found, own=own, analyses=ANALYSES)
+    needed = estimated(found, mesh_dofs=own, analyses=ANALYSES)
     if needed is not None:
         yield from ((what, f"about {value}") for what, value in needed.words().items())
         yield from [("warning", needed.warning)] if needed.warning else []
@@ -64,7 +64,7 @@ def _of_curves(study: Study) -> list[str]:
     return found
 
 
-def _parts(study: Study, found: tuple[Case, ...], dofs: dict[str, int]) -> Iterator[Row]:
+def _parts(study: Study, cases: tuple[Case, ...], dofs: dict[str, int]) -> Iterator[Row]:
     """Sizes of the parts; a user's mesh is read and matched, once for each way that is swept.
 
     The degrees of freedom of these go into `dofs`.
@@ -75,7 +75,7 @@ def _parts(study: Study, found: tuple[Case, ...], dofs: dict[str, int]) -> Itera
     if own:
         from vanelock.commands.check.own_meshes import own_meshes
 
-        meshes = own_meshes(case.study for case in found)
+        meshes = own_meshes(case.study for case in cases)
     for name in parts:
         if name in own:
             part = meshes[name]
@@ -86,7 +86,7 @@ def _parts(study: Study, found: tuple[Case, ...], dofs: dict[str, int]) -> Itera
                 f"{len(part.points):,} nodes, {len(part.cells):,} {part.cell_type}; {sets}",
             )
         else:
-            sizes = dict.fromkeys(_elements(case.study, name) for case in found)
+            sizes = dict.fromkeys(_elements(case.study, name) for case in cases)
             yield name, f"from dimensions, elements {', '.join(sizes)}"
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import nonlinear
 from vanelock.commands.converge.settings import (
@@ -28,6 +27,7 @@ from vanelock.commands.converge.settings import (
     settings_of,
     table,
 )
+from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.cases.values import with_values
@@ -131,10 +131,10 @@ class _Measuring:
         self.costs = self._known()
         self.unit = sum(self._cpu(base).values())
 
-    def all(self, wanted: Sequence[NumericalSetting]) -> tuple[Outcome, ...]:
+    def all(self, settings: Sequence[NumericalSetting]) -> tuple[Outcome, ...]:
         """Every value of every setting."""
         found: list[Outcome] = []
-        for setting in wanted:
+        for setting in settings:
             found += self._setting(setting)
             record(self._costs_file, json.dumps(self.costs))
         return tuple(found)
@@ -152,9 +152,9 @@ class _Measuring:
         except (OSError, ValueError, AttributeError, TypeError):
             return {}
 
-    def _warm_up(self, base: Planned) -> None:
+    def _warm_up(self, planned: Planned) -> None:
         """Load what the first response loads, which is no cost of its own."""
-        limits, system = self.stages.get(base.linear.limits), self.stages.get(base.system)
+        limits, system = self.stages.get(planned.linear.limits), self.stages.get(planned.system)
         options = self.study.response
         nonlinear.frequency_response(
             system,
@@ -242,7 +242,7 @@ class _Measuring:
         return _Peak(amplitude, frequency, lost)
 
 
-def vertex(frequency: NDArray[np.float64], amplitude: NDArray[np.float64]) -> tuple[float, float]:
+def vertex(frequency: Floats, amplitude: Floats) -> tuple[float, float]:
     """Height [m] and place [Hz] of a parabola through the largest point and its neighbours.
 
     The largest point itself where it is at an end, beside one that is lost, or at a jump.

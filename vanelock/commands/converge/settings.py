@@ -171,10 +171,10 @@ def _setting(study: Study, key: str, values: _Values, points: bool = False) -> N
     return NumericalSetting(key, tuple(levels), points)
 
 
-def _same(own: Any, value: Any) -> bool:
-    if isinstance(own, float) and isinstance(value, float):
-        return bool(np.isclose(own, value, rtol=1e-9))
-    return bool(own == value)
+def _same(setting_value: Any, value: Any) -> bool:
+    if isinstance(setting_value, float) and isinstance(value, float):
+        return bool(np.isclose(setting_value, value, rtol=1e-9))
+    return bool(setting_value == value)
 
 
 NAME = "converge"
@@ -218,7 +218,7 @@ class Outcome:
     lost: int
 
 
-def table(found: Sequence[Outcome], name: str) -> Table:
+def table(outcomes: Sequence[Outcome], name: str) -> Table:
     """A line for each value of each setting."""
     columns = (
         *heads("setting", "value"),
@@ -232,13 +232,13 @@ def table(found: Sequence[Outcome], name: str) -> Table:
             *(each.setting, each.value, each.cost, each.amplitude_error, each.frequency_error),
             "chosen" if each.own else "",
         )
-        for each in found
+        for each in outcomes
     ]
     notes = [
         "cost: processor time of the stages that the setting affects, over that of all stages of "
         "the study; off by: relative distance of the peak from the setting's finest value (-)."
     ]
-    for each in found:
+    for each in outcomes:
         if each.lost:
             notes.append(
                 f"{each.setting} = {each.value}: {counted(each.lost, 'point')} DID NOT CONVERGE"
@@ -246,14 +246,14 @@ def table(found: Sequence[Outcome], name: str) -> Table:
     return Table(f"{name}: error against cost", columns, rows, notes, "converge")
 
 
-def markdown(found: Sequence[Outcome]) -> str:
+def markdown(outcomes: Sequence[Outcome]) -> str:
     """The same as text for a page; the chosen values in bold."""
     lines = [
         "| setting | value | cost | amplitude off by | frequency off by |",
         "|---|---:|---:|---:|---:|",
     ]
     before = ""
-    for each in found:
+    for each in outcomes:
         errors = (
             "" if np.isnan(e) else f"{e:.1e}" for e in (each.amplitude_error, each.frequency_error)
         )
@@ -264,7 +264,7 @@ def markdown(found: Sequence[Outcome]) -> str:
     return "\n".join([*lines, ""])
 
 
-def draw(path: Path, found: Sequence[Outcome], name: str) -> Path:
+def draw(path: Path, outcomes: Sequence[Outcome], name: str) -> Path:
     """A panel for each setting: both errors against cost."""
     panels = [
         render.Panel(
@@ -278,11 +278,11 @@ def draw(path: Path, found: Sequence[Outcome], name: str) -> Path:
                     each.own,
                     joined=key not in WORDS and each.value not in ALONE,
                 )
-                for each in found
+                for each in outcomes
                 if each.setting == key
             ),
         )
-        for key in dict.fromkeys(each.setting for each in found)
+        for key in dict.fromkeys(each.setting for each in outcomes)
     ]
     picture: Path = render.convergence_picture(path, panels, f"{name}: error against cost")
     return picture

@@ -185,9 +185,9 @@ def _fitted(
     )
 
 
-def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> Iterator[str]:
+def remarks(model: Rejoined, curves: Sequence[Measured], solution: FitSolution) -> Iterator[str]:
     """Jumps among the points, and harmonics that are missed by more than the points scatter."""
-    after = by_key(found.parameters, found.value)
+    after = by_key(solution.parameters, solution.value)
     for curve in curves:
         for low, high in map(sorted, model.jumps(after, curve)):
             yield (
@@ -197,7 +197,7 @@ def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> 
         if curve.quantity != DISPLACEMENT:
             continue
         size = model.amplitudes(after, curve)
-        missed = model.neglected(after, curve) * size / _scatter(found, curve)
+        missed = model.neglected(after, curve) * size / _scatter(solution, curve)
         missed = np.where(np.isnan(missed) & np.isfinite(size), np.inf, np.nan_to_num(missed))
         worst = int(missed.argmax())
         if missed[worst] > MISSED:
@@ -210,23 +210,23 @@ def remarks(model: Rejoined, curves: Sequence[Measured], found: FitSolution) -> 
             )
 
 
-def _scatter(found: FitSolution, curve: Measured) -> Any:
+def _scatter(solution: FitSolution, curve: Measured) -> Any:
     """Standard deviations of a curve's points, as far as is known."""
-    return found.scale * (curve.amplitude.max() if curve.sigma is None else curve.sigma)
+    return solution.scale * (curve.amplitude.max() if curve.sigma is None else curve.sigma)
 
 
 def _other_correction(
-    model: Rejoined, curves: Sequence[Measured], found: FitSolution, stages: Stages
+    model: Rejoined, curves: Sequence[Measured], solution: FitSolution, stages: Stages
 ) -> Iterator[str]:
     """Whether the mesh correction of the fitted joints changes points by more than they scatter."""
-    after = by_key(found.parameters, found.value)
+    after = by_key(solution.parameters, solution.value)
     joints = {key: value for key, value in after.items() if key.startswith("joints.")}
     there = rejoined(with_values(model.study, joints), stages)
     if there.reduced == model.reduced:
         return
     for curve in curves:
         change = there.amplitudes(after, curve) - model.amplitudes(after, curve)
-        moved = np.nan_to_num(np.abs(change) / _scatter(found, curve))
+        moved = np.nan_to_num(np.abs(change) / _scatter(solution, curve))
         worst = int(moved.argmax())
         if moved[worst] > MISSED:
             yield (
@@ -240,16 +240,16 @@ def _files(
     path: Path,
     model: Rejoined,
     curves: Sequence[Measured],
-    found: FitSolution,
+    solution: FitSolution,
     text: str,
     beside: Path,
     listener: Listener,
 ) -> list[Path]:
     """Everything that a fit leaves behind."""
-    after = by_key(found.parameters, found.value)
+    after = by_key(solution.parameters, solution.value)
     panels = [_panel(model, curve, after) for curve in curves]
     title = f"{model.study.name}: fit to measured curves"
-    values = in_words(found.parameters, found.value, " = ")
+    values = in_words(solution.parameters, solution.value, " = ")
     picture = render.fit_picture(path / "figures" / f"{NAME}.png", panels, title, values)
     columns: dict[str, Any] = {}
     for curve, panel in zip(curves, panels, strict=True):
@@ -262,7 +262,7 @@ def _files(
             f"fitted ({panel.unit}): {curve.name}": 1e6 * panel.after,
         }
     table = write_columns(path / "figures" / f"{NAME}.csv", columns, [title, values])
-    record(path / f"{NAME}.json", json.dumps(json_of(found), indent=1))
+    record(path / f"{NAME}.json", json.dumps(json_of(solution), indent=1))
     files = [picture, table, path / f"{NAME}.json"]
     return files + write_fitted(path / "fitted.toml", text, after, beside, listener)
 

@@ -104,7 +104,7 @@ def fit(
         listener(Notice(f"start {number} of {starts} ({where}): {misfits}, {done}"))
     if not found:
         raise InputError("fit: the model has no solution at any start: change the start or bounds")
-    best = min(found, key=lambda each: each[0].after)[1]
+    best = min(found, key=lambda pair: pair[0].after)[1]
     problem.expect(0, [])
     return _assessed(problem, best, curves, tuple(start for start, _ in found))
 
@@ -210,10 +210,10 @@ class _Problem:
             self._sloped[key] = np.asarray(self.slopes(values) * stretch)
         return self._sloped[key]
 
-    def expect(self, starts: int, known: Sequence[int]) -> None:
+    def expect(self, starts: int, counts: Sequence[int]) -> None:
         """Estimate evaluations: of so many more starts like those known, and of the errors."""
         p = len(self.parameters)
-        usual = float(np.mean(known)) if known else USUAL * (1 if self.slopes else 1 + p)
+        usual = float(np.mean(counts)) if counts else USUAL * (1 if self.slopes else 1 + p)
         self.total = self.evaluations + round(starts * usual) + 2 * p
 
     def allowed(self, x: Floats) -> bool:

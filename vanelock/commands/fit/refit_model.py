@@ -20,12 +20,12 @@ from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import PeakBounds, Response, System, amplitude_gradient
-from vanelock.nonlinear.following.amplitude_gradient import (
+from vanelock.nonlinear.forced_response.options import PreparedSystem
+from vanelock.nonlinear.peaks.amplitude_gradient import (
     modal_stiffness,
     prepared_again,
     solution_at,
 )
-from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.pipeline.step import Step
 from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
 from vanelock.stages.parts.loads import modulus

@@ -21,11 +21,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import binom, chi2, t
 
 from vanelock.commands.fit.parameters import FitParameter, x_of
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.tables import counted
 
 LEVEL = 0.05
@@ -48,17 +47,17 @@ class _NoiseTest:
 
 
 def noise_tests(
-    left: Floats, J: Floats, lengths: Sequence[int], known: bool, names: Sequence[str]
+    left: Floats, J: Floats, lengths: Sequence[int], sigma_known: bool, names: Sequence[str]
 ) -> tuple[_NoiseTest, ...]:
     """Test residuals for being noise."""
     n, p = J.shape
     # Given σ, what remains can move a value by its norm in standard errors: by less than one here.
-    if n - p < 2 or np.linalg.norm(left) <= (1.0 if known else np.finfo(float).eps):
+    if n - p < 2 or np.linalg.norm(left) <= (1.0 if sigma_known else np.finfo(float).eps):
         return ()
     near = np.diff(np.repeat(np.arange(len(lengths)), lengths)) == 0
     span = np.linalg.svd(J, full_matrices=False)[0][:, : np.linalg.matrix_rank(J)]
     found = [_signs(left, near, names), _neighbours(left, near, span), _largest(left, span, names)]
-    if known:
+    if sigma_known:
         square = float(left @ left)
         misfit = np.sqrt(square / (n - p))
         text = f"by {misfit:.3g} times their standard deviations"
@@ -72,7 +71,7 @@ def noise_tests(
 _Found = tuple[str, float, float, str]
 
 
-def _signs(left: Floats, near: NDArray[np.bool_], names: Sequence[str]) -> _Found:
+def _signs(left: Floats, near: Booleans, names: Sequence[str]) -> _Found:
     positive = left > 0
     changes = int(np.sum((positive[1:] != positive[:-1]) & near))
     ends = np.flatnonzero(np.concatenate([[True], (positive[1:] != positive[:-1]) | ~near, [True]]))
@@ -85,7 +84,7 @@ def _signs(left: Floats, near: NDArray[np.bool_], names: Sequence[str]) -> _Foun
     return "signs", float(changes), float(binom.cdf(changes, near.sum(), 0.5)), text
 
 
-def _neighbours(left: Floats, near: NDArray[np.bool_], span: Floats) -> _Found:
+def _neighbours(left: Floats, near: Booleans, span: Floats) -> _Found:
     def ratio(r: Floats) -> Floats:
         square = np.sum(np.diff(r, axis=0)[near] ** 2, axis=0) / np.sum(r**2, axis=0)
         return np.asarray(square)
@@ -206,11 +205,11 @@ class FitSolution:
     starts: tuple[Start, ...]
     remarks: tuple[str, ...] = ()
 
-    def interval(self, place: int) -> tuple[float, float]:
+    def interval(self, index: int) -> tuple[float, float]:
         """Two standard errors below and above a fitted value, and about any fit that is as good."""
-        parameter, spread = self.parameters[place], 2 * float(self.deviation[place])
+        parameter, spread = self.parameters[index], 2 * float(self.deviation[index])
         values = [self.value, *(start.found for start in self.as_good())]
-        x = [parameter.inner(float(each[place])) for each in values]
+        x = [parameter.inner(float(each[index])) for each in values]
         return parameter.outer(min(x) - spread), parameter.outer(max(x) + spread)
 
     @property

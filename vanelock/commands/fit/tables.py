@@ -12,7 +12,7 @@ SMALL = 0.1
 """Of a direction's largest component, below which others are not named."""
 
 
-def fit_table(found: FitSolution, name: str) -> Table:
+def fit_table(solution: FitSolution, name: str) -> Table:
     """One line for each parameter, the doubts below."""
     columns = (
         Column("parameter"),
@@ -25,73 +25,73 @@ def fit_table(found: FitSolution, name: str) -> Table:
         Column("bounds"),
     )
     rows: list[tuple[Cell, ...]] = []
-    for i, parameter in enumerate(found.parameters):
-        value, error = float(found.value[i]), float(found.deviation[i])
+    for i, parameter in enumerate(solution.parameters):
+        value, error = float(solution.value[i]), float(solution.deviation[i])
         if not parameter.logarithmic:
             error *= max(abs(parameter.low), abs(parameter.high)) / max(abs(value), 1e-300)
-        errors = (error, *found.interval(i)) if found.carried else (None, None, None)
+        errors = (error, *solution.interval(i)) if solution.carried else (None, None, None)
         begun = parameter.name, parameter.start, value, parameter.unit
         rows.append((*begun, *errors, parameter.span))
-    return Table(f"Fit: {name}", columns, rows, notes(found), "fit")
+    return Table(f"Fit: {name}", columns, rows, notes(solution), "fit")
 
 
-def notes(found: FitSolution) -> list[str]:
+def notes(solution: FitSolution) -> list[str]:
     """Misfit and correlations, and whatever should keep one from believing the values."""
-    keys = [each.name for each in found.parameters]
-    unit = "standard deviations" if found.given else "of the largest measured amplitude"
+    keys = [each.name for each in solution.parameters]
+    unit = "standard deviations" if solution.given else "of the largest measured amplitude"
     before, after = (
-        f"{each:.3g}" if found.given else f"{100 * each:.3g} %"
-        for each in (found.before, found.after)
+        f"{each:.3g}" if solution.given else f"{100 * each:.3g} %"
+        for each in (solution.before, solution.after)
     )
     said = [f"root mean square misfit: {before} before, {after} after ({unit})"]
     pairs = [
-        f"{keys[i]} and {keys[j]} {found.correlation[i, j]:+.2f}"
+        f"{keys[i]} and {keys[j]} {solution.correlation[i, j]:+.2f}"
         for i in range(len(keys))
         for j in range(i)
     ]
-    if pairs and found.carried:
+    if pairs and solution.carried:
         said.append("correlation of errors: " + ", ".join(pairs))
-    if found.given and found.scale > 1 and found.carried:
-        said.append(f"errors are {found.scale:.2f} times those of the given scatter alone")
-    said += doubts(found)
+    if solution.given and solution.scale > 1 and solution.carried:
+        said.append(f"errors are {solution.scale:.2f} times those of the given scatter alone")
+    said += doubts(solution)
     return said
 
 
-def doubts(found: FitSolution) -> list[str]:
+def doubts(solution: FitSolution) -> list[str]:
     """What the data do not say, or the model does not."""
-    keys = [each.name for each in found.parameters]
-    said = [f"NOT DETERMINED: {_moved(keys, each)}" for each in found.undetermined]
+    keys = [each.name for each in solution.parameters]
+    said = [f"NOT DETERMINED: {_moved(keys, each)}" for each in solution.undetermined]
     for i, key in enumerate(keys):
-        if found.held[i]:
+        if solution.held[i]:
             said.append(f"{key} LIES ON A BOUND: its error says nothing beyond it")
     said += [
         f"THE MODEL MISSES THE DATA: {each.text}: in {_share(each.p)} of fits to noise alone"
-        for each in found.missed
+        for each in solution.missed
     ]
-    said += [f"LINEAR THEORY DOES NOT HOLD: {_fall(found, keys, i)}" for i in found.flat]
-    if not found.carried:
+    said += [f"LINEAR THEORY DOES NOT HOLD: {_fall(solution, keys, i)}" for i in solution.flat]
+    if not solution.carried:
         said.append(
             "STANDARD ERRORS ARE WITHHELD: they would hold if residuals were noise and the curves "
             "linear in the parameters as far as the errors reach"
         )
-    if found.lost:
-        said.append(f"{found.lost} measured points have no converged response and were left out")
-    for start in found.as_good():
-        values = in_words(found.parameters, start.found)
+    if solution.lost:
+        said.append(f"{solution.lost} measured points have no converged response and were left out")
+    for start in solution.as_good():
+        values = in_words(solution.parameters, start.found)
         text = f"ANOTHER FIT IS AS GOOD: {values} (misfit {start.after:.3g})"
         said += [text] * (text not in said)
-    return [*said, *found.remarks]
+    return [*said, *solution.remarks]
 
 
 def _share(p: float) -> str:
     return "less than 0.1 %" if p < 1e-3 else f"{100 * p:.1f} %"
 
 
-def _fall(found: FitSolution, keys: list[str], i: int) -> str:
+def _fall(solution: FitSolution, keys: list[str], i: int) -> str:
     """Where the misfit does not rise as it should."""
-    v, size = found.directions[i].along, 100 * found.directions[i].deviation
+    v, size = solution.directions[i].along, 100 * solution.directions[i].deviation
     key = keys[int(np.argmax(np.abs(v)))]
-    rises = " and ".join(f"{each:.2g}" for each in found.rises[i])
+    rises = " and ".join(f"{each:.2g}" for each in solution.rises[i])
     return (
         f"one standard error of {key} ({size:.2g} %) down and up, the squared misfit rises {rises} "
         f"times as far as it should (at least {RISE:.2g} is asked for): a jump of the curves may "
@@ -119,39 +119,39 @@ def _moved(keys: list[str], direction: Direction) -> str:
     )
 
 
-def json_of(found: FitSolution) -> dict[str, Any]:
+def json_of(solution: FitSolution) -> dict[str, Any]:
     """A fit for machines."""
     return {
         "parameters": [
             {
-                **each.record(found.value[i]),
+                **each.record(solution.value[i]),
                 "relative_error" if each.logarithmic else "error_of_largest_bound": float(
-                    found.deviation[i]
+                    solution.deviation[i]
                 )
-                if found.carried
+                if solution.carried
                 else None,
-                "two_sigma": list(found.interval(i)) if found.carried else None,
-                "on_bound": found.held[i],
+                "two_sigma": list(solution.interval(i)) if solution.carried else None,
+                "on_bound": solution.held[i],
             }
-            for i, each in enumerate(found.parameters)
+            for i, each in enumerate(solution.parameters)
         ],
-        "correlation": found.correlation.tolist() if found.carried else None,
-        "misfit_before": found.before,
-        "misfit_after": found.after,
-        "misfit_unit": "standard deviations" if found.given else "largest measured amplitude",
-        "scale": found.scale,
-        "points_lost": found.lost,
+        "correlation": solution.correlation.tolist() if solution.carried else None,
+        "misfit_before": solution.before,
+        "misfit_after": solution.after,
+        "misfit_unit": "standard deviations" if solution.given else "largest measured amplitude",
+        "scale": solution.scale,
+        "points_lost": solution.lost,
         "tests": [
             {"name": each.name, "statistic": each.statistic, "p": each.p, "failed": each.failed}
-            for each in found.tests
+            for each in solution.tests
         ],
-        "rises": [list(each) for each in found.rises],
+        "rises": [list(each) for each in solution.rises],
         "directions": [
-            {"along": each.along.tolist(), "error": each.deviation} for each in found.directions
+            {"along": each.along.tolist(), "error": each.deviation} for each in solution.directions
         ],
         "starts": [
             {"from": each.value.tolist(), "to": each.found.tolist(), "misfit": each.after}
-            for each in found.starts
+            for each in solution.starts
         ],
-        "doubts": doubts(found),
+        "doubts": doubts(solution),
     }

@@ -14,7 +14,7 @@ import numpy as np
 
 from vanelock.analyses.bounds import HIGH
 from vanelock.commands.fit.parameters import on_bounds, starts_of, values_of, x_of
-from vanelock.commands.optimise.peaks import Functions, Peaks
+from vanelock.commands.optimise.objective import Functions, Peaks
 from vanelock.commands.optimise.search import ON_BOUND, TRIALS, Optimum, Progress, searched
 from vanelock.common.arrays import Floats
 from vanelock.nonlinear import PeakBounds
@@ -27,10 +27,10 @@ ADDED = 8
 BOUND = "upper bound"
 
 
-def _together(found: Sequence[Functions | None]) -> Functions | None:
+def _together(parts: Sequence[Functions | None]) -> Functions | None:
     """All functions; None if one is missing."""
-    known = [each for each in found if each is not None]
-    if len(known) < len(found):
+    known = [each for each in parts if each is not None]
+    if len(known) < len(parts):
         return None
     value, gradient = (
         np.concatenate([getattr(each, name) for each in known]) for name in ("value", "gradient")

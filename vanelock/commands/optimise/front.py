@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from vanelock.commands.fit.parameters import bounds_of, on_bounds, values_of, x_of
-from vanelock.commands.optimise.peaks import Functions, Peaks
+from vanelock.commands.optimise.objective import Functions, Peaks
 from vanelock.commands.optimise.search import (
     ON_BOUND,
     TRIALS,
@@ -33,8 +33,8 @@ from vanelock.commands.optimise.search import (
 from vanelock.common.arrays import Floats
 from vanelock.common.tables import Cell, Column, Table, counted
 from vanelock.input.cases.sweep import Case
-from vanelock.nonlinear.following.peak import CurvePoint
 from vanelock.nonlinear.fourier import TURN
+from vanelock.nonlinear.peaks.peak import CurvePoint
 from vanelock.pipeline.progress import Listener, silent
 from vanelock.quantities.contacts import HOUR
 from vanelock.rom.system.system import Contacts
@@ -89,13 +89,13 @@ class _PeaksAndWear:
 
 
 def worn(
-    peaks: Peaks, x: Floats, known: Sequence[CurvePoint], coefficient: Mapping[str, float]
+    peaks: Peaks, x: Floats, curve_points: Sequence[CurvePoint], coefficient: Mapping[str, float]
 ) -> Floats:
     """(j,) volume worn in a second at each of the known peaks at x, m³/s."""
     contacts = peaks.model.system(peaks.values(x)).contacts
     lost = _volume_by_work(contacts, coefficient)
-    work = np.array([each.solution.deviation.dissipation for each in known])
-    rate = np.array([each.solution.omega for each in known]) / TURN
+    work = np.array([each.solution.deviation.dissipation for each in curve_points])
+    rate = np.array([each.solution.omega for each in curve_points]) / TURN
     return np.asarray(rate * (np.maximum(work, 0.0) @ lost))
 
 
@@ -177,7 +177,7 @@ def _tried(
 NAME = "optimise"
 
 
-def optimum_table(found: Optimum, name: str) -> Table:
+def optimum_table(best: Optimum, name: str) -> Table:
     """One line for each parameter, what became of the peak below."""
     columns = (
         Column("parameter"),
@@ -187,47 +187,47 @@ def optimum_table(found: Optimum, name: str) -> Table:
         Column("bounds"),
     )
     rows: list[tuple[Cell, ...]] = []
-    for parameter, value in zip(found.parameters, found.value, strict=True):
+    for parameter, value in zip(best.parameters, best.value, strict=True):
         values = parameter.start, float(value)
         rows.append((parameter.name, *values, parameter.unit, parameter.span))
-    return Table(f"Smallest {found.of}: {name}", columns, rows, notes(found), NAME)
+    return Table(f"Smallest {best.of}: {name}", columns, rows, notes(best), NAME)
 
 
-def notes(found: Optimum) -> list[str]:
+def notes(optimum: Optimum) -> list[str]:
     """What became of the peak, and what should keep one from believing it."""
-    places = " and ".join(f"{each:.6g} Hz" for each in found.frequencies)
+    places = " and ".join(f"{each:.6g} Hz" for each in optimum.frequencies)
     said = [
-        f"{found.of}: {1e6 * found.before:.4g} um with the study's values, "
-        f"{1e6 * found.after:.4g} um at {places}; {counted(found.trials, 'place')}, "
-        f"{found.solved:,} frequencies solved"
-        + (f", {found.screened:,} with one harmonic before" if found.screened else "")
+        f"{optimum.of}: {1e6 * optimum.before:.4g} um with the study's values, "
+        f"{1e6 * optimum.after:.4g} um at {places}; {counted(optimum.trials, 'place')}, "
+        f"{optimum.solved:,} frequencies solved"
+        + (f", {optimum.screened:,} with one harmonic before" if optimum.screened else "")
     ]
     said.append(
         'with joints as assembled; how far static friction moves it: of = "upper bound"'
-        if found.of == "largest peak"
+        if optimum.of == "largest peak"
         else "of the peaks that static friction, which the model leaves open, allows"
     )
-    if len(found.frequencies) > 1:
+    if len(optimum.frequencies) > 1:
         said.append("several peaks are equally high there: to lower one raises another")
-    for name in _held(found, found.held):
+    for name in _held(optimum, optimum.held):
         said.append(f"{name} LIES ON A BOUND: beyond it the peak may be lower")
-    if not found.settled:
+    if not optimum.settled:
         said.append("NOT SETTLED: the search ended before steps promised nothing more")
     return said
 
 
-def cases_table(found: Sequence[tuple[Case, Optimum]], name: str) -> Table:
+def cases_table(by_case: Sequence[tuple[Case, Optimum]], name: str) -> Table:
     """A line for each case of a sweep."""
-    first = found[0][1]
+    first = by_case[0][1]
     columns = (
         Column("case"),
         *_values(first),
         Column("before", "µm", ".4g"),
         Column(f"smallest {first.of}", "µm", ".4g", "after"),
     )
-    rows = [(case.name, *each.value.tolist(), each.before, each.after) for case, each in found]
+    rows = [(case.name, *each.value.tolist(), each.before, each.after) for case, each in by_case]
     said = []
-    for case, each in found:
+    for case, each in by_case:
         if names := _held(each, each.held):
             said.append(f"{case.name}: {' and '.join(names)} ON A BOUND")
         if not each.settled:
@@ -235,59 +235,61 @@ def cases_table(found: Sequence[tuple[Case, Optimum]], name: str) -> Table:
     return Table(f"Optima of all cases: {name}", columns, rows, said, "optima")
 
 
-def _values(found: Optimum) -> tuple[Column, ...]:
+def _values(optimum: Optimum) -> tuple[Column, ...]:
     """A column for each parameter."""
-    return tuple(Column(each.name, each.unit, ".4g") for each in found.parameters)
+    return tuple(Column(each.name, each.unit, ".4g") for each in optimum.parameters)
 
 
-def _held(found: Optimum, held: Sequence[bool]) -> list[str]:
+def _held(optimum: Optimum, held: Sequence[bool]) -> list[str]:
     """Names of the parameters that lie on a bound."""
-    return [each.name for each, on in zip(found.parameters, held, strict=True) if on]
+    return [each.name for each, on in zip(optimum.parameters, held, strict=True) if on]
 
 
-def front_table(found: Optimum, name: str) -> Table:
+def front_table(optimum: Optimum, name: str) -> Table:
     """A line for each point of the front."""
     columns = (
         Column("largest peak", "µm", ".4g"),
         Column("worn volume", "mm³/h", ".4g"),
-        *_values(found),
+        *_values(optimum),
     )
-    rows = [(p.peak, HOUR * p.wear, *p.value.tolist()) for p in found.front]
-    return Table(f"Largest peak against wear: {name}", columns, rows, _front_notes(found), "front")
+    rows = [(p.peak, HOUR * p.wear, *p.value.tolist()) for p in optimum.front]
+    return Table(
+        f"Largest peak against wear: {name}", columns, rows, _front_notes(optimum), "front"
+    )
 
 
-def _front_notes(found: Optimum) -> list[str]:
+def _front_notes(optimum: Optimum) -> list[str]:
     """What a front is, and what should keep one from believing its points."""
     said = [
         "worn volume: while the vane vibrates at the peak; no values were found with less of both"
     ]
-    for i, point in enumerate(found.front):
-        x = x_of(found.parameters, point.value)
-        if names := _held(found, on_bounds(found.parameters, x, ON_BOUND)):
+    for i, point in enumerate(optimum.front):
+        x = x_of(optimum.parameters, point.value)
+        if names := _held(optimum, on_bounds(optimum.parameters, x, ON_BOUND)):
             said.append(f"line {i + 1}: {' and '.join(names)} ON A BOUND")
         if not point.settled:
             said.append(f"line {i + 1}: NOT SETTLED")
-    if len(found.front) == 1:
+    if len(optimum.front) == 1:
         said.append("nothing near wears less: there is no front")
     return said
 
 
-def json_of(found: Optimum) -> dict[str, Any]:
+def json_of(best: Optimum) -> dict[str, Any]:
     """An optimum for machines."""
     return {
         "parameters": [
             {**each.record(value), "on_bound": on}
-            for each, value, on in zip(found.parameters, found.value, found.held, strict=True)
+            for each, value, on in zip(best.parameters, best.value, best.held, strict=True)
         ],
-        "of": found.of,
-        "largest_peak_before": found.before,
-        "largest_peak": found.after,
-        "frequencies": found.frequencies.tolist(),
-        "amplitudes": found.amplitudes.tolist(),
-        "places": found.trials,
-        "frequencies_solved": found.solved,
-        "frequencies_solved_with_one_harmonic": found.screened,
-        "settled": found.settled,
+        "of": best.of,
+        "largest_peak_before": best.before,
+        "largest_peak": best.after,
+        "frequencies": best.frequencies.tolist(),
+        "amplitudes": best.amplitudes.tolist(),
+        "places": best.trials,
+        "frequencies_solved": best.solved,
+        "frequencies_solved_with_one_harmonic": best.screened,
+        "settled": best.settled,
         "front": [
             {
                 "values": point.value.tolist(),
@@ -295,6 +297,6 @@ def json_of(found: Optimum) -> dict[str, Any]:
                 "worn_volume_per_second": point.wear,
                 "settled": point.settled,
             }
-            for point in found.front
+            for point in best.front
         ],
     }

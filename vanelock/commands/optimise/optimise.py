@@ -22,7 +22,7 @@ from vanelock.commands.optimise.front import (
     notes,
     optimum_table,
 )
-from vanelock.commands.optimise.peaks import Peaks
+from vanelock.commands.optimise.objective import Peaks
 from vanelock.commands.optimise.search import ROUNDS, TOLERANCE, Optimum, optimum
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
@@ -136,7 +136,7 @@ def _case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Op
 
 
 def _corrected(
-    peaks: Peaks, found: Optimum, study: Study, stages: Stages, listener: Listener = silent
+    peaks: Peaks, best: Optimum, study: Study, stages: Stages, listener: Listener = silent
 ) -> tuple[Peaks, Optimum]:
     """An optimum whose mesh correction is that of its own joints, and its peaks.
 
@@ -145,11 +145,11 @@ def _corrected(
     search goes on with that, until it leads no further.
     """
     for _ in range(ROUNDS):
-        values = by_key(found.parameters, found.value)
+        values = by_key(best.parameters, best.value)
         model = model_of(planned_alone(with_values(study, values), stages), stages)
         if model.reduced == peaks.model.reduced:
-            return peaks, found
-        begun = [replace(each, start=values[each.key]) for each in found.parameters]
+            return peaks, best
+        begun = [replace(each, start=values[each.key]) for each in best.parameters]
         peaks = Peaks(model, begun, peaks.near)
         listener(Begun("largest peak with the mesh correction of these joints"))
         try:
@@ -157,36 +157,36 @@ def _corrected(
         except InputError:
             listener(Notice("with the mesh correction of these joints no peak lies in the range"))
             break
-        found = replace(
+        best = replace(
             again,
-            parameters=found.parameters,
-            before=found.before,
-            trials=found.trials + again.trials,
-            solved=found.solved + again.solved,
-            screened=found.screened,
+            parameters=best.parameters,
+            before=best.before,
+            trials=best.trials + again.trials,
+            solved=best.solved + again.solved,
+            screened=best.screened,
         )
         if again.after > (1 - TOLERANCE) * again.before:
-            return peaks, found
-    return peaks, replace(found, settled=False)
+            return peaks, best
+    return peaks, replace(best, settled=False)
 
 
-def lowest(found: Sequence[tuple[Case, Optimum]]) -> tuple[Case, Optimum]:
+def lowest(optima: Sequence[tuple[Case, Optimum]]) -> tuple[Case, Optimum]:
     """The case whose optimum is the smallest."""
-    return min(found, key=lambda each: each[1].after)
+    return min(optima, key=lambda pair: pair[1].after)
 
 
 def _files(
     path: Path,
-    found: Sequence[tuple[Case, Optimum]],
+    by_case: Sequence[tuple[Case, Optimum]],
     text: str,
     beside: Path,
     listener: Listener,
 ) -> list[Path]:
     """What optima leave behind: all of them, and the text of the study with the smallest."""
-    case, best = lowest(found)
+    case, best = lowest(by_case)
     content = json_of(best)
-    if len(found) > 1:
-        every = [{"case": each.name, **json_of(optimum)} for each, optimum in found]
+    if len(by_case) > 1:
+        every = [{"case": each.name, **json_of(optimum)} for each, optimum in by_case]
         content = {"case": case.name, **content, "cases": every}
     record(path / f"{NAME}.json", json.dumps(content, indent=1))
     values = {**case.values, **by_key(best.parameters, best.value)}

@@ -20,7 +20,7 @@ from vanelock.commands.fit.parameters import (
     starts_of,
     values_of,
 )
-from vanelock.commands.optimise.peaks import Functions, Minimax, Peaks, minimax
+from vanelock.commands.optimise.objective import Functions, Minimax, Peaks, minimax
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Listener, Trial, silent
@@ -160,11 +160,11 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     begins = [(_swept(progress, single, x), x, single.known) for x in places]
     progress = Progress(listener, 1 + LOWEST * bool(starts) + TRIALS)
     tried = [(_swept(progress, peaks, own), own, peaks.known)]
-    for _, x, known in sorted(begins, key=lambda each: each[0])[:LOWEST]:
+    for _, x, known in sorted(begins, key=lambda trial: trial[0])[:LOWEST]:
         peaks.led_by(known, x)
         found = progress(peaks, x)
         tried.append((np.inf if found is None else found.largest, x, peaks.known))
-    _, begin, peaks.known = min(tried, key=lambda each: each[0])
+    _, begin, peaks.known = min(tried, key=lambda trial: trial[0])
     peaks.place = begin
     chosen = searched(peaks, peaks.afresh, parameters, begin, progress)
     if chosen is None:
@@ -203,7 +203,7 @@ def searched(
     """
     x, bounds = begin, bounds_of(parameters)
     for _ in range(ROUNDS):
-        found = minimax(lambda place: progress(followed, place), x, bounds, TOLERANCE)
+        found = minimax(lambda values: progress(followed, values), x, bounds, TOLERANCE)
         if found is None:
             return None
         swept = afresh(found.x)
@@ -214,7 +214,7 @@ def searched(
     ends = [(place, there) for place in (begin, x) if (there := afresh(place)) is not None]
     if not ends:
         return None
-    place, there = min(ends, key=lambda each: each[1].largest)
+    place, there = min(ends, key=lambda trial: trial[1].largest)
     return Minimax(place, there, False)
 
 

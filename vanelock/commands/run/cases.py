@@ -13,7 +13,7 @@ from vanelock.commands.run.doubts import doubts, load_lines_of, opening
 from vanelock.commands.run.graph import done_by, parts_of, steps_of
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.measured.curve import load_measured
 from vanelock.input.schema.structure.own_mesh import OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
@@ -60,28 +60,28 @@ class OngoingRun:
 
     def __init__(
         self,
-        given: Given,
+        problem: Problem,
         folder: Path,
         stages: Stages,
-        found: Sequence[Case],
+        cases: Sequence[Case],
         workers: Workers | None,
         memory: float | None,
         text: str,
     ) -> None:
-        self.given, self.listener, self.stages = given, stages.listener, stages
+        self.problem, self.listener, self.stages = problem, stages.listener, stages
         self.output_files, self._text = OutputFiles(folder, stages.listener), text
         self.failed: dict[str, Failure] = {}
         self._workers = workers
-        self.measured = load_measured(given)  # refused before the long stages
-        found = with_temperature_speeds(found, stages)
-        self._every = found
-        studies = [case.given for case in found if isinstance(case.given, Study)]
-        self._say(*unusual(given), *filter(None, dict.fromkeys(map(described, studies))))
+        self.measured = load_measured(problem)  # refused before the long stages
+        cases = with_temperature_speeds(cases, stages)
+        self._every = cases
+        studies = [case.problem for case in cases if isinstance(case.problem, Study)]
+        self._say(*unusual(problem), *filter(None, dict.fromkeys(map(described, studies))))
         most = most_dofs(memory)
         choices = [None if s.accuracy is None else choose_mesh(s, stages, most) for s in studies]
-        planned = plan(found, self._point, choices)
+        planned = plan(cases, self._point, choices)
         self.planned = tuple(with_analyses(each, planned[0], self._count) for each in planned)
-        givens = [case.given for case in found]
+        givens = [case.problem for case in cases]
         hanging = at_rest(givens, lambda *of: stages.get(motions_step(*of)))
         self._say(*self.planned[0].structure.apart, *hanging)  # what joins what is not swept
         self.record = Record(folder, stages)
@@ -95,7 +95,7 @@ class OngoingRun:
     def background(self) -> AbstractContextManager[None]:
         """Have other processes compute all cases, where that is wanted."""
         for each in self.planned:
-            study = each.case.given
+            study = each.case.problem
             if isinstance(study, Study) and isinstance(study.vane, OwnVane):
                 refuse_without_areas(study, self.stages.get(each.meshes["vane"]))
         seen = self.listener, lambda: self._top, self.record.flush_if_due
@@ -155,9 +155,9 @@ class OngoingRun:
             if count := not_held(system):
                 self._say(f"{count} {warnings.FREE}")
             free = self.stages.get(linear.responses["free"])
-            watched = monitor(self.given.outputs.monitor, system, free)
+            watched = monitor(self.problem.outputs.monitor, system, free)
             self.run = RunResult(
-                self.given,
+                self.problem,
                 watched,
                 self.output_files,
                 ANALYSES,
@@ -175,7 +175,7 @@ class OngoingRun:
 
     def scatter(self) -> None:
         """Percentiles of the peaks, where keys scatter: written, shown."""
-        if self.given.scatter is None:
+        if self.problem.scatter is None:
             return
         found = scattered(self._every, self.run.summaries, self._spacings)
         if found is None:
@@ -201,7 +201,7 @@ class OngoingRun:
         if self._few(len(self._peaks), "linear limits"):
             self.listener(listing.limits_table({linear.name: limits}))
             self.listener(listing.linear_table(peaks, self.run.monitor.name, linear.name))
-            self._say(*warnings.beside_range(self.given.response, limits))
+            self._say(*warnings.beside_range(self.problem.response, limits))
 
     def _say(self, *texts: str) -> None:
         for text in texts:
@@ -261,7 +261,7 @@ class OngoingRun:
             CaseResult(
                 name=case.name,
                 values=case.values,
-                given=case.given,
+                problem=case.problem,
                 monitor=run.monitor,
                 products=products,
                 summary=found,
@@ -289,7 +289,7 @@ class OngoingRun:
         self.run.cases[case.name] = case
         self.record.case(case)
         if (peak := case.peak) is not None:
-            given = case.given.response
+            given = case.problem.response
             if given.points is not None or given.frequencies is not None:
                 self._spacings.append(spacing(response.frequency, peak.point))
             self._top = max(self._top, peak.amplitude)

@@ -22,13 +22,13 @@ MOST = 300
 dense programmes, some minutes for so many."""
 
 
-def doubts(planned: Planned, result: CaseResult, stages: Stages, first: bool) -> Iterator[str]:
+def doubts(planned: Planned, result: CaseResult, stages: Stages, is_first: bool) -> Iterator[str]:
     """Lines on a case.
 
-    `first` says whether no other case of the run has had a peak: static friction is looked at in
+    `is_first` says whether no other case of the run has had a peak: static friction is looked at in
     one.
     """
-    given, system, peak = result.given, result.system, result.peak
+    given, system, peak = result.problem, result.system, result.peak
     limits, response, static = result.limits, result.response, result.static
     loose = result.summary.loose
     contacts = system.contacts
@@ -49,7 +49,7 @@ def doubts(planned: Planned, result: CaseResult, stages: Stages, first: bool) ->
     closed = contacts.always_closed or tuple(dict.fromkeys(contacts.joints))
     yield from warnings.open_at_rest(static, contacts.joints, closed)
     if peak is not None:
-        if first and held and not contacts.elements and "bounds" not in planned.analyses:
+        if is_first and held and not contacts.elements and "bounds" not in planned.analyses:
             bounds = None
             if contacts.count <= MOST:
                 friction = given.response.friction
@@ -67,7 +67,7 @@ def doubts(planned: Planned, result: CaseResult, stages: Stages, first: bool) ->
 
 def load_lines_of(planned: Planned, stages: Stages) -> Iterator[str]:
     """What excites a case, a line each."""
-    given, loaded, lists = planned.case.given, None, None
+    given, loaded, lists = planned.case.problem, None, None
     if isinstance(given, Study):
         loaded = len(stages.get(planned.meshes["casing"]).node_sets["force"])
     elif given.system is None:

@@ -13,7 +13,7 @@ from vanelock.common.files.files import default_folder
 from vanelock.common.process import largest
 from vanelock.files import load_given, read_text
 from vanelock.input.cases.sweep import cases
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear.fourier import one_thread
 from vanelock.pipeline.cache import Cache
@@ -32,7 +32,7 @@ from vanelock.stages.response.summary import Summary
 
 
 def run_study(
-    given: Given,
+    problem: Problem,
     folder: str | os.PathLike[str],
     listener: Listener = silent,
     text: str = "",
@@ -48,7 +48,7 @@ def run_study(
 
     Parameters
     ----------
-    given : Study or Scene
+    problem : Study or Scene
         What to compute.
     folder : path
         Where `results.h5`, `figures/`, `shapes/` and `cache/` go.
@@ -83,19 +83,19 @@ def run_study(
             listener(Notice(damage))
         cache = Cache(path / "cache", lambda message: listener(Notice(message)))
         stages = Stages(cache, listener)
-        found = cases(given)
-        of_study = isinstance(given, Study)
+        found = cases(problem)
+        of_study = isinstance(problem, Study)
         needed = estimated(found, memory, analyses=ANALYSES) if of_study else None
         if needed is not None:
             workers = min(workers, processes(needed.memory, memory))
         others = chosen_workers(workers, scheduler, listener, cache.folder, insecure)
-        running = OngoingRun(given, path, stages, found, others, memory, text)
-        running.record.provenance(given, text)
+        running = OngoingRun(problem, path, stages, found, others, memory, text)
+        running.record.provenance(problem, text)
         if needed is not None:
             listener(Notice(f"about {', '.join(needed.words().values())}, if nothing is there yet"))
             if needed.warning:
                 listener(Notice(needed.warning))
-        if "shapes" in given.outputs.show:
+        if "shapes" in problem.outputs.show:
             render.trial()  # whether this machine draws is then known when the first is drawn
 
         with running.record.finished(running.unshown):
@@ -117,7 +117,7 @@ def run_study(
             str(file) for shown in running.run.pictures for file in (shown.path, *shown.data)
         ],
     }
-    page = str(path / REPORT) if "report" in given.outputs.show else ""
+    page = str(path / REPORT) if "report" in problem.outputs.show else ""
     listener(Finished(str(path), time.perf_counter() - began, summary, page, largest()))
     return summaries
 

@@ -18,7 +18,7 @@ from vanelock.common.errors import InputError, printable
 from vanelock.common.files.hdf5 import texts
 from vanelock.common.process import latest
 from vanelock.common.product import Product
-from vanelock.files import given_of
+from vanelock.files import problem_of
 from vanelock.input.measured.curve import Measured
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, silent
@@ -45,22 +45,22 @@ class _StoredProducts(Products):
         super().__init__(shared)
         self._path, self._places = path, places
 
-    def __contains__(self, place: str) -> bool:
-        return bool(self._places.get(place, ("", ""))[0])
+    def __contains__(self, path: str) -> bool:
+        return bool(self._places.get(path, ("", ""))[0])
 
-    def get(self, place: str) -> Any:
+    def get(self, path: str) -> Any:
         """The product of a place."""
-        if place not in self:
-            raise InputError(f"{self._path}: lacks what a run writes ({place}); run it again")
-        where = self._places[place][0]
+        if path not in self:
+            raise InputError(f"{self._path}: lacks what a run writes ({path}); run it again")
+        where = self._places[path][0]
         known = self.shared.setdefault("products", {})
         return latest(known, where, partial(_product, self._path, where), REMEMBERED)
 
-    def key(self, place: str) -> str:
+    def key(self, path: str) -> str:
         """Hash of all that it depends on."""
-        return self._places.get(place, ("", ""))[1]
+        return self._places.get(path, ("", ""))[1]
 
-    def expect(self, place: str, response: Response, of: str) -> None:
+    def expect(self, path: str, response: Response, of: str) -> None:
         """Nothing is made here."""
 
 
@@ -161,7 +161,7 @@ def _loaded(folder: Path, file: h5py.File) -> StoredRun:
     shared: dict[str, Any] = {}
     known = json.loads(_text(about["run"])) if "run" in about else {}
     run = StoredRun(
-        given=given_of(json.loads(_text(about.attrs["given"]))),
+        problem=problem_of(json.loads(_text(about.attrs["given"]))),
         monitor=Monitor(*known.get("monitor", ("", 0, 0))),
         output_files=OutputFiles(folder, silent),
         analyses=ANALYSES,
@@ -171,7 +171,7 @@ def _loaded(folder: Path, file: h5py.File) -> StoredRun:
         failed={
             name: Failure(name, _text(of.attrs["reason"]), int(of.attrs["attempts"]))
             for name, of in sorted(
-                file.get("failed", {}).items(), key=lambda each: int(each[1].attrs.get("number", 0))
+                file.get("failed", {}).items(), key=lambda item: int(item[1].attrs.get("number", 0))
             )
         },
         times=_times(about),
@@ -202,7 +202,7 @@ def _case(name: str, about: dict[str, Any], run: StoredRun, file: h5py.File) -> 
     products = _StoredProducts(Path(file.filename), places, run.shared)
     return CaseResult(
         name=name,
-        given=given_of(about["given"]),
+        problem=problem_of(about["given"]),
         monitor=run.monitor,
         products=products,
         analyses=ANALYSES,

@@ -197,7 +197,7 @@ class Run:
             If there is no such case, which lists what there is, or xarray is not installed.
         """
         first = self._first()
-        with open_results(self.folder / NAME, whole=False) as file:
+        with open_results(self.folder / NAME, complete=False) as file:
             name = first if case is None else case
             group, own = response_group(file, name), response_group(file, first)
             verify(group)
@@ -249,13 +249,13 @@ class Run:
                 *each.line,
                 group=called(each.name),
                 harmonics=each.summary.harmonics,
-                joined=each.given.response.frequencies is None,
+                joined=each.problem.response.frequencies is None,
             )
             for each in shown
         ]
         made: Figure = render.response_figure(
             [*limit_curves(run.limits), *curves],
-            f"{run.given.name}: forced response",
+            f"{run.problem.name}: forced response",
             self.monitor,
             logarithmic,
             one_order(shown),
@@ -270,7 +270,7 @@ class Run:
 
     def _refuse(self, name: str) -> None:
         """Say that there is no such case, and which there are."""
-        with open_results(self.folder / NAME, whole=False) as file:
+        with open_results(self.folder / NAME, complete=False) as file:
             response_group(file, name)
         raise InputError(f"{self.folder}: {name!r} is a linear limit, which every figure shows")
 
@@ -339,6 +339,6 @@ def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> R
         show(run)
     pictures = [str(file) for shown in run.pictures for file in (shown.path, *shown.data)]
     found = {"results": str(place / NAME), "pictures": pictures}
-    page = str(place / REPORT) if "report" in run.given.outputs.show else ""
+    page = str(place / REPORT) if "report" in run.problem.outputs.show else ""
     listener(Finished(str(place), time.perf_counter() - began, found, page, largest()))
     return run

@@ -32,15 +32,15 @@ LARGEST = 1 << 30
 """Bytes of the largest file that is read as a whole."""
 
 
-def beside(folder: PathLike, given: str, key: str, outside: bool = False) -> Path:
+def beside(folder: PathLike, name: str, key: str, outside: bool = False) -> Path:
     """The place of a file that a study names, in the study file's folder or below.
 
     A path that leaves that folder, by `..`, from the root or through a link, is refused: a study
     that somebody sends should read what was sent with it and nothing else.
     """
-    shown = printable(given)
+    shown = printable(name)
     where = f'{key} = "{shown if len(shown) <= 80 else shown[:77] + "..."}"'
-    place = Path(folder) / given
+    place = Path(folder) / name
     try:
         real, root = place.resolve(), Path(folder).resolve()
     except (OSError, RuntimeError, ValueError) as error:  # a loop of links
@@ -48,7 +48,7 @@ def beside(folder: PathLike, given: str, key: str, outside: bool = False) -> Pat
         raise InputError(f"{where}: no path of a file: {reason}") from None
     possible(place, where)
     if not outside and not real.is_relative_to(root):
-        how = "a link leads" if Path(os.path.normpath(root / given)).is_relative_to(root) else "is"
+        how = "a link leads" if Path(os.path.normpath(root / name)).is_relative_to(root) else "is"
         raise InputError(
             f"{where}: {how} outside the study file's folder; put the file there, or allow it with "
             "--allow-outside"
@@ -56,11 +56,11 @@ def beside(folder: PathLike, given: str, key: str, outside: bool = False) -> Pat
     return place
 
 
-def possible(place: PathLike, where: str) -> None:
+def possible(location: PathLike, where: str) -> None:
     """Refuse what can be no path: too long, or with a NUL; `where` is what errors call it."""
     try:
         with suppress(FileNotFoundError, NotADirectoryError, PermissionError):
-            os.lstat(place)
+            os.lstat(location)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError(f"{where}: no path of a file: {reason}") from None

@@ -9,13 +9,13 @@ from functools import partial
 from typing import Any, get_args, get_origin
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic.fields import FieldInfo
 
+from vanelock.common.arrays import Floats
 from vanelock.common.checked import field_at, show, unknown
 from vanelock.common.errors import InputError, raised
 from vanelock.common.quantities import number
-from vanelock.input.cases.values import Given, path_of
+from vanelock.input.cases.values import Problem, path_of
 from vanelock.input.schema.distributions import Distribution
 
 DIGITS = 9
@@ -25,41 +25,41 @@ LEAST = 1e-3
 """Probability that a distribution must leave between its ends."""
 
 
-def samples(given: Given) -> dict[str, list[float]]:
+def samples(problem: Problem) -> dict[str, list[float]]:
     """Values of each scattering key, in the order of the samples."""
     from scipy.stats import qmc  # takes longer to load than the rest of this package
 
-    scatter = given.scatter
+    scatter = problem.scatter
     assert scatter is not None
-    if wrong := sample_mistakes(given):
+    if wrong := sample_mistakes(problem):
         raise InputError("\n".join(wrong))
-    random = np.random.default_rng(given.seed)
+    random = np.random.default_rng(problem.seed)
     cube = qmc.LatinHypercube(len(scatter.keys), rng=random).random(scatter.samples)
     return {
         key: [
             float(f"{value:.{DIGITS}g}")
-            for value in _mapped(key, each, cube[:, i], field_at(path_of(key), type(given)))
+            for value in _mapped(key, each, cube[:, i], field_at(path_of(key), type(problem)))
         ]
         for i, (key, each) in enumerate(scatter.keys.items())
     }
 
 
-def sample_mistakes(given: Given) -> list[str]:
+def sample_mistakes(problem: Problem) -> list[str]:
     """What is wrong with the keys that scatter and with their distributions."""
-    if given.scatter is None:
+    if problem.scatter is None:
         return []
     found: list[str] = []
-    if given.sweep or given.rows:
+    if problem.sweep or problem.rows:
         found.append("scatter: give either this, or sweep and rows, not both")
-    for key, each in given.scatter.keys.items():
-        field = field_at(path_of(key), type(given))
-        found += _mistakes(key, field, type(given)) or raised(
+    for key, each in problem.scatter.keys.items():
+        field = field_at(path_of(key), type(problem))
+        found += _mistakes(key, field, type(problem)) or raised(
             partial(_mapped, key, each, MIDDLE, field)
         )
     return found
 
 
-def _mistakes(key: str, field: FieldInfo | None, schema: type[Given]) -> list[str]:
+def _mistakes(key: str, field: FieldInfo | None, schema: type[Problem]) -> list[str]:
     where = f'scatter.keys."{key}"'
     if field is None:
         return [f"{where}: {unknown(path_of(key), schema)}"]
@@ -69,23 +69,21 @@ def _mistakes(key: str, field: FieldInfo | None, schema: type[Given]) -> list[st
 
 
 @np.errstate(all="ignore")  # what overflows is refused
-def _mapped(
-    key: str, given: Distribution, probability: NDArray[np.float64], field: FieldInfo | None
-) -> Any:
+def _mapped(key: str, keys: Distribution, probability: Floats, field: FieldInfo | None) -> Any:
     """Quantiles of a key's distribution, cut where it is cut."""
     from scipy import stats
 
-    where, (name, pair) = f'scatter.keys."{key}"', given.law
+    where, (name, pair) = f'scatter.keys."{key}"', keys.law
     assert field is not None
     one, other = _numbers(f"{where}.{name}", pair, field)
     low, high = (-math.inf, math.inf)
-    if given.within is not None:
-        low, high = _numbers(f"{where}.within", given.within, field)
+    if keys.within is not None:
+        low, high = _numbers(f"{where}.within", keys.within, field)
     elif name == "uniform":
         low, high = one, other
     if low >= high:
-        cut = name if given.within is None else "within"
-        ends = show(getattr(given, cut))
+        cut = name if keys.within is None else "within"
+        ends = show(getattr(keys, cut))
         raise InputError(f"{where}.{cut} = {ends}: must be [low, high] with low < high")
     if name != "uniform" and other <= 0:
         raise InputError(f"{where}.{name} = {show(pair)}: standard deviation must be > 0")
@@ -100,7 +98,7 @@ def _mapped(
         law = stats.lognorm(spread, scale=one * np.exp(-0.5 * spread**2))
     first, last = law.cdf(low), law.cdf(high)
     if last - first < LEAST:
-        raise InputError(f"{where}.within = {show(given.within)}: leaves nothing of it")
+        raise InputError(f"{where}.within = {show(keys.within)}: leaves nothing of it")
     values = np.clip(law.ppf(first + probability * (last - first)), low, high)
     if not np.isfinite(values).all():
         raise InputError(f"{where}: numbers too large or too small for a {name} distribution")

@@ -24,7 +24,7 @@ from vanelock.common.checked import (
 )
 from vanelock.common.errors import InputError
 from vanelock.input.cases.names import valued
-from vanelock.input.cases.values import Given, path_of, value_at, with_values
+from vanelock.input.cases.values import Problem, path_of, value_at, with_values
 from vanelock.input.schema.structure.loads import files_named
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
 from vanelock.input.schema.study import Study
@@ -55,22 +55,22 @@ class Case:
         Short and unique in its study, such as "mu=0.15,harmonics=3".
     values : dict of str to number or str
         The swept keys' values, SI.
-    given : Study or Scene
+    problem : Study or Scene
         What the file says, with those values and no sweep.
     """
 
     name: str
     values: dict[str, float | str]
-    given: Given
+    problem: Problem
 
     @property
     def study(self) -> Study:
         """The same, where only a study has cases like this one."""
-        assert isinstance(self.given, Study)
-        return self.given
+        assert isinstance(self.problem, Study)
+        return self.problem
 
 
-def cases(given: Given) -> tuple[Case, ...]:
+def cases(problem: Problem) -> tuple[Case, ...]:
     """Every case, the last key running fastest; one called "nominal" where nothing is swept.
 
     Raises
@@ -78,30 +78,30 @@ def cases(given: Given) -> tuple[Case, ...]:
     InputError
         One line for each swept key or value that the study or scene could not hold.
     """
-    if given.scatter is not None:
-        return _samples(given)
-    if wrong := _list_mistakes(given):
+    if problem.scatter is not None:
+        return _samples(problem)
+    if wrong := _list_mistakes(problem):
         raise InputError("\n".join(wrong))
-    lists = dict(given.sweep)
-    if not lists and not given.rows:
-        if wrong := misfits(given):
+    lists = dict(problem.sweep)
+    if not lists and not problem.rows:
+        if wrong := misfits(problem):
             raise InputError("\n".join(wrong))
-        return (Case("nominal", {}, given),)
-    together = zip(*given.rows.values(), strict=True)
-    rows = [dict(zip(given.rows, row, strict=True)) for row in together] or [{}]
+        return (Case("nominal", {}, problem),)
+    together = zip(*problem.rows.values(), strict=True)
+    rows = [dict(zip(problem.rows, row, strict=True)) for row in together] or [{}]
     count = len(rows)
     for values in lists.values():
         count *= len(values)
-    where = _where(given, [*given.rows, *lists])
+    where = _where(problem, [*problem.rows, *lists])
     if count > LARGEST:
         raise InputError(f"{where}: {count} cases: at most {LARGEST} are allowed")
-    names = _short_names([*given.rows, *lists])
+    names = _short_names([*problem.rows, *lists])
     found: dict[str, Case] = {}
     fitting: set[Hashable] = set()
     known: dict[Hashable, Any] = {}
     for row, combination in product(rows, product(*lists.values())):
         chosen = {**row, **dict(zip(lists, combination, strict=True))}
-        case = _case(given, chosen, names, known)
+        case = _case(problem, chosen, names, known)
         _check_fit(case, chosen, fitting, where)
         if case.name in found:
             raise InputError(f"rows: {case.name} is there twice")
@@ -109,26 +109,28 @@ def cases(given: Given) -> tuple[Case, ...]:
     return tuple(found.values())
 
 
-def _list_mistakes(given: Given) -> list[str]:
+def _list_mistakes(problem: Problem) -> list[str]:
     """What is wrong with the lists of its sweep, rows and scatter."""
     from vanelock.input.cases.samples import sample_mistakes
 
-    swept = [line for key, values in given.sweep.items() for line in _mistakes(given, key, values)]
-    return [*swept, *_of_rows(given), *sample_mistakes(given)]
+    swept = [
+        line for key, values in problem.sweep.items() for line in _mistakes(problem, key, values)
+    ]
+    return [*swept, *_of_rows(problem), *sample_mistakes(problem)]
 
 
-def _samples(given: Given) -> tuple[Case, ...]:
+def _samples(problem: Problem) -> tuple[Case, ...]:
     """A case for each sample of the keys that scatter."""
     from vanelock.input.cases.samples import samples
 
-    columns = samples(given)
+    columns = samples(problem)
     count = len(next(iter(columns.values())))
     found = []
     fitting: set[Hashable] = set()
     for i in range(count):
         chosen = {key: values[i] for key, values in columns.items()}
         try:
-            case = _case(given, chosen, _short_names(list(chosen)), {})
+            case = _case(problem, chosen, _short_names(list(chosen)), {})
             _check_fit(case, chosen, fitting)
         except InputError as error:
             reason = str(error).removeprefix("sweep: ")
@@ -139,13 +141,13 @@ def _samples(given: Given) -> tuple[Case, ...]:
     return tuple(found)
 
 
-def _of_rows(given: Given) -> list[str]:
+def _of_rows(problem: Problem) -> list[str]:
     """What is wrong with the lists of keys that vary together."""
     found: list[str] = []
-    lengths = {len(values) for values in given.rows.values()}
-    for key, values in given.rows.items():
+    lengths = {len(values) for values in problem.rows.values()}
+    for key, values in problem.rows.items():
         where = f'rows."{key}"'
-        if key in given.sweep:
+        if key in problem.sweep:
             found.append(f"{where}: is in sweep too")
         elif not values:
             found.append(f"{where} = []: needs at least one value")
@@ -153,11 +155,11 @@ def _of_rows(given: Given) -> list[str]:
             found += [
                 line.replace("sweep.", "rows.", 1)
                 for value in dict.fromkeys(map(_hashable, values))
-                for line in _mistakes(given, key, (value,))
+                for line in _mistakes(problem, key, (value,))
                 if "must" not in line  # may hold for the other values of its row
             ][:1]
     if not found and len(lengths) > 1:
-        text = ", ".join(f'"{key}" {len(values)}' for key, values in given.rows.items())
+        text = ", ".join(f'"{key}" {len(values)}' for key, values in problem.rows.items())
         found.append(f"rows: lists must be equally long, not {text}")
     return found
 
@@ -167,34 +169,34 @@ def _hashable(value: object) -> Any:
 
 
 def _case(
-    given: Given, chosen: dict[str, Any], names: dict[str, str], known: dict[Hashable, Any]
+    problem: Problem, chosen: dict[str, Any], names: dict[str, str], parsed: dict[Hashable, Any]
 ) -> Case:
     """What is given with all chosen values at once: combinations may be impossible too.
 
-    Cases whose values in a table are the same share it: those `known` so far.
+    Cases whose values in a table are the same share it: those `parsed` so far.
     """
     try:
-        changed = with_values(given, chosen, known=known)
+        changed = with_values(problem, chosen, parsed=parsed)
     except ValidationError as error:
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         text = f"{shown}: " if len(chosen) > 1 else ""
-        why = explain(error, {}, type(given))[0]
-        raise InputError(f"{_where(given, chosen)}: {text}{why}") from None
+        why = explain(error, {}, type(problem))[0]
+        raise InputError(f"{_where(problem, chosen)}: {text}{why}") from None
     values = {key: value_at(changed, key) for key in chosen}
-    return Case(_named(values, names, type(given)), values, changed)
+    return Case(_named(values, names, type(problem)), values, changed)
 
 
-def _named(values: dict[str, float | str], names: dict[str, str], schema: type[Given]) -> str:
+def _named(values: dict[str, float | str], names: dict[str, str], schema: type[Problem]) -> str:
     """A name from values by key, and what their keys are called: "mu=0.15,interference=4um"."""
     texts = (f"{names[key]}={valued(v, unit_of(key, schema))}" for key, v in values.items())
     return ",".join(texts)
 
 
-def misfits(given: Given) -> list[str]:
+def misfits(problem: Problem) -> list[str]:
     """What dimensions of a study contradict one another, and what mesh files are not there."""
-    if not isinstance(given, Study):
+    if not isinstance(problem, Study):
         return []
-    return disagreements(given, (_files, _sectors, _vane, _casing, _both))
+    return disagreements(problem, (_files, _sectors, _vane, _casing, _both))
 
 
 def _files(study: Study) -> Iterator[str]:
@@ -222,31 +224,31 @@ def _both(study: Study) -> None:
         check_clearances(study.vane, study.casing)
 
 
-def _where(given: Given, keys: Collection[str]) -> str:
+def _where(problem: Problem, keys: Collection[str]) -> str:
     """Which tables of the study or scene vary some keys."""
-    rows = any(key in given.rows for key in keys)
-    others = any(key not in given.rows for key in keys)
+    rows = any(key in problem.rows for key in keys)
+    others = any(key not in problem.rows for key in keys)
     return "rows and sweep" if rows and others else "rows" if rows else "sweep"
 
 
 def _check_fit(
-    case: Case, chosen: dict[str, Any], known: set[Hashable], where: str = "sweep"
+    case: Case, chosen: dict[str, Any], parsed: set[Hashable], where: str = "sweep"
 ) -> None:
     """Refuse a vane and a casing that cannot be assembled, unless it is known that they can."""
-    if not isinstance(study := case.given, Study):
+    if not isinstance(study := case.problem, Study):
         return
     geometry = study.vane, study.casing, study.ring.sectors
-    if geometry in known:
+    if geometry in parsed:
         return
     if wrong := misfits(study):
         shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         raise InputError(f"{where}: {shown}: {wrong[0]}")
-    known.add(geometry)
+    parsed.add(geometry)
 
 
-def _mistakes(given: Given, key: str, values: tuple[Any, ...]) -> list[str]:
+def _mistakes(problem: Problem, key: str, values: tuple[Any, ...]) -> list[str]:
     """What is wrong with a swept key, value by value."""
-    where, schema = f'sweep."{key}"', type(given)
+    where, schema = f'sweep."{key}"', type(problem)
     if field_at(path_of(key), schema) is None:
         return [f"{where}: {unknown(path_of(key), schema)}"]
     if key.startswith(("outputs.", "scatter.")) or not _can_vary(key, schema):
@@ -254,7 +256,7 @@ def _mistakes(given: Given, key: str, values: tuple[Any, ...]) -> list[str]:
 
     def held(value: Any) -> Any:
         try:
-            return value_at(with_values(given, {key: value}), key)
+            return value_at(with_values(problem, {key: value}), key)
         except ValidationError as error:
             raise InputError(reason(mistakes(error)[0], schema, value)) from None
 
@@ -283,7 +285,7 @@ def _value_mistakes(where: str, values: Sequence[Any], held: Callable[[Any], Any
     return found
 
 
-def _can_vary(key: str, schema: type[Given]) -> bool:
+def _can_vary(key: str, schema: type[Problem]) -> bool:
     """Whether a key holds a number or a choice of words."""
     field = field_at(path_of(key), schema)
     if field is None:
@@ -325,6 +327,6 @@ def label(cases: Sequence[Case], groups: Sequence[Hashable]) -> list[str]:
             fixed.append(key)
     names = _short_names(keys)
     return [
-        _named({key: case.values[key] for key in fixed}, names, type(case.given)) or case.name
+        _named({key: case.values[key] for key in fixed}, names, type(case.problem)) or case.name
         for case in cases
     ]

@@ -12,9 +12,9 @@ from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.structure.structure import KeyTable
 from vanelock.input.schema.study import Study
 
-Given: TypeAlias = Study | Scene
+Problem: TypeAlias = Study | Scene
 """What a file says."""
-G = TypeVar("G", bound=Given)
+G = TypeVar("G", bound=Problem)
 
 VARIED = {"sweep", "rows", "scatter"}
 """Tables of what cases differ in, which a case has not."""
@@ -37,9 +37,9 @@ def path_of(key: str) -> Location:
     return tuple(path) if ".".join(words) == key else (key,)
 
 
-def value_at(given: Given, key: str) -> Any:
+def value_at(problem: Problem, key: str) -> Any:
     """Value of a dotted key, None where there is none."""
-    value: Any = given
+    value: Any = problem
     for item in path_of(key):
         if isinstance(item, int) or isinstance(value, dict):
             value = value[item]
@@ -48,39 +48,41 @@ def value_at(given: Given, key: str) -> Any:
     return value
 
 
-def ring_of(given: Given) -> tuple[int, int]:
+def ring_of(problem: Problem) -> tuple[int, int]:
     """Number of sectors N and engine order EO; of a joined system those in its file."""
-    if isinstance(given, Study) or given.system is None:
-        return given.ring.sectors, given.excitation.engine_order
-    with opened(given.system.file) as file:
+    if isinstance(problem, Study) or problem.system is None:
+        return problem.ring.sectors, problem.excitation.engine_order
+    with opened(problem.system.file) as file:
         try:
             return int(file.attrs["sectors"]), int(file.attrs["engine_order"])
         except (KeyError, TypeError, ValueError):
-            raise InputError(f"{given.system.file}: not a vanelock System") from None
+            raise InputError(f"{problem.system.file}: not a vanelock System") from None
 
 
-def with_values(given: G, changes: dict[str, Any], known: dict[Hashable, Any] | None = None) -> G:
+def with_values(
+    problem: G, changes: dict[str, Any], parsed: dict[Hashable, Any] | None = None
+) -> G:
     """The study or scene with some keys changed and no sweep; raises pydantic's ValidationError.
 
     Tables without a change are those of the given one itself, which are not checked again, nor are
-    tables `known` from the same changes of the same study; new ones are added to these.
+    tables `parsed` from the same changes of the same study; new ones are added to these.
     """
     changed: dict[str, Any] = {}  # what it is known by
     for key, value in changes.items():
         table = str(path_of(key)[0])
         changed[table] = (*changed.get(table, (table,)), key, repr(value))
-    same = {name: getattr(given, name) for name in given.model_fields_set - VARIED - {*changed}}
-    if known is not None:
-        same |= {name: known[by] for name, by in changed.items() if by in known}
+    same = {name: getattr(problem, name) for name in problem.model_fields_set - VARIED - {*changed}}
+    if parsed is not None:
+        same |= {name: parsed[by] for name, by in changed.items() if by in parsed}
     tables = {name: value for name, value in same.items() if isinstance(value, KeyTable)}
-    data = tables | given.model_dump(exclude_unset=True, exclude={*VARIED, *tables})
+    data = tables | problem.model_dump(exclude_unset=True, exclude={*VARIED, *tables})
     for key, value in changes.items():
         path = path_of(key)
         if len(path) == 1 or path[0] not in tables:
-            _put(data, path, value, type(given))
-    found = cast("G", type(given).model_validate(data, strict=True))
-    if known is not None:
-        known.update({by: getattr(found, name) for name, by in changed.items() if name in data})
+            _put(data, path, value, type(problem))
+    found = cast("G", type(problem).model_validate(data, strict=True))
+    if parsed is not None:
+        parsed.update({by: getattr(found, name) for name, by in changed.items() if name in data})
     return found
 
 
@@ -101,12 +103,12 @@ def _put(data: dict[str, Any], path: Location, value: Any, schema: type[KeyTable
     table[path[-1]] = value
 
 
-def diameter_of(given: Given, harmonic: int) -> int:
+def diameter_of(problem: Problem, harmonic: int) -> int:
     """Nodal diameter of a harmonic, 0 to N/2: k and N - k are one another's conjugates."""
-    return folded(harmonic * given.excitation.engine_order, given.ring.sectors)
+    return folded(harmonic * problem.excitation.engine_order, problem.ring.sectors)
 
 
-def diameters_of(given: Given, harmonics: int | None = None) -> tuple[int, ...]:
+def diameters_of(problem: Problem, harmonics: int | None = None) -> tuple[int, ...]:
     """Nodal diameters of harmonics 0 to `harmonics`, those of its response unless said."""
-    highest = given.response.harmonics if harmonics is None else harmonics
-    return tuple(sorted({diameter_of(given, h) for h in range(highest + 1)}))
+    highest = problem.response.harmonics if harmonics is None else harmonics
+    return tuple(sorted({diameter_of(problem, h) for h in range(highest + 1)}))

@@ -10,7 +10,7 @@ from vanelock.common.arrays import Floats
 from vanelock.common.checked import show
 from vanelock.common.errors import InputError, raised
 from vanelock.common.tables import counted
-from vanelock.input.cases.values import Given, ring_of
+from vanelock.input.cases.values import Problem, ring_of
 from vanelock.input.measured.csv_file import read_csv
 from vanelock.input.measured.units import DISPLACEMENT, Points
 from vanelock.input.measured.universal import ENDINGS, read_universal
@@ -74,25 +74,25 @@ class Measured:
         return 60 * self.frequency / self.engine_order
 
 
-def load_measured(given: Given) -> tuple[Measured, ...]:
+def load_measured(problem: Problem) -> tuple[Measured, ...]:
     """The measured curves of a study or a scene."""
-    return tuple(_read(given, i) for i in range(len(given.measured)))
+    return tuple(_read(problem, i) for i in range(len(problem.measured)))
 
 
-def curve_mistakes(given: Given) -> list[str]:
+def curve_mistakes(problem: Problem) -> list[str]:
     """What is wrong with the files of measured curves, each by itself."""
     return [
         f"measured[{i}].file: {line}"
-        for i in range(len(given.measured))
-        for line in raised(partial(_read, given, i))
+        for i in range(len(problem.measured))
+        for line in raised(partial(_read, problem, i))
     ]
 
 
-def _read(given: Given, i: int) -> Measured:
-    order, gauges = ring_of(given)[1], 0
-    if isinstance(given, Study):
-        gauges = len(given.outputs.gauges)
-    return _read_measured(given.measured[i], abs(order) or 1, gauges, f"measured[{i}]")
+def _read(problem: Problem, i: int) -> Measured:
+    order, gauges = ring_of(problem)[1], 0
+    if isinstance(problem, Study):
+        gauges = len(problem.outputs.gauges)
+    return _read_measured(problem.measured[i], abs(order) or 1, gauges, f"measured[{i}]")
 
 
 def _read_measured(keys: MeasuredCurve, order: int, gauges: int, where: str) -> Measured:

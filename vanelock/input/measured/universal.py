@@ -50,7 +50,7 @@ class _RecordOrdinate:
 
 
 def _ordinate(
-    record: Mapping[str, Any], units: Mapping[str, Any] | None, given: str | None, where: str
+    record: Mapping[str, Any], units: Mapping[str, Any] | None, study_unit: str | None, where: str
 ) -> _RecordOrdinate:
     """What a record is of: by the unit that the study gives, else by the file.
 
@@ -62,25 +62,25 @@ def _ordinate(
     label, under = (_label(record, of) for of in ("ordinate", "orddenom"))
     if below not in (0, 1, *FORCES):
         raise InputError(f"{where}: over a quantity of type {below}: only force can be below")
-    text = given or label
+    text = study_unit or label
     if kind not in (0, 1, *NAMES):
         raise InputError(f"{where}: of type {kind}: {', '.join(SI_UNITS)} can be read")
     name = NAMES.get(kind)
     per_force = below in FORCES or text.endswith("/N")
     numerator = re.sub(r"^\((.*)\)$", r"\1", text.removesuffix("/N"))
-    known = _labelled(name, numerator, where, bool(given))
+    known = _labelled(name, numerator, where, bool(study_unit))
     if known is None:
         if units is None or name is None:
             raise InputError(f'{where}: says no unit: give unit, such as "um" or "m/s^2/N"')
         known = name, _of_system(name, units)
-    elif not given and units is not None:
+    elif not study_unit and units is not None:
         other = _of_system(known[0], units)
         if known[0] != STRAIN and abs(known[1] / other - 1) > ALIKE:
             raise InputError(
                 f"{where}: in {printable(label)} by its label, in {other:g} "
                 f"{SI_UNITS[known[0]]} by the file's units (data set 164): give unit"
             )
-    force = _newtons(under, units, where) if below in FORCES and not given else 1.0
+    force = _newtons(under, units, where) if below in FORCES and not study_unit else 1.0
     return _RecordOrdinate(known[0], known[1] / force, per_force)
 
 
@@ -91,7 +91,9 @@ def _label(record: Mapping[str, Any], of: str) -> str:
     return "" if text.upper() in ("NONE", "UNKNOWN") else text
 
 
-def _labelled(name: str | None, unit: str, where: str, given: bool) -> tuple[str, float] | None:
+def _labelled(
+    name: str | None, unit: str, where: str, from_study: bool
+) -> tuple[str, float] | None:
     """Kind and SI value of a unit that is written; None where there is none."""
     if not unit:
         return None
@@ -101,7 +103,7 @@ def _labelled(name: str | None, unit: str, where: str, given: bool) -> tuple[str
         except ValueError:
             continue
     meant = ", ".join(filter(None, SI_UNITS.values())) if name is None else SI_UNITS[name] or "um/m"
-    origin = "unit" if given else "label"
+    origin = "unit" if from_study else "label"
     raise InputError(f'{where}: {origin} "{printable(unit)}": expected one like {meant}')
 
 
@@ -250,12 +252,12 @@ def _abscissa(record: dict[str, Any]) -> Floats:
     return np.asarray(float(record["abscissa_min"]) + float(record["abscissa_inc"]) * steps)
 
 
-def _factor(found: _RecordOrdinate, frequency: Floats, force: float | None, where: str) -> Floats:
+def _factor(held: _RecordOrdinate, frequency: Floats, force: float | None, where: str) -> Floats:
     """(p,) displacement or strain of one unit of the ordinate."""
-    if found.per_force and force is None:
+    if held.per_force and force is None:
         raise InputError(f"{where}: a response per force: give force, what it is multiplied by")
-    if not found.per_force and force is not None:
+    if not held.per_force and force is not None:
         raise InputError(f"{where}: no response per force: leave out force")
     omega = TURN * np.where(frequency > 0, frequency, np.nan)
-    scale = found.factor * (1.0 if force is None else force)
-    return np.asarray(scale / omega**found.derivative)
+    scale = held.factor * (1.0 if force is None else force)
+    return np.asarray(scale / omega**held.derivative)

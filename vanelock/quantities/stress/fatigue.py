@@ -27,13 +27,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock import fem
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.product import Product
 
-Stress = NDArray[np.complex128]
+Stress = Complex
 
 BLOCK = 64
 """Nodes whose pairs of instants are looked at together."""

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, rom
-from vanelock.common.arrays import Complex
+from vanelock.common.arrays import Complex, Floats
 from vanelock.common.product import Product
 from vanelock.fem.gauges import skin
 from vanelock.mesh import Part
@@ -51,7 +50,7 @@ class NodalFields(Product):
 
     vane: Cycle
     casing: Cycle
-    largest: NDArray[np.float64] = field(metadata={"unit": "Pa"})
+    largest: Floats = field(metadata={"unit": "Pa"})
     gauges: Cycle | None
     vane_shape: Complex = field(metadata={"unit": "m"})
     casing_shape: Complex = field(metadata={"unit": "m"})

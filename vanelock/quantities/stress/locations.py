@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import rotation
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, HookDimensions, Part, VaneDimensions
@@ -45,7 +45,7 @@ def _reentrant_edges(part: Part) -> Floats:
     return np.asarray(points[edges[inwards]])
 
 
-def _within(points: Floats, edges: Floats, distance: float) -> NDArray[np.bool_]:
+def _within(points: Floats, edges: Floats, distance: float) -> Booleans:
     """(n,) points that lie within a distance of line segments (k, 2, 3), m."""
     if not len(edges):
         return np.zeros(len(points), bool)
@@ -95,12 +95,12 @@ class SurfaceLocations:
     dimensions: VaneDimensions | CasingDimensions | None
     hook: HookDimensions
     feature: NDArray[np.str_]
-    corner: NDArray[np.bool_]
-    loaded: NDArray[np.bool_]
+    corner: Booleans
+    loaded: Booleans
     distance: float
 
     @property
-    def clear(self) -> NDArray[np.bool_]:
+    def clear(self) -> Booleans:
         """(n,) nodes whose stress means something."""
         return ~(self.corner | self.loaded)
 
@@ -159,7 +159,7 @@ def locations_of(study: Study, part: Part) -> SurfaceLocations:
     return SurfaceLocations(part, dimensions, study.vane.hook, feature, corner, loaded, distance)
 
 
-def _of_vane(vane: VaneDimensions, part: Part, sharp: NDArray[np.bool_]) -> NDArray[np.str_]:
+def _of_vane(vane: VaneDimensions, part: Part, sharp: Booleans) -> NDArray[np.str_]:
     """Features of the vane's nodes; those on a re-entrant edge belong to what stands on it."""
     x, y, z = part.points.T
     radius, front = np.hypot(x, y), z < vane.hook.mid_plane
@@ -179,7 +179,7 @@ def _of_vane(vane: VaneDimensions, part: Part, sharp: NDArray[np.bool_]) -> NDAr
     return names
 
 
-def _aerofoils(vane: VaneDimensions, sectors: int) -> tuple[Floats, NDArray[np.int64]]:
+def _aerofoils(vane: VaneDimensions, sectors: int) -> tuple[Floats, Integers]:
     """Points on the aerofoils' outlines at many radii, m, and the number of each point's."""
     found, number = [], []
     low, high = ends(vane)

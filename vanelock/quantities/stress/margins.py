@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vanelock.common.arrays import Booleans
 from vanelock.input.schema.study import Study
 from vanelock.quantities.stress.fatigue import Cycle, Strength
 from vanelock.quantities.stress.fields import NodalFields
@@ -100,12 +100,15 @@ class Margins:
 
 
 def margins(
-    study: Study, cycles: NodalFields, at: dict[str, SurfaceLocations], gauges: tuple[str, ...]
+    study: Study,
+    cycles: NodalFields,
+    locations: dict[str, SurfaceLocations],
+    gauges: tuple[str, ...],
 ) -> Margins:
     """Margins of a study's parts; its `gauges` by their names."""
     worst, features = {}, {}
     for part in PARTS:
-        of = part, at[part], getattr(cycles, part), _strength(study, part)
+        of = part, locations[part], getattr(cycles, part), _strength(study, part)
         worst[part], features[part] = _margins(*of), _features(*of)
     if cycles.gauges is not None:
         bears = _strength(study, "vane")
@@ -113,7 +116,7 @@ def margins(
             _margin("vane", f"gauge {i + 1}", None, name, "", cycles.gauges, i, bears)
             for i, name in enumerate(gauges)
         )
-    return Margins(cycles, at, worst, features)
+    return Margins(cycles, locations, worst, features)
 
 
 def _strength(study: Study, part: str) -> Strength:
@@ -128,46 +131,56 @@ def _margin(
     node: int | None,
     where: str,
     doubt: str,
-    found: Cycle,
+    cycle: Cycle,
     i: int,
     bears: Strength,
 ) -> Margin:
-    stresses = found.amplitude, found.mean, found.mean_mises, found.chord
+    stresses = cycle.amplitude, cycle.mean, cycle.mean_mises, cycle.chord
     amplitude, mean, mean_mises, chord = (float(each[i]) for each in stresses)
     return Margin(part, what, node, where, doubt, amplitude, mean, mean_mises, chord, bears)
 
 
 def _worst(
     part: str,
-    at: SurfaceLocations,
-    found: Cycle,
+    locations: SurfaceLocations,
+    cycle: Cycle,
     bears: Strength,
     what: str,
-    chosen: NDArray[np.bool_],
+    chosen: Booleans,
 ) -> list[Margin]:
     """The worst of some nodes, if there are any."""
     nodes = np.flatnonzero(chosen)
     if not len(nodes):
         return []
-    n = bears.reserve(found.amplitude[nodes], found.mean[nodes])
+    n = bears.reserve(cycle.amplitude[nodes], cycle.mean[nodes])
     node = int(nodes[np.argmax(n <= n.min() + _ALIKE * abs(n.min()))])
-    return [_margin(part, what, node, at.words(node), at.doubt(node), found, node, bears)]
+    return [
+        _margin(part, what, node, locations.words(node), locations.doubt(node), cycle, node, bears)
+    ]
 
 
-def _margins(part: str, at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
-    aerofoil = np.char.startswith(at.feature, "aerofoil")
+def _margins(
+    part: str, locations: SurfaceLocations, cycle: Cycle, bears: Strength
+) -> tuple[Margin, ...]:
+    aerofoil = np.char.startswith(locations.feature, "aerofoil")
     groups = {
         "all nodes": np.ones(len(aerofoil), bool),
-        "clear of corners and point forces": at.clear,
+        "clear of corners and point forces": locations.clear,
         "aerofoils with their roots": aerofoil,
-        "aerofoils, clear": aerofoil & at.clear,
+        "aerofoils, clear": aerofoil & locations.clear,
     }
-    return tuple(m for what in groups for m in _worst(part, at, found, bears, what, groups[what]))
+    return tuple(
+        m for what in groups for m in _worst(part, locations, cycle, bears, what, groups[what])
+    )
 
 
-def _features(part: str, at: SurfaceLocations, found: Cycle, bears: Strength) -> tuple[Margin, ...]:
+def _features(
+    part: str, locations: SurfaceLocations, cycle: Cycle, bears: Strength
+) -> tuple[Margin, ...]:
     """The worst clear place of each feature, the worst first."""
     made: list[Margin] = []
-    for name in dict.fromkeys(sorted(at.feature.tolist())):
-        made += _worst(part, at, found, bears, name, at.clear & (at.feature == name))
+    for name in dict.fromkeys(sorted(locations.feature.tolist())):
+        made += _worst(
+            part, locations, cycle, bears, name, locations.clear & (locations.feature == name)
+        )
     return tuple(sorted(made, key=lambda m: m.reserve))

@@ -14,9 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.render import style
 
 FREE: Final = (0, (5, 2.5))
@@ -39,11 +38,11 @@ class LineFamily:
 class Crossings:
     """Where engine orders meet modes, (c,) arrays; `interest` marks those that matter most."""
 
-    nodal_diameter: NDArray[np.int64]
+    nodal_diameter: Integers
     speed: Floats
     frequency: Floats
-    stuck: NDArray[np.bool_]
-    interest: NDArray[np.bool_]
+    stuck: Booleans
+    interest: Booleans
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class Circles:
     speed: Floats
     frequency: Floats
     amplitude: Floats
-    nonlinear: NDArray[np.bool_]
+    nonlinear: Booleans
 
 
 @dataclass(frozen=True)
@@ -252,31 +251,31 @@ def _dots(axes: Axes, dots: Dots, largest: float | None) -> Line2D:
     return _circle("none", style.BLACK, 9.0, dots.name)
 
 
-def _crossings(axes: Axes, found: Crossings, colours: dict[int, str]) -> list[Line2D]:
+def _crossings(axes: Axes, crossings: Crossings, colours: dict[int, str]) -> list[Line2D]:
     """Dots, full where stuck; stars with their numbers for those of interest."""
     low, high = axes.get_ylim()
-    for i in range(len(found.speed)):
-        if not low <= found.frequency[i] <= high:
+    for i in range(len(crossings.speed)):
+        if not low <= crossings.frequency[i] <= high:
             continue
-        colour = colours[int(found.nodal_diameter[i])]
-        star = bool(found.interest[i])
+        colour = colours[int(crossings.nodal_diameter[i])]
+        star = bool(crossings.interest[i])
         axes.plot(
-            found.speed[i],
-            found.frequency[i],
+            crossings.speed[i],
+            crossings.frequency[i],
             "*" if star else "o",
             ms=17 if star else 4.5,
-            mfc=colour if found.stuck[i] else "white",
+            mfc=colour if crossings.stuck[i] else "white",
             mec=style.BLACK if star else colour,
             mew=1.1,
             zorder=5 if star else 4,
         )
-    of_interest = np.flatnonzero(found.interest)[:_LABELLED]
+    of_interest = np.flatnonzero(crossings.interest)[:_LABELLED]
     for i in of_interest:
-        text = f"{found.speed[i]:,.0f} rpm\n{found.frequency[i]:.1f} Hz"
-        stuck = bool(found.stuck[i])
+        text = f"{crossings.speed[i]:,.0f} rpm\n{crossings.frequency[i]:.1f} Hz"
+        stuck = bool(crossings.stuck[i])
         label = axes.annotate(
             text,
-            (float(found.speed[i]), float(found.frequency[i])),
+            (float(crossings.speed[i]), float(crossings.frequency[i])),
             (-12, 10) if stuck else (12, -10),
             textcoords="offset points",
             ha="right" if stuck else "left",

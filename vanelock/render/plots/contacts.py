@@ -11,9 +11,8 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.tables import counted
 from vanelock.render import style
 
@@ -92,7 +91,7 @@ class _LoopPeriod:
     friction: Floats
     normal: Floats
     bound: Floats
-    state: NDArray[np.int64]
+    state: Integers
     taken: str
 
     @property
@@ -125,7 +124,7 @@ def _dissipated(displacement: Floats, friction: Floats) -> float:
     return float(np.sum((friction + np.roll(friction, -1)) / 2 * step))
 
 
-def _states(normal: Floats, friction: Floats, mu: float) -> NDArray[np.int64]:
+def _states(normal: Floats, friction: Floats, mu: float) -> Integers:
     """STICKS, SLIPS or OPEN at each instant: |t| at its bound μn, or no normal force."""
     bound = mu * normal
     slack = 1e-6 * max(float(np.abs(bound).max()), np.finfo(float).tiny)
@@ -141,7 +140,7 @@ def _energy(joules: float) -> str:
     return f"{style.number(1e9 * joules)} nJ"
 
 
-def _coloured(axes: Axes, x: Floats, y: Floats, state: NDArray[np.int64], width: float) -> None:
+def _coloured(axes: Axes, x: Floats, y: Floats, state: Integers, width: float) -> None:
     """Broken line whose pieces have the colour of the state at their ends (the later one's)."""
     points = np.column_stack([x, y])
     pieces = np.stack([points[:-1], points[1:]], axis=1)
@@ -158,39 +157,39 @@ def _closed(values: Any) -> Any:
     return np.append(values, values[:1])
 
 
-def _loop(axes: Axes, found: _LoopPeriod) -> None:
-    micrometres = 1e6 * _closed(found.sliding)
+def _loop(axes: Axes, period: _LoopPeriod) -> None:
+    micrometres = 1e6 * _closed(period.sliding)
     for sign in (1, -1):
-        bound = sign * _closed(found.bound)
+        bound = sign * _closed(period.bound)
         axes.plot(micrometres, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
-    _coloured(axes, micrometres, _closed(found.friction), _closed(found.state), 2.8)
-    axes.set_xlabel(f"relative displacement, {found.direction} (µm)")
-    axes.set_ylabel(f"friction force, {found.direction} (N)")
+    _coloured(axes, micrometres, _closed(period.friction), _closed(period.state), 2.8)
+    axes.set_xlabel(f"relative displacement, {period.direction} (µm)")
+    axes.set_ylabel(f"friction force, {period.direction} (N)")
     axes.margins(0.06)
 
 
-def _histories(normal: Axes, friction: Axes, found: _LoopPeriod) -> None:
+def _histories(normal: Axes, friction: Axes, loop: _LoopPeriod) -> None:
     """Draw the normal force, and below it friction with its bounds, over the period."""
-    _history(normal, found.normal, found.state, "Normal load", "normal force n (N)")
-    normal.set_ylim(bottom=min(0.0, float(found.normal.min())))
-    time = np.linspace(0, 1, len(found.bound) + 1)
+    _history(normal, loop.normal, loop.state, "Normal load", "normal force n (N)")
+    normal.set_ylim(bottom=min(0.0, float(loop.normal.min())))
+    time = np.linspace(0, 1, len(loop.bound) + 1)
     for sign in (1, -1):
-        bound = sign * _closed(found.bound)
+        bound = sign * _closed(loop.bound)
         friction.plot(time, bound, color=style.BLACK, lw=1, ls=BROKEN, alpha=0.7)
-    title = f"Friction force, {found.direction}, and its bounds"
-    _history(friction, found.friction, found.state, title, "friction force (N)")
+    title = f"Friction force, {loop.direction}, and its bounds"
+    _history(friction, loop.friction, loop.state, title, "friction force (N)")
     friction.set_xlabel("time / period (–)")
 
 
-def _history(axes: Axes, force: Floats, state: NDArray[np.int64], title: str, label: str) -> None:
+def _history(axes: Axes, force: Floats, state: Integers, title: str, label: str) -> None:
     time = np.linspace(0, 1, len(force) + 1)
     _coloured(axes, time, _closed(force), _closed(state), 2.4)
     axes.set(xlim=(0, 1), ylabel=label, title=title)
 
 
-def _legend(axes: Axes, found: _LoopPeriod, isotropic: bool) -> None:
+def _legend(axes: Axes, period: _LoopPeriod, isotropic: bool) -> None:
     """Say above the axes what the colours and the broken lines are."""
-    present = np.unique(found.state)
+    present = np.unique(period.state)
     shown = [Line2D([], [], color=_COLOURS[s], lw=3, label=_NAMES[s]) for s in present]
     bounds = "bounds" if isotropic else "bounds ±μn"
     shown.append(Line2D([], [], color=style.BLACK, lw=1, ls=BROKEN, label=bounds))
@@ -289,7 +288,7 @@ def _range(normal: Floats) -> str:
     return f"{ends[0]} N" if ends[0] == ends[1] else f"{ends[0]} to {ends[1]} N"
 
 
-def _number(axes: Axes, count: int) -> NDArray[np.int64]:
+def _number(axes: Axes, count: int) -> Integers:
     axes.set(xlabel="contact", xlim=(0.3, count + 0.7))
     axes.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=min(count, 10), min_n_ticks=1))
     axes.grid(False, axis="x")

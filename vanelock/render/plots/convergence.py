@@ -57,7 +57,7 @@ class Panel:
 def convergence_picture(path: style.PathLike, panels: Sequence[Panel], title: str) -> Path:
     """Draw errors of peak amplitude and frequency against cost, and return the path.
 
-    A full marker is the study's own value. A value whose error is not known, such as the finest,
+    A filled marker is the value of the study. A value whose error is not known, such as the finest,
     which the others are compared with, is a vertical line at its cost.
 
     Raises

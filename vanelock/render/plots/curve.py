@@ -6,9 +6,8 @@ from itertools import cycle
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats, Integers
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.render import style
 
 Kind = Literal["nonlinear", "free", "stuck", "measured"]
@@ -114,7 +113,7 @@ class Curve:
     amplitude: Floats
     group: str = ""
     harmonics: int | None = None
-    converged: NDArray[np.bool_] | None = None
+    converged: Booleans | None = None
     kind: Kind = "nonlinear"
     joined: bool = True
     variant: str = ""
@@ -172,9 +171,9 @@ def peak(curve: Curve) -> MarkedPeak | None:
     return MarkedPeak(float(frequency[at]), float(amplitude[at]), at_edge)
 
 
-def converged(curve: Curve) -> NDArray[np.bool_]:
+def converged(curve: Curve) -> Booleans:
     """(p,) points that converged and have an amplitude."""
-    known: NDArray[np.bool_] = np.isfinite(curve.amplitude)
+    known: Booleans = np.isfinite(curve.amplitude)
     return known if curve.converged is None else known & curve.converged
 
 

@@ -14,14 +14,14 @@ _BEFORE, _AFTER = (style.GREY, (0, (5, 2.5))), (style.BLUE, "-")
 
 @dataclass(frozen=True)
 class FitPanel:
-    """A measured curve and the response.
+    """A measured curve and the computed response.
 
     Attributes
     ----------
     name : str
         Of the measurement.
     unit : str
-        Of the amplitudes here, "µm" or "µm/m"; they come in m or 1.
+        Unit in which amplitudes, given in m or 1, are drawn: "µm" or "µm/m".
     frequency, amplitude : (p,) float
         Measured, Hz.
     sigma : (p,) float or None

@@ -6,13 +6,11 @@ from itertools import cycle
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Booleans, Floats
 from vanelock.render import style
 
 MPA: Final = 1e-6
@@ -34,7 +32,7 @@ def haigh_picture(
     path: style.PathLike,
     mean: Floats,
     amplitude: Floats,
-    doubtful: NDArray[np.bool_],
+    doubtful: Booleans,
     limit: float,
     tensile: float,
     named: Sequence[Named],
@@ -85,7 +83,7 @@ def haigh_picture(
 
 
 def _places(
-    axes: Axes, mean: Floats, amplitude: Floats, doubtful: NDArray[np.bool_], named: Sequence[Named]
+    axes: Axes, mean: Floats, amplitude: Floats, doubtful: Booleans, named: Sequence[Named]
 ) -> None:
     for chosen, colour, size in ((doubtful, style.LIGHT, 5), (~doubtful, style.SKY, 5)):
         x, y = MPA * mean[chosen], MPA * amplitude[chosen]

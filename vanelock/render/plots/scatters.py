@@ -95,15 +95,15 @@ def _most(keys: Sequence[tuple[str, Floats]], responses: Sequence[ScatterPanel])
     return sorted(np.argsort(-strength, kind="stable")[:_SHOWN].tolist())
 
 
-def _distribution(axes: Axes, each: ScatterPanel, percent: Sequence[float]) -> None:
+def _distribution(axes: Axes, panel: ScatterPanel, percent: Sequence[float]) -> None:
     """Share of the samples below each value, and the percentiles with their limits."""
-    value = np.sort(each.value)
+    value = np.sort(panel.value)
     share = 100 * (np.arange(len(value)) + 0.5) / len(value)
     axes.plot(value, share, color=style.BLUE, linewidth=1.8)
-    for p, (middle, low, high) in zip(percent, each.percentile, strict=True):
+    for p, (middle, low, high) in zip(percent, panel.percentile, strict=True):
         axes.plot([low, high], [p, p], color=style.VERMILION, linewidth=1.6)
         axes.plot([middle], [p], "o", color=style.VERMILION, markersize=5)
-    axes.set(xlabel=each.label, ylabel="samples below (%)", ylim=(0, 100))
+    axes.set(xlabel=panel.label, ylabel="samples below (%)", ylim=(0, 100))
     axes.set_yticks(percent)
     axes.margins(x=0.04)
 

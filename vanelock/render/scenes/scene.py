@@ -11,9 +11,8 @@ from typing import TypeAlias
 import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import Colormap, to_rgb
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.process import latest
 from vanelock.mesh import Part
 from vanelock.render import style
@@ -42,7 +41,7 @@ class SceneBody:
     """
 
     points: Floats
-    triangles: NDArray[np.int64]
+    triangles: Integers
     colour: str | Floats
     opacity: float = 1.0
 
@@ -52,7 +51,7 @@ class SceneLines:
     """Straight edges (k, 2) between points (m, 3), with a width in pixels."""
 
     points: Floats
-    edges: NDArray[np.int64]
+    edges: Integers
     colour: str = style.BLACK
     width: float = 1.0
     opacity: float = 1.0
@@ -111,7 +110,7 @@ def ring_camera(points: Floats, fit: Floats | None = None) -> Camera:
     return Camera(0.87 * axial + 0.22 * around - 0.44 * radial, radial, fit)
 
 
-def smooth_surface(points: Floats, skin: Surface) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def smooth_surface(points: Floats, skin: Surface) -> tuple[Integers, Integers]:
     """Points doubled along sharp edges, so that shading is smooth between them and crisp there."""
     pv = offscreen.pyvista()
     mesh = pv.PolyData.from_regular_faces(points, skin.triangles)
@@ -127,7 +126,7 @@ def smooth_surface(points: Floats, skin: Surface) -> tuple[NDArray[np.int64], ND
     return place, np.asarray(split.regular_faces, np.int64)
 
 
-Skin: TypeAlias = tuple[Surface, NDArray[np.int64], NDArray[np.int64]]
+Skin: TypeAlias = tuple[Surface, Integers, Integers]
 _skins: dict[tuple[int, bool], tuple[Part, Skin]] = {}
 """Of parts known again by being the same object, which is held so that its id stays its own."""
 
@@ -150,7 +149,7 @@ def colours(values: Floats, colour_map: Colormap, low: float, high: float) -> Fl
     return np.asarray(shown, float)
 
 
-def repeat(faces: NDArray[np.int64], points: int, copies: int) -> NDArray[np.int64]:
+def repeat(faces: Integers, points: int, copies: int) -> Integers:
     """Triangles or edges of `copies` bodies whose points follow each other."""
     steps = points * np.arange(copies)[:, None, None]
     return (faces[None] + steps).reshape(-1, faces.shape[1])

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Floats, Integers
+from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
 
@@ -61,11 +60,11 @@ class Surface:
         Triangles on the sector's left and right faces, which a full ring hides.
     """
 
-    nodes: NDArray[np.int64]
-    triangles: NDArray[np.int64]
-    outline: NDArray[np.int64]
-    mesh_edges: NDArray[np.int64]
-    cyclic: NDArray[np.bool_]
+    nodes: Integers
+    triangles: Integers
+    outline: Integers
+    mesh_edges: Integers
+    cyclic: Booleans
 
 
 def surface(part: Part, corners_only: bool = False) -> Surface:
@@ -93,7 +92,7 @@ def surface(part: Part, corners_only: bool = False) -> Surface:
     )
 
 
-def _cyclic(part: Part, faces: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _cyclic(part: Part, faces: Integers) -> Booleans:
     """Which faces have all their corners on the left, or all on the right cyclic face."""
     hidden = np.zeros(len(faces), bool)
     for name in ("left", "right"):
@@ -132,7 +131,7 @@ def skin_edges(points: Floats, triangles: Integers) -> tuple[Integers, Integers,
     return edges[order[start]], mates, cosine
 
 
-def _mesh_edges(faces: NDArray[np.int64], corners: int) -> NDArray[np.int64]:
+def _mesh_edges(faces: Integers, corners: int) -> Integers:
     """Edges of the elements' faces, each once, in two halves where a mid-edge node is there."""
     pieces = []
     for i in range(corners):
@@ -143,11 +142,11 @@ def _mesh_edges(faces: NDArray[np.int64], corners: int) -> NDArray[np.int64]:
             pieces += [faces[:, [i, corners + i]], faces[:, [corners + i, j]]]
     edges = np.sort(np.concatenate(pieces), axis=1)
     first = np.unique(_packed(edges, int(edges.max()) + 1), return_index=True)[1]
-    found: NDArray[np.int64] = edges[first]
+    found: Integers = edges[first]
     return found
 
 
-def _packed(rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
+def _packed(rows: Integers, count: int) -> Integers:
     """One number for each row of numbers below `count`, in the rows' order, where they fit.
 
     Numbers are sorted ten times faster than rows. Four corners of up to 55,000 nodes fit into a

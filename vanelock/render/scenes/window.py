@@ -103,9 +103,9 @@ def snapshot(scene: DrawnScene, size: tuple[int, int]) -> Pixels:
     return _coarser(picture)
 
 
-def image(figure: Figure, scene: DrawnScene, *place: float) -> None:
+def image(figure: Figure, scene: DrawnScene, *box: float) -> None:
     """A scene in a figure, at left, bottom, width and height in inches."""
-    axes, size = style.image_axes(figure, *place)
+    axes, size = style.image_axes(figure, *box)
     style.show(axes, snapshot(scene, size))
 
 

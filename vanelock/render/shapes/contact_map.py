@@ -14,13 +14,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import ArrayLike, NDArray
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.mesh import Part
 from vanelock.render import style
 from vanelock.render.scenes import scene
 from vanelock.render.scenes.window import aimed, snapshot
 
-States = NDArray[np.int64]
+States = Integers
 
 LOOKS: Final = (
     ("sticks", style.BLUE, "o"),

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from vanelock.common.arrays import Complex, Floats
+from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.common.files.files import placed
 from vanelock.mesh import Part
 from vanelock.render import style
@@ -95,7 +95,7 @@ def _sector(parts: Sequence[Part]) -> scene.DrawnScene:
     return scene.DrawnScene(scene.sector_camera(parts[0].points, every), bodies, lines, marks)
 
 
-def _nodes(part: Part, names: Sequence[str]) -> NDArray[np.int64]:
+def _nodes(part: Part, names: Sequence[str]) -> Integers:
     found = [part.node_sets[name] for name in names if name in part.node_sets]
     return np.unique(np.concatenate(found)) if found else np.empty(0, np.int64)
 

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vanelock.common.arrays import Complex, Floats
+from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.common.cyclic import COMPONENTS, phase_factor
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part
@@ -45,8 +44,8 @@ class DeformedSkin:
     part: Part
     surface: Surface
     shape: Complex
-    split: NDArray[np.int64]
-    triangles: NDArray[np.int64]
+    split: Integers
+    triangles: Integers
 
     @property
     def points(self) -> Floats:

@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from vanelock import nonlinear, render
 from vanelock.common.arrays import Floats, Integers
@@ -33,12 +33,12 @@ def preloads(run: RunResult) -> list[Picture]:
     return list(found.values())
 
 
-def _preload(run: RunResult, each: CaseResult) -> Picture:
-    static, joints = each.static, each.system.contacts.joints
-    name = each.preload_name
+def _preload(run: RunResult, case: CaseResult) -> Picture:
+    static, joints = case.static, case.system.contacts.joints
+    name = case.preload_name
     suffix = f"_{slug(name)}" if name else ""
-    shows = [each.key_at("preload"), name]
-    names = {joint: tangents(run.given, joint) for joint in joints}
+    shows = [case.key_at("preload"), name]
+    names = {joint: tangents(run.problem, joint) for joint in joints}
     caption = (
         f"Contact forces at rest, nothing vibrating{of_case(name)}. Above: normal force "
         "of each contact of a sector. Below: friction over its bound, |t| / (μ n): 1 where the "
@@ -145,27 +145,27 @@ class Loop:
         }
 
 
-def loops(run: RunResult, each: CaseResult) -> list[Picture]:
+def loops(run: RunResult, result: CaseResult) -> list[Picture]:
     """The loop of a case, where there is one."""
-    top, name = each.top, each.name
-    contacts = each.system.contacts
+    top, name = result.top, result.name
+    contacts = result.system.contacts
     own = np.flatnonzero(contacts.opens & contacts.springs).tolist()
     if not exact(top) or not own or not top.dissipation[0, own].any():
         return []
     contact = max(own, key=lambda i: float(top.dissipation[0, i]))
     joint = contacts.joints[contact]
-    loop = Loop(top, contact, tangents(run.given, joint))
-    frequency = each.at_peak.frequency
+    loop = Loop(top, contact, tangents(run.problem, joint))
+    frequency = result.at_peak.frequency
     heading = f"contact {contacts.joints[: contact + 1].count(joint)} of {joint}"
     title = f"C{heading[1:]} at {frequency:.2f} Hz"
-    shows = [each.key_at("response"), title, name, run.monitor.name]
+    shows = [result.key_at("response"), title, name, run.monitor.name]
 
     def draw(path: Path) -> None:
         period = *loop.history, loop.load, loop.mu
         isotropic = top.friction == "isotropic"
         render.loop_picture(path, *period, title, words(name), isotropic, loop.tangents)
 
-    notes = [f"{run.given.name}: {title}{of_case(name)}, one period"]
+    notes = [f"{run.problem.name}: {title}{of_case(name)}, one period"]
     caption = (
         f"C{heading[1:]}, the one that dissipates most, over one "
         f"period at the peak, {frequency:.2f} Hz{of_case(name)}. Left: friction force over "
@@ -183,7 +183,7 @@ class _Around:
 
     headings: tuple[str, ...]
     frequency: Floats
-    state: NDArray[np.int64]
+    state: Integers
     dissipation: Floats
 
     @classmethod
@@ -203,18 +203,18 @@ class _Around:
         return cls(tuple(headings), frequency[at], response.state[at], response.dissipation[at])
 
 
-def contacts(run: RunResult, each: CaseResult) -> Picture:
+def contacts(run: RunResult, result: CaseResult) -> Picture:
     """The map of a case's contacts, with its table."""
-    name = each.name
-    response = each.response
-    around = _Around.of(response, run.monitor.amplitude(response), each.at_peak.point)
+    name = result.name
+    response = result.response
+    around = _Around.of(response, run.monitor.amplitude(response), result.at_peak.point)
     title = f"{run.study.name}: contacts around the resonance"
-    shows = [each.key_at("response"), title, name, run.monitor.name]
+    shows = [result.key_at("response"), title, name, run.monitor.name]
 
     def places() -> tuple[Integers, Floats, Floats, tuple[str, ...]]:
         """The vane's node of each contact, its place and frame, and its joint."""
-        vane, casing = map(each.component, PARTS)
-        found = segment_of(each.study).assembly(vane, casing).contacts
+        vane, casing = map(result.component, PARTS)
+        found = segment_of(result.study).assembly(vane, casing).contacts
         nodes = np.concatenate([touching.own_nodes for touching in found])
         frames = np.concatenate([touching.frames for touching in found])
         return nodes, vane.masters.position(nodes), frames, properties(found).joint
@@ -223,7 +223,7 @@ def contacts(run: RunResult, each: CaseResult) -> Picture:
         _, positions, frames, joint = places()
         render.contact_map_picture(
             path,
-            each.parts[0],
+            result.parts[0],
             positions,
             frames,
             joint,

@@ -85,7 +85,7 @@ def all_curves(run: RunResult) -> list[render.Curve]:
                     group=words(name) if along and name != "nominal" else called(name),
                     harmonics=None if along else each.summary.harmonics,
                     converged=converged,
-                    joined=each.given.response.frequencies is None,
+                    joined=each.problem.response.frequencies is None,
                     variant=direction,
                     envelope=_envelope([curve, *ends]) if ends else None,
                     verdict=verdict,
@@ -111,9 +111,9 @@ def curves(run: RunResult) -> Picture:
     made = all_curves(run)
     keys = [(*each.solved_keys, each.name) for each in run.cases.values()]
     monitor = run.monitor.name
-    shows = [keys, monitor, run.given.name, *(each.shown for each in run.measured)]
+    shows = [keys, monitor, run.problem.name, *(each.shown for each in run.measured)]
     order = one_order(run.cases.values())
-    title = f"{run.given.name}: forced response"
+    title = f"{run.problem.name}: forced response"
     shade = band(run)
     path = run.output_files.draw(
         "figures/response.png",

@@ -57,13 +57,13 @@ class _ShownField:
         return self.recover()
 
 
-def _mesh(run: RunResult, each: CaseResult, data: Sequence[Path] = ()) -> Picture:
+def _mesh(run: RunResult, case: CaseResult, data: Sequence[Path] = ()) -> Picture:
     """Both parts with their node sets."""
     title = f"{run.study.name}: mesh"
     path = run.output_files.draw(
         "figures/mesh.png",
-        [each.mesh_keys, title],
-        lambda path: render.mesh_picture(path, *each.parts, title),
+        [case.mesh_keys, title],
+        lambda path: render.mesh_picture(path, *case.parts, title),
     )
     caption = (
         "Finite-element mesh of one vane segment and one casing sector (translucent). Balls are "
@@ -83,7 +83,7 @@ def _all_modes(run: RunResult) -> list[Picture]:
         run.output_files.listener(Notice(text))
     found: list[Picture] = []
     for each, name in _few(distinct):
-        found += _modes(run, each, name, "animations" in run.given.outputs.show and not found)
+        found += _modes(run, each, name, "animations" in run.problem.outputs.show and not found)
     return found
 
 
@@ -96,23 +96,23 @@ def _distinct_modes(run: RunResult) -> list[tuple[CaseResult, str]]:
     """A case of each set of linear limits, under the swept values that distinguish them."""
     cases = list(run.cases.values())
     groups = list(map(_mode_key, cases))
-    names = label([Case(each.name, dict(each.values), each.given) for each in cases], groups)
+    names = label([Case(each.name, dict(each.values), each.problem) for each in cases], groups)
     chosen: dict[Any, tuple[CaseResult, str]] = {}
     for each, group, name in zip(cases, groups, names, strict=True):
         chosen.setdefault(group, (each, name))
     return list(chosen.values())
 
 
-def _mode_key(each: CaseResult) -> tuple[Any, ...]:
+def _mode_key(case: CaseResult) -> tuple[Any, ...]:
     """What tells modes apart; a load or a damping ratio does not."""
-    limits = each.limits
+    limits = case.limits
     places = limits.nodal_diameter, limits.free_mode, limits.stuck_mode
-    return *each.component_keys, *places, limits.free.tobytes(), limits.stuck.tobytes()
+    return *case.component_keys, *places, limits.free.tobytes(), limits.stuck.tobytes()
 
 
-def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[Picture]:
+def _modes(run: RunResult, case: CaseResult, name: str, animated: bool) -> list[Picture]:
     """The mode of interest, interlock free and stuck; `animated`, the last one moves too."""
-    limits = each.limits
+    limits = case.limits
     k = limits.nodal_diameter
     made = []
     for which in limits.conditions:
@@ -122,9 +122,9 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
         title = f"Mode {place + 1} of {wave}{held}: {frequency:.2f} Hz"
 
         def recover(which: Limit = which) -> list[Complex]:
-            return each.mode_shapes.shape(which)
+            return case.mode_shapes.shape(which)
 
-        shows = [each.key_at("limits"), title, name]
+        shows = [case.key_at("limits"), title, name]
         file = f"mode_{which}_{slug(name)}" if name else f"mode_{which}"
         drawn = _ShownField(file, title, words(name), k, recover, shows, MASS_NORMALISED)
         caption = (
@@ -133,8 +133,8 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
             "stated, colours show where it moves most. Left: one sector at its largest deflection, "
             "undeformed in grey; right: the wave around the ring."
         )
-        data = _data(run, each, drawn)
-        made.append(_picture(run, each, drawn, render.mode_picture, caption, data))
+        data = _data(run, case, drawn)
+        made.append(_picture(run, case, drawn, render.mode_picture, caption, data))
         if animated and which == limits.conditions[-1]:
             caption = (
                 f"The same mode over one period{of_case(name)}: a wave that travels round the ring "
@@ -143,7 +143,7 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
 
             def animate(path: Path, drawn: _ShownField = drawn) -> None:
                 render.mode_animation(
-                    path, each.parts, drawn.fields, k, drawn.title, drawn.subtitle
+                    path, case.parts, drawn.fields, k, drawn.title, drawn.subtitle
                 )
 
             path = run.output_files.draw(f"shapes/{file}.gif", shows, animate)
@@ -151,16 +151,16 @@ def _modes(run: RunResult, each: CaseResult, name: str, animated: bool) -> list[
     return made
 
 
-def _response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]:
+def _response(run: RunResult, case: CaseResult, animated: bool) -> list[Picture]:
     """First harmonic at the peak; `animated`, all of them too."""
-    name = each.name
-    top, peak = each.top, each.at_peak
+    name = case.name
+    top, peak = case.top, case.at_peak
     k = int(top.harmonic_diameters[1])
     title = f"Response at its peak, {peak.frequency:.2f} Hz"
-    shows = [each.key_at("response"), title, name, run.monitor.name]
+    shows = [case.key_at("response"), title, name, run.monitor.name]
     subtitle = f"{words(name)}, first harmonic"
     drawn = _ShownField(
-        f"response_{slug(name)}", title, subtitle, k, lambda: each.fields.shape(1), shows
+        f"response_{slug(name)}", title, subtitle, k, lambda: case.fields.shape(1), shows
     )
     caption = (
         f"First harmonic of the vibration with friction at the largest response, "
@@ -169,16 +169,16 @@ def _response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]
         "colours run once around the ring for each nodal diameter the wave travels, and a jump "
         "within a sector marks parts that move in opposite phase."
     )
-    data = _data(run, each, drawn)
-    made = [_picture(run, each, drawn, render.response_picture, caption, data)]
+    data = _data(run, case, drawn)
+    made = [_picture(run, case, drawn, render.response_picture, caption, data)]
     if animated:
 
         def animate(path: Path) -> None:
             waves = [
-                render.Wave(h, int(top.harmonic_diameters[h]), each.fields.shape(h))
+                render.Wave(h, int(top.harmonic_diameters[h]), case.fields.shape(h))
                 for h in range(1, top.harmonics + 1)
             ]
-            render.response_animation(path, each.parts, waves, title, words(name))
+            render.response_animation(path, case.parts, waves, title, words(name))
 
         path = run.output_files.draw(f"shapes/{drawn.name}.gif", shows, animate)
         caption = (
@@ -190,25 +190,25 @@ def _response(run: RunResult, each: CaseResult, animated: bool) -> list[Picture]
     return made
 
 
-def _stress(run: RunResult, each: CaseResult) -> Picture:
+def _stress(run: RunResult, case: CaseResult) -> Picture:
     """Von Mises stress of the vane at the peak."""
-    name = each.name
-    peak = each.at_peak
+    name = case.name
+    peak = case.at_peak
     title = f"Largest von Mises stress in a period, {peak.frequency:.2f} Hz"
-    placed = None if (gauges := each.gauges) is None else gauges.positions
-    shows = [each.key_at("response"), title, name, [] if placed is None else placed.tolist()]
+    placed = None if (gauges := case.gauges) is None else gauges.positions
+    shows = [case.key_at("response"), title, name, [] if placed is None else placed.tolist()]
 
     def picture(path: Path) -> None:
         marked = () if placed is None else placed
-        values = each.fields.largest, each.fields.vane.amplitude
-        render.stress_picture(path, each.parts[0], *values, title, words(name), marked)
+        values = case.fields.largest, case.fields.vane.amplitude
+        render.stress_picture(path, case.parts[0], *values, title, words(name), marked)
 
     def write(path: Path) -> None:
         stresses = {
-            "von_mises_max (Pa)": each.fields.largest,
-            "von_mises_max_of_vibration (Pa)": each.fields.vane.amplitude,
+            "von_mises_max (Pa)": case.fields.largest,
+            "von_mises_max_of_vibration (Pa)": case.fields.vane.amplitude,
         }
-        render.write_vtu(path, each.parts[0], fields=stresses)
+        render.write_vtu(path, case.parts[0], fields=stresses)
 
     path = run.output_files.draw(f"shapes/stress_{slug(name)}.png", shows, picture)
     data = run.output_files.draw(f"shapes/stress_{slug(name)}_vane.vtu", shows, write, quick=True)
@@ -223,45 +223,45 @@ def _stress(run: RunResult, each: CaseResult) -> Picture:
 
 def _picture(
     run: RunResult,
-    each: CaseResult,
+    case: CaseResult,
     drawn: _ShownField,
     draw: Callable[..., Path],
     caption: str,
     data: tuple[Path, ...],
 ) -> Picture:
     def function(path: Path) -> None:
-        parts, k = each.parts, drawn.nodal_diameter
+        parts, k = case.parts, drawn.nodal_diameter
         draw(path, parts, drawn.fields, k, drawn.title, drawn.subtitle)
 
     path = run.output_files.draw(f"shapes/{drawn.name}.png", drawn.shows, function)
     return Picture(path, drawn.title, caption, data)
 
 
-def _data(run: RunResult, each: CaseResult, drawn: _ShownField) -> tuple[Path, ...]:
+def _data(run: RunResult, case: CaseResult, drawn: _ShownField) -> tuple[Path, ...]:
     """One .vtu file for each part of a displacement field."""
     data = []
     for i, part in enumerate(PARTS):
 
         def write(path: Path, i: int = i) -> None:
-            render.write_vtu(path, each.parts[i], drawn.fields[i], unit=drawn.unit)
+            render.write_vtu(path, case.parts[i], drawn.fields[i], unit=drawn.unit)
 
         file = f"shapes/{drawn.name}_{part}.vtu"
         data.append(run.output_files.draw(file, drawn.shows, write, quick=True))
     return tuple(data)
 
 
-def _mesh_errors(run: RunResult, each: CaseResult) -> list[Picture]:
+def _mesh_errors(run: RunResult, result: CaseResult) -> list[Picture]:
     """The picture of a case, where a part of it is an own mesh."""
-    if "mesh_error" not in each.products:
+    if "mesh_error" not in result.products:
         return []
-    places: ErrorPlaces = each.products.get("mesh_error")
-    title = f"Where the meshes err in the mode of interest, {each.limits.stuck_frequency:.2f} Hz"
-    subtitle = f"{each.study.name}. What elements add to its stiffness, by their own estimate."
-    shows = [each.key_at("mesh_error"), title, each.study.name]
+    places: ErrorPlaces = result.products.get("mesh_error")
+    title = f"Where the meshes err in the mode of interest, {result.limits.stuck_frequency:.2f} Hz"
+    subtitle = f"{result.study.name}. What elements add to its stiffness, by their own estimate."
+    shows = [result.key_at("mesh_error"), title, result.study.name]
 
     def picture(path: Path) -> None:
         densities = places.vane, places.casing
-        render.mesh_error_picture(path, each.parts, densities, title, subtitle)
+        render.mesh_error_picture(path, result.parts, densities, title, subtitle)
 
     table = places.table
     caption = (
@@ -279,7 +279,7 @@ FEW = 60
 def look_into(run: RunResult) -> None:
     """Have all that pictures and page show made, be they drawn anew or not."""
     shapes = run.shapes
-    if "report" in run.given.outputs.show:
+    if "report" in run.problem.outputs.show:
         chosen = looked_into_names(run)
         for name, case in run.cases.items():
             if name in chosen:
@@ -340,12 +340,12 @@ def _energies(case: CaseResult) -> dict[str, Any]:
 def draw(run: RunResult) -> None:
     """Draw what is not there yet, and remove what earlier runs drew and this one does not."""
     run.pictures = [*_drawn(run), *_of_analyses(run)]
-    run.output_files.tidy(keep=[REPORT] if "report" in run.given.outputs.show else [])
+    run.output_files.tidy(keep=[REPORT] if "report" in run.problem.outputs.show else [])
 
 
 def _drawn(run: RunResult) -> list[Picture]:
     """All but those of analyses."""
-    shown = run.given.outputs.show
+    shown = run.problem.outputs.show
     made = [curves(run), *preloads(run)]
     chosen = _detailed(run)
     moving = chosen[:1] + chosen[-1:] if "animations" in shown else []
@@ -379,13 +379,13 @@ def _of_analyses(run: RunResult) -> Iterator[Picture]:
 def _detailed(run: RunResult) -> list[CaseResult]:
     """Cases with pictures of their own; says which, if any are drawn."""
     cases, count = named(run), len(run.peaks)
-    drawn = [name for name in ("loops", "shapes") if name in run.given.outputs.show]
+    drawn = [name for name in ("loops", "shapes") if name in run.problem.outputs.show]
     if drawn and len(cases) < count:
         text = f"pictures of {' and '.join(drawn)} for {in_words(run)} of {count}"
         run.output_files.listener(Notice(text))
     return cases
 
 
-def _own(each: CaseResult, made: Iterable[Picture]) -> Iterator[Picture]:
+def _own(result: CaseResult, made: Iterable[Picture]) -> Iterator[Picture]:
     """Pictures of a case."""
-    return (replace(picture, case=each.name) for picture in made)
+    return (replace(picture, case=result.name) for picture in made)

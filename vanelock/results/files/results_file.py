@@ -74,10 +74,10 @@ def check_results(path: Path) -> str:
     if not os.path.lexists(path):
         return ""
     try:
-        with open_results(path, whole=False):
+        with open_results(path, complete=False):
             return ""
     except InputError as error:
-        with open_results(path, whole=False, follow=False):  # refuses what is not this program's
+        with open_results(path, complete=False, follow=False):  # refuses what is not this program's
             pass
         _, _, found = str(error).removesuffix(f"; {ADVICE}").partition("HDF5 file ")
         return f"results are damaged {found}: written again, from what the cache has"
@@ -85,14 +85,14 @@ def check_results(path: Path) -> str:
 
 @contextmanager
 def open_results(
-    path: str | os.PathLike[str], whole: bool = True, follow: bool = True
+    path: str | os.PathLike[str], complete: bool = True, follow: bool = True
 ) -> Generator[h5py.File, None, None]:
     """A results file, open for reading.
 
     Parameters
     ----------
     path : path
-    whole : bool
+    complete : bool
         Whether to read all of it first, and refuse it where anything is not as it was written.
     follow : bool
         Whether the files that it leads to count.
@@ -117,7 +117,7 @@ def open_results(
                 f"{path}: results of format version {str(version)[:40]}, this program writes "
                 f"{VERSION}; {ADVICE}"
             )
-        if whole:
+        if complete:
             _verify_all(Path(path), file)
         yield file
 

@@ -53,7 +53,7 @@ class Results:
 
     def wait_for_the_end(self, settings: str) -> None:
         """Keep a complete file of the same settings until this one is complete, too."""
-        with suppress(InputError), open_results(self.path, whole=False) as file:
+        with suppress(InputError), open_results(self.path, complete=False) as file:
             known = file.get("provenance")
             earlier = None if known is None else known.attrs.get("settings")
             self._waits = bool(file.attrs.get("complete")) and earlier == settings
@@ -79,16 +79,16 @@ class Results:
                 index[place] = h5py.ExternalLink(f"{PARTS}/{name[0]}", f"/{place}")
 
     @contextmanager
-    def _new(self, label: str, known: str = "") -> Generator[tuple[h5py.File, list[str]]]:
+    def _new(self, label: str, template: str = "") -> Generator[tuple[h5py.File, list[str]]]:
         """A file of the folder, beginning as a known one, and its name when all is written."""
         label, name = slug(label)[:LONGEST], list[str]()
         temporary = self._folder / f".{label}.{os.getpid()}.tmp"
         with writing(self._folder):
             self._folder.mkdir(exist_ok=True)
             try:
-                if known:
-                    shutil.copyfile(self._folder / known, temporary)
-                with written(temporary, "a" if known else "w") as file:
+                if template:
+                    shutil.copyfile(self._folder / template, temporary)
+                with written(temporary, "a" if template else "w") as file:
                     yield file, name
                 name.append(f"{label}-{file_digest(temporary)}.h5")
                 os.replace(temporary, self._folder / name[0])

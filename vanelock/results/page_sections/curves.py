@@ -79,14 +79,14 @@ def _around_peaks(
     return ends, (0.05 * float(min(up)), ROOM * float(max(up)))
 
 
-def _loop(found: CaseResult) -> list[Plot]:
+def _loop(result: CaseResult) -> list[Plot]:
     """The loop of the contact with the most friction work."""
-    energy = np.where(found.top.state[0] == ELEMENT, 0.0, found.wear.energy)
-    if not energy.any() or not exact(found.top):
+    energy = np.where(result.top.state[0] == ELEMENT, 0.0, result.wear.energy)
+    if not energy.any() or not exact(result.top):
         return []
     contact = int(energy.argmax())
-    names = tangents(found.given, found.places.joint[contact])
-    turned = Loop(found.top, contact, names)
+    names = tangents(result.problem, result.places.joint[contact])
+    turned = Loop(result.top, contact, names)
     displacement, force = turned.history
     closed = np.append(np.arange(0, len(force), STEP), 0)
     u, t, bound = 1e6 * displacement[closed], force[closed], (turned.mu * turned.load)[closed]
@@ -105,16 +105,16 @@ def _loop(found: CaseResult) -> list[Plot]:
                     colour=colour,
                 )
             )
-    case = "" if found.name == "nominal" else f", {words(found.name)}"
+    case = "" if result.name == "nominal" else f", {words(result.name)}"
     return [
         Plot(
             traces,
             "relative displacement (µm)",
             "friction force (N)",
-            f"Hysteresis of {found.places.names[contact]}{case}",
+            f"Hysteresis of {result.places.names[contact]}{case}",
             f"The contact that dissipates most, {1e6 * energy[contact]:.3g} µJ per cycle at "
-            f"{found.at_peak.frequency:.2f} Hz, in both friction directions. The area of a loop is "
-            "the energy dissipated in that direction.",
+            f"{result.at_peak.frequency:.2f} Hz, in both friction directions. The area of a loop "
+            "is the energy dissipated in that direction.",
             y_from_zero=False,
         )
     ]
@@ -161,7 +161,7 @@ def _points(run: RunResult) -> Table:
 
 
 def _not_estimated(run: RunResult) -> str:
-    given = run.given
+    given = run.problem
     missing = []
     if isinstance(given, Scene):
         missing.append(

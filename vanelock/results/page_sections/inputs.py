@@ -11,7 +11,7 @@ import numpy as np
 
 from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.names import words
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.schema.distributions import Distribution
 from vanelock.input.schema.structure.loads import grows
 from vanelock.input.schema.study import Study
@@ -59,16 +59,16 @@ VARIED = ("sweep.", "rows.", SCATTERING)
 VALUE = heads("key", "what it is", "value")
 
 
-def inputs(given: Given, cases: Sequence[Given] = ()) -> Section:
+def inputs(problem: Problem, cases: Sequence[Problem] = ()) -> Section:
     """What a study or scene sets; the `cases` know the temperatures of their responses."""
-    if not isinstance(given, Study):
-        found = [each for each in settings(given) if not each.key.startswith(VARIED)]
-        varied = (*given.sweep, *given.rows, *(given.scatter.keys if given.scatter else ()))
+    if not isinstance(problem, Study):
+        found = [each for each in settings(problem) if not each.key.startswith(VARIED)]
+        varied = (*problem.sweep, *problem.rows, *(problem.scatter.keys if problem.scatter else ()))
         apart = (*APART, *varied)
         chosen = [each for each in found if each.changed and not each.key.startswith(apart)]
         set_so = Table("Set differently from defaults", VALUE, _rows(chosen))
-        return Section("Inputs", [*_varied(given), set_so])
-    return _of_study(given, [each for each in cases if isinstance(each, Study)])
+        return Section("Inputs", [*_varied(problem), set_so])
+    return _of_study(problem, [each for each in cases if isinstance(each, Study)])
 
 
 def _of_study(study: Study, cases: Sequence[Study]) -> Section:
@@ -111,35 +111,39 @@ def _of_study(study: Study, cases: Sequence[Study]) -> Section:
     return Section("Inputs", blocks)
 
 
-def _varied(given: Given) -> Iterator[Table]:
+def _varied(problem: Problem) -> Iterator[Table]:
     """What cases differ in."""
     kinds = (
-        ("sweep", given.sweep, "Swept: each case has one of the values"),
-        ("rows", given.rows, "Varied together: a case has the values of one place in all lists"),
+        ("sweep", problem.sweep, "Swept: each case has one of the values"),
+        ("rows", problem.rows, "Varied together: a case has the values of one place in all lists"),
     )
     for name, lists, caption in kinds:
         rows = [
-            (key, meaning(key, type(given)), as_text(f"{name}.{key}", list(values), type(given)))
+            (
+                key,
+                meaning(key, type(problem)),
+                as_text(f"{name}.{key}", list(values), type(problem)),
+            )
             for key, values in lists.items()
         ]
         if rows:
             yield Table(caption, heads("key", "what it is", "values"), rows)
-    if given.scatter is not None:
-        caption = f"Scattering: {given.scatter.samples:,} samples of a Latin hypercube"
+    if problem.scatter is not None:
+        caption = f"Scattering: {problem.scatter.samples:,} samples of a Latin hypercube"
         rows = [
-            (key, meaning(key, type(given)), _distribution(key, each, type(given)))
-            for key, each in given.scatter.keys.items()
+            (key, meaning(key, type(problem)), _distribution(key, each, type(problem)))
+            for key, each in problem.scatter.keys.items()
         ]
         yield Table(caption, heads("key", "what it is", "distribution"), rows)
 
 
-def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
+def _distribution(key: str, distribution: Distribution, schema: type[Problem]) -> str:
     """How a key scatters, in words."""
-    law, pair = given.law
+    law, pair = distribution.law
     names = ("low", "high") if law == "uniform" else ("mean", "deviation")
     numbers = [*zip(names, pair, strict=True)]
-    if given.within is not None:
-        numbers += zip(("cut below", "cut above"), given.within, strict=True)
+    if distribution.within is not None:
+        numbers += zip(("cut below", "cut above"), distribution.within, strict=True)
     words = (
         f"{name} {value if isinstance(value, str) else as_text(key, value, schema)}"
         for name, value in numbers
@@ -147,15 +151,15 @@ def _distribution(key: str, given: Distribution, schema: type[Given]) -> str:
     return ", ".join([law, *words])
 
 
-def all_inputs(given: Given) -> Section:
+def all_inputs(problem: Problem) -> Section:
     """Every key, defaults included."""
-    found = [each for each in settings(given) if not each.key.startswith("sweep.")]
+    found = [each for each in settings(problem) if not each.key.startswith("sweep.")]
     return Section("All settings", [Table("Every key", VALUE, _rows(found), folded=True)])
 
 
-def _rows(found: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
+def _rows(settings: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
     rows = []
-    for each in found:
+    for each in settings:
         row: tuple[str, ...] = (each.key, each.meaning, as_text(each.key, each.value, each.schema))
         rows.append((*row, as_text(each.key, each.default, each.schema)) if with_default else row)
     return rows

@@ -87,7 +87,7 @@ class Round:
 
 @dataclass(frozen=True)
 class MeshChoice:
-    """A case with its accuracy's choices made, as far as they precede the response."""
+    """A study with all choices made that its accuracy asks for before the response is solved."""
 
     study: Study
     """The study with them."""

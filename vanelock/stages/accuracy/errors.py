@@ -111,12 +111,14 @@ def errors(
     return replace(known, warnings=tuple(_warnings(known, budget, choice.rounds, choice.short)))
 
 
-def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str) -> list[str]:
+def _warnings(errors: Errors, budget: Budget, rounds: Sequence[Round], short: str) -> list[str]:
     lines = []
-    amplitude, frequency = known.total
+    amplitude, frequency = errors.total
     worst = max(amplitude, frequency)
     if worst > budget.accuracy:
-        dominant = max(known.counted, key=lambda each: np.nanmax([each.amplitude, each.frequency]))
+        dominant = max(
+            errors.counted, key=lambda error: np.nanmax([error.amplitude, error.frequency])
+        )
         lines.append(
             f"WARNING: the estimated error is {worst:.1e}, more than the accuracy "
             f"{budget.accuracy:g} asked for; most of it is {dominant.name} ({dominant.setting})"
@@ -129,13 +131,13 @@ def _warnings(known: Errors, budget: Budget, rounds: Sequence[Round], short: str
             f"frequencies are off by about {rounds[-1].error:.1e}, the peak by about "
             f"{rounds[-1].amplitude:.1e} because of it"
         )
-    for kind, unknown in zip(("amplitude", "frequency"), known.unknown, strict=True):
+    for kind, unknown in zip(("amplitude", "frequency"), errors.unknown, strict=True):
         if unknown:
             lines.append(f"WARNING: the {kind}'s error is not known for: {', '.join(unknown)}")
     return lines
 
 
-def error_table(case: str, found: Errors, monitor: str) -> Table:
+def error_table(case: str, estimates: Errors, monitor: str) -> Table:
     """Source, estimate, cost and setting."""
     columns = (
         Column("source"),
@@ -145,26 +147,26 @@ def error_table(case: str, found: Errors, monitor: str) -> Table:
         Column("cost", form=".2f"),
         Column("setting"),
     )
-    rows: list[tuple[Cell, ...]] = [astuple(each) for each in found.sources]
+    rows: list[tuple[Cell, ...]] = [astuple(each) for each in estimates.sources]
     together = [
-        total if any(np.isfinite(getattr(each, kind)) for each in found.counted) else None
-        for kind, total in zip(("amplitude", "frequency"), found.total, strict=True)
+        total if any(np.isfinite(getattr(each, kind)) for each in estimates.counted) else None
+        for kind, total in zip(("amplitude", "frequency"), estimates.total, strict=True)
     ]
-    asked = f"accuracy = {found.accuracy:g}"
-    rows.append(("total", *together, found.accuracy, 1.0, asked))
-    met = max(found.total) <= found.accuracy and not any(found.unknown)
-    flags: list[Flag] = [""] * len(found.sources)
+    asked = f"accuracy = {estimates.accuracy:g}"
+    rows.append(("total", *together, estimates.accuracy, 1.0, asked))
+    met = max(estimates.total) <= estimates.accuracy and not any(estimates.unknown)
+    flags: list[Flag] = [""] * len(estimates.sources)
     flags.append("good" if met else "warn")
     notes = [
         "errors: estimated, relative, of the largest response by each source; allowed: its share "
         "of the accuracy; cost: share of the processor time.",
     ]
-    if np.isfinite(found.corrected):
+    if np.isfinite(estimates.corrected):
         notes.append(
-            f"less what the mesh adds by estimate, the peak lies near {found.corrected:.1f} Hz "
+            f"less what the mesh adds by estimate, the peak lies near {estimates.corrected:.1f} Hz "
             "(`vanelock manual benchmarks/mesh_error`)"
         )
-    notes += found.warnings
+    notes += estimates.warnings
     title = f"Errors of the peak of {monitor}" + ("" if case == "nominal" else f", {case}")
     return Table(title, columns, rows, notes, "errors", flags)
 
@@ -261,11 +263,11 @@ def _utilisation(response: Response) -> Floats:
     return np.asarray(ratio.max(axis=1))
 
 
-def left_out_table(case: str, found: Sequence[LeftOut]) -> Table:
+def left_out_table(case: str, rows: Sequence[LeftOut]) -> Table:
     """What a case does without, and why that is right."""
     columns = (Column("left out", key="kind"), *heads("what", "evidence"))
     title = "Left out, or kept, and why" + ("" if case == "nominal" else f", {case}")
-    return Table(title, columns, found, key="left_out")
+    return Table(title, columns, rows, key="left_out")
 
 
 def _listed_harmonics(numbers: Sequence[int]) -> str:

@@ -188,22 +188,22 @@ class ErrorPlaces(Product):
 
 def of_own_meshes(planned: Planned) -> Step[ErrorPlaces] | None:
     """The step of a case of which a part is a user's own mesh."""
-    parts = [getattr(planned.case.given, name, None) for name in PARTS]
+    parts = [getattr(planned.case.problem, name, None) for name in PARTS]
     if not any(isinstance(part, OwnVane | OwnCasing) for part in parts):
         return None
     study = planned.case.study
     k = diameter_of(study, 1)
     recovered = [recovery_step(study, part, k) for part in PARTS]
 
-    def compute(system: System, limits: Limits, *whole: rom.Recovery) -> ErrorPlaces:
+    def compute(system: System, limits: Limits, *recovery: rom.Recovery) -> ErrorPlaces:
         k = limits.nodal_diameter
         shape = rom.linear_modes(system, k, limits.stuck_mode + 1)[1][:, -1]
         own = system.at(k).split(np.asarray(shape, complex))
         energies = [
             fem.excess_by_element(each.model, each.displacement(own[part], k))
-            for part, each in zip(PARTS, whole, strict=True)
+            for part, each in zip(PARTS, recovery, strict=True)
         ]
-        return _error_places([each.model.part for each in whole], energies)
+        return _error_places([each.model.part for each in recovery], energies)
 
     needs = (planned.linear.system, planned.linear.limits, *recovered)
     return step("mesh error by place", "fem", {}, ErrorPlaces, needs, compute)
@@ -266,7 +266,7 @@ class NeglectedHarmonics(Product):
 
 def neglected_harmonics_step(planned: Planned) -> Step[NeglectedHarmonics]:
     """The estimate, of the peak of a case's response."""
-    wanted = planned.case.given.outputs.monitor
+    wanted = planned.case.problem.outputs.monitor
 
     def compute(
         system: System, response: Response, linear: System, free: Response

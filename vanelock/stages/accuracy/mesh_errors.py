@@ -157,7 +157,7 @@ def amplitude_errors_step(
     structure: StudyStructure, system: Step[System], limits: Step[Limits]
 ) -> Step[AmplitudeErrors]:
     """Estimates for a case by its system and its limits."""
-    study = structure.given
+    study = structure.problem
     corrects = study.mesh.correction != "none"
     k, response = diameter_of(study, 1), study.response
     options: dict[str, Any] = {
@@ -207,8 +207,8 @@ def _added_to_peak(
     return added
 
 
-def amplitude_error(found: AmplitudeErrors, frequency: float) -> float:
+def amplitude_error(errors: AmplitudeErrors, frequency: float) -> float:
     """Relative error of a peak's amplitude by the meshes, by that of its frequency if need be."""
-    if np.isnan(found.total):
-        return AMPLITUDE["modal" if found.corrected else "none"] * frequency
-    return found.total
+    if np.isnan(errors.total):
+        return AMPLITUDE["modal" if errors.corrected else "none"] * frequency
+    return errors.total

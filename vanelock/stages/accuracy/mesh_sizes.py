@@ -27,10 +27,10 @@ COARSE = 30_000
 """Degrees of freedom of the example's coarse meshes."""
 
 
-def unknowns(study: Study, size: Size, own: Mapping[str, int] | None = None) -> float:
+def unknowns(study: Study, size: Size, mesh_dofs: Mapping[str, int] | None = None) -> float:
     """Degrees of freedom of both parts, meshed with elements of a size."""
     vane, casing, N = study.vane, study.casing, study.ring.sectors
-    count, hook = float(sum((own or {}).values())), HookDimensions()
+    count, hook = float(sum((mesh_dofs or {}).values())), HookDimensions()
     if isinstance(vane, VaneDimensions):
         count, hook = count + vane_dofs(vane, N, element_size(size, "vane")), vane.hook
     if isinstance(casing, CasingDimensions):
@@ -43,21 +43,21 @@ def peak_memory(dofs: float) -> float:
     return max(LEAST, BASE + EACH * dofs)
 
 
-def _most_memory(given: float | None = None) -> float:
+def _most_memory(memory: float | None = None) -> float:
     """Bytes that choices may take: a share of what there is, or what is given if that is less."""
     share = SHARE * process.capacity()
-    return share if given is None else min(share, given)
+    return share if memory is None else min(share, memory)
 
 
-def most_dofs(given: float | None = None) -> float:
+def most_dofs(memory: float | None = None) -> float:
     """Degrees of freedom of the largest meshes that are chosen."""
-    fit = (_most_memory(given) - BASE) / EACH
-    if given is not None and fit < COARSE:
+    fit = (_most_memory(memory) - BASE) / EACH
+    if memory is not None and fit < COARSE:
         least = process.gigabytes(peak_memory(COARSE))
-        raise InputError(f"memory = {process.gigabytes(given)}: a coarse mesh takes {least}")
+        raise InputError(f"memory = {process.gigabytes(memory)}: a coarse mesh takes {least}")
     return min(DOFS, max(fit, COARSE))
 
 
-def processes(each: float, given: float | None = None) -> int:
+def processes(size: float, memory: float | None = None) -> int:
     """How many processes of so many bytes fit, at least one."""
-    return max(1, math.floor(min(_most_memory(given) / each, 1e6)))
+    return max(1, math.floor(min(_most_memory(memory) / size, 1e6)))

@@ -157,7 +157,7 @@ HIGHEST = 1e6
 
 def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]:
     """The cases, each with the speed of its temperatures determined."""
-    if isinstance(cases[0].given, Scene) or not any(_needs_speed(case.study) for case in cases):
+    if isinstance(cases[0].problem, Scene) or not any(_needs_speed(case.study) for case in cases):
         return list(cases)
     found = []
     for case in cases:
@@ -166,7 +166,7 @@ def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]
             continue
         speed = _crossing(case.study, stages)
         study = with_values(case.study, {"temperature.speed": speed})
-        found.append(replace(case, given=study))
+        found.append(replace(case, problem=study))
     return found
 
 

@@ -34,11 +34,11 @@ COLUMNS = {
 PARALLEL = 1e-6
 
 
-def nodes(given: Any, where: str) -> Integers:
+def nodes(value: Any, where: str) -> Integers:
     """Node numbers from a list or a file."""
-    if isinstance(given, str):
-        return np.asarray(load_nodes(Path(given)))
-    found = np.array(given, np.int64)
+    if isinstance(value, str):
+        return np.asarray(load_nodes(Path(value)))
+    found = np.array(value, np.int64)
     if len(np.unique(found)) < len(found):
         raise InputError(f"{where}: a node is listed twice")
     return found
@@ -146,13 +146,13 @@ def _kept(
     kept: dict[str, set[int]] = {name: set() for name in components}
     turned: dict[str, set[int]] = {name: set() for name in components}
 
-    def keep(name: str, wanted: Integers, where: str, rotations: bool = False) -> None:
+    def keep(name: str, numbers: Integers, where: str, rotations: bool = False) -> None:
         if name not in kept:
             have = ", ".join(kept)
             raise InputError(f'{where}: no component "{name}"; there are {have}')
-        kept[name].update(wanted.tolist())
+        kept[name].update(numbers.tolist())
         if rotations:
-            turned[name].update(wanted.tolist())
+            turned[name].update(numbers.tolist())
 
     for contact in contacts:
         where = f"{contact.where}.between"
@@ -298,24 +298,24 @@ def _phase(where: str, load: LoadKeys) -> complex:
     return complex(np.exp(1j * np.deg2rad(load.phase)))
 
 
-def _pairs(given: Any, alone: bool, where: str) -> tuple[Integers, Integers, Mapping[str, Any]]:
+def _pairs(value: Any, alone: bool, where: str) -> tuple[Integers, Integers, Mapping[str, Any]]:
     """Nodes, their mates, and the table's other columns."""
-    if isinstance(given, str) and alone and given.lower().endswith(".txt"):
-        given = load_nodes(Path(given)).tolist()
-    if isinstance(given, str):
-        table = dict(load_pairs(Path(given)))
+    if isinstance(value, str) and alone and value.lower().endswith(".txt"):
+        value = load_nodes(Path(value)).tolist()
+    if isinstance(value, str):
+        table = dict(load_pairs(Path(value)))
         if unknown := [column for column in table if column not in COLUMNS]:
-            raise InputError(f"{given}: column {unknown[0]!r}: allowed are {', '.join(COLUMNS)}")
+            raise InputError(f"{value}: column {unknown[0]!r}: allowed are {', '.join(COLUMNS)}")
         wanted = ("node",) if alone else ("node", "mate")
         for column in wanted:
             if column not in table or table[column].dtype.kind != "i":
-                raise InputError(f"{given}: a column {column!r} of node numbers is needed")
+                raise InputError(f"{value}: a column {column!r} of node numbers is needed")
         for column, values in table.items():
             if values.dtype.kind not in "if":
-                raise InputError(f"{given}: column {column!r} does not hold numbers")
+                raise InputError(f"{value}: column {column!r} does not hold numbers")
         mine = np.asarray(table["node"])
         return mine, mine if alone else np.asarray(table["mate"]), table
-    rows = np.array(given, np.int64)
+    rows = np.array(value, np.int64)
     if alone != (rows.ndim == 1):
         needed = "node numbers, such as [17, 18]" if alone else "pairs, such as [[17, 4], [18, 5]]"
         raise InputError(f"{where}: expected {needed}")

@@ -67,29 +67,31 @@ class RigidMotions(Product):
 
 def rigid_motions(
     name: str,
-    given: Matrices,
+    matrices: Matrices,
     fixed: Integers,
-    kept: tuple[Integers, Integers],
+    nodes_kept: tuple[Integers, Integers],
     forces: Sequence[NodalForces],
 ) -> RigidMotions:
     """Rigid motions of a component, turns among them where all places are known."""
-    node, direction = given.node, given.direction
+    node, direction = matrices.node, matrices.direction
     free = ~np.isin(node, fixed)
-    own = (np.isin(node, kept[0]) & (direction < 3)) | (np.isin(node, kept[1]) & (direction < 6))
-    diagonal = given.K.diagonal().real
+    own = (np.isin(node, nodes_kept[0]) & (direction < 3)) | (
+        np.isin(node, nodes_kept[1]) & (direction < 6)
+    )
+    diagonal = matrices.K.diagonal().real
     if len(alone := np.flatnonzero(free & ~own & (diagonal == 0) & (direction < 6))):
         at = int(alone[0])
         raise InputError(
             f"components.{name}: node {node[at]}, {WORDS[direction[at]]}: held by nothing: it has "
             "no stiffness, and no contact, tie, load or output; clamp it or leave its row out"
         )
-    R = _body(given)
+    R = _body(matrices)
     if not free.all():
         R = R[free] @ sl.null_space(R[~free], rcond=RANK)
     scale = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))[free]
     U, size, _ = np.linalg.svd(scale[:, None] * R, full_matrices=False)
     U = U[:, size > RANK * size.max(initial=0.0)]
-    pulled = given.K.real[free][:, free] @ (U / scale[:, None])
+    pulled = matrices.K.real[free][:, free] @ (U / scale[:, None])
     values, turns = sl.eigh(U.T @ (pulled / scale[:, None]))
     motions = (U @ turns[:, np.abs(values) < SOFT]) / scale[:, None]
     motions /= np.abs(motions).max(axis=0)
@@ -103,18 +105,18 @@ def rigid_motions(
     )
 
 
-def _body(given: Matrices) -> Floats:
+def _body(matrices: Matrices) -> Floats:
     """(n, 3 or 6) rigid motions of all rows."""
-    node, direction = given.node, given.direction
-    R = np.zeros((given.size, 6))
+    node, direction = matrices.node, matrices.direction
+    R = np.zeros((matrices.size, 6))
     for d in range(3):
         R[direction == d, d] = 1.0
     moves = direction < 6
-    if given.position is None or not np.isin(node[moves], given.position_node).all():
+    if matrices.position is None or not np.isin(node[moves], matrices.position_node).all():
         return R[:, :3]
-    order = np.argsort(given.position_node)
-    at = order[np.searchsorted(given.position_node[order], node[moves])]
-    place = given.position[at] - given.position.mean(axis=0)
+    order = np.argsort(matrices.position_node)
+    at = order[np.searchsorted(matrices.position_node[order], node[moves])]
+    place = matrices.position[at] - matrices.position.mean(axis=0)
     length = np.abs(place).max(initial=0.0) or 1.0
     for axis in range(3):
         turned = np.column_stack([np.cross(np.eye(3)[axis], place / length), np.zeros_like(place)])
@@ -123,8 +125,8 @@ def _body(given: Matrices) -> Floats:
     return R
 
 
-def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> list[str]:
-    """Lines on parts that nothing presses."""
+def refuse_unbalanced(gathered: Gathered, bodies: Mapping[str, RigidMotions]) -> list[str]:
+    """One line for each part that no contact presses."""
     names = list(bodies)
     ends = np.cumsum([0, *(bodies[name].motions.shape[1] for name in names)])
     spans = {name: slice(*ends[i : i + 2]) for i, name in enumerate(names)}
@@ -136,24 +138,24 @@ def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> li
         return found, there
 
     apart = [np.zeros((0, ends[-1]))]
-    for tie in given.ties:
+    for tie in gathered.ties:
         (own, has), (mate, mated) = at(tie.own, tie.own_nodes, 6), at(tie.mate, tie.mate_nodes, 6)
         apart.append((own - mate)[has & mated])
     R = sl.null_space(np.vstack(apart), rcond=RANK)
-    if not R.size or not given.contacts or any(each.element for each in given.contacts):
+    if not R.size or not gathered.contacts or any(each.element for each in gathered.contacts):
         return []
     rows = []
-    for each in given.contacts:
+    for each in gathered.contacts:
         moved = at(each.own, each.own_nodes)[0]
         if each.mate:
             moved = moved - at(each.mate, each.mate_nodes)[0]
         rows.append(each.frames @ moved)
     G = np.concatenate(rows).reshape(-1, ends[-1]) @ R
     load = np.zeros(ends[-1])
-    for push in given.loads:
+    for push in gathered.loads:
         if push.harmonic == 0:
             load += np.einsum("d,ndm->m", push.vector.real, at(push.part, push.nodes)[0])
-    for pull in given.forces:
+    for pull in gathered.forces:
         if pull.harmonic == 0:
             own = bodies[pull.part].forces[pull.digest]
             load[spans[pull.part]] += pull.factor.real * own
@@ -161,7 +163,7 @@ def refuse_unbalanced(given: Gathered, bodies: Mapping[str, RigidMotions]) -> li
     V = turns[size > RANK * size.max(initial=0.0)].T  # held by contacts alone
     if not V.shape[1]:
         return []
-    mu = np.concatenate([each.mu for each in given.contacts])
+    mu = np.concatenate([each.mu for each in gathered.contacts])
     pressing = _pressing(G @ V, mu, V.T @ (R.T @ load))
     if pressing is None:
         whose = _named(names, spans, R @ V @ (V.T @ (R.T @ load))[:, None])

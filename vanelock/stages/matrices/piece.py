@@ -87,22 +87,22 @@ def _read(path: Path, digest: str) -> tuple[Integers, Floats]:
     return np.asarray(nodes), forces
 
 
-def _among(numbers: Integers, wanted: Integers) -> tuple[Integers, Booleans]:
+def _among(numbers: Integers, searched: Integers) -> tuple[Integers, Booleans]:
     """Places of some numbers among others, the first of several, and which of them are there."""
     if not len(numbers):
-        return np.zeros_like(wanted), np.zeros(wanted.shape, bool)
+        return np.zeros_like(searched), np.zeros(searched.shape, bool)
     order = np.argsort(numbers, kind="stable")
-    at = order[np.searchsorted(numbers[order], wanted).clip(max=len(numbers) - 1)]
-    return at, numbers[at] == wanted
+    at = order[np.searchsorted(numbers[order], searched).clip(max=len(numbers) - 1)]
+    return at, numbers[at] == searched
 
 
 def on_rows(
-    given: Sequence[NodalForces], node: Integers, direction: Integers, fixed: Integers
+    nodal_forces: Sequence[NodalForces], node: Integers, direction: Integers, fixed: Integers
 ) -> sp.csc_array:
     """(n, p) forces on a component's rows, one load a column, in unit size, N."""
     key = (GENERALISED + 1) * node + direction
     rows, columns, values = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0)]
-    for i, each in enumerate(given):
+    for i, each in enumerate(nodal_forces):
         of = f"of components.{each.part}"
         free = ~np.isin(each.nodes, fixed)
         nodes, forces = each.nodes[free], each.forces[free]
@@ -119,7 +119,7 @@ def on_rows(
         columns.append(np.full(np.count_nonzero(acts), i))
         values.append(forces[acts])
     where = np.concatenate(rows), np.concatenate(columns)
-    return sp.csc_array((np.concatenate(values), where), shape=(len(node), len(given)))
+    return sp.csc_array((np.concatenate(values), where), shape=(len(node), len(nodal_forces)))
 
 
 @dataclass(frozen=True)
@@ -179,27 +179,27 @@ class Piece(Product):
         """Frequency up to which it answers, Hz: its band."""
         return self.band
 
-    def reduced_load(self, given: Load) -> Load:
+    def reduced_load(self, nodal_load: Load) -> Load:
         """A load on it, on the coordinates where its nodes are none of these."""
         for i, nodes in self.pushed.items():
-            if np.array_equal(nodes, given.nodes):
-                return replace(given, reduced=given.vector @ self.loads[i])
-        return given
+            if np.array_equal(nodes, nodal_load.nodes):
+                return replace(nodal_load, reduced=nodal_load.vector @ self.loads[i])
+        return nodal_load
 
-    def load_of(self, given: NodalForces) -> Load:
+    def load_of(self, forces: NodalForces) -> Load:
         """A load of a file on it, on the coordinates."""
-        factor = np.complex128(given.factor)
-        vector, own = factor * given.forces, factor * self.forces[given.digest]
-        return Load(given.where, given.part, given.nodes, vector, given.harmonic, reduced=own)
+        factor = np.complex128(forces.factor)
+        vector, own = factor * forces.forces, factor * self.forces[forces.digest]
+        return Load(forces.where, forces.part, forces.nodes, vector, forces.harmonic, reduced=own)
 
-    def reduced_outputs(self, given: Output) -> Iterator[Output]:
+    def reduced_outputs(self, output: Output) -> Iterator[Output]:
         """Outputs of it, one by one, by the coordinates where their nodes are none of these."""
-        for i, name in enumerate(given.names):
-            own = given.nodes[i : i + 1]
+        for i, name in enumerate(output.names):
+            own = output.nodes[i : i + 1]
             moved = self.outputs[self.shown == own]
-            if given.turned and len(moved):
-                moved = self.frames(own, given.where) @ moved
-            yield replace(given, nodes=own, names=[name], reduced=moved if len(moved) else None)
+            if output.turned and len(moved):
+                moved = self.frames(own, output.where) @ moved
+            yield replace(output, nodes=own, names=[name], reduced=moved if len(moved) else None)
 
     def at(self, nodal_diameter: int) -> Reduced:
         """Matrices of a nodal diameter."""
@@ -301,7 +301,7 @@ class Seen:
 
 def seen_from(
     followed: Followed,
-    kept: Integers,
+    rows_kept: Integers,
     node: Integers,
     direction: Integers,
     K: sp.csc_array,
@@ -319,9 +319,9 @@ def seen_from(
     pushed = [each for each in pushed if held.isdisjoint(each)]
     shown = [n for n in followed[1] if n in whole and n not in held]
     gone = _all((tuple(pushed), tuple(shown)))
-    rows = kept[~np.isin(node[kept], gone)]
+    rows = rows_kept[~np.isin(node[rows_kept], gone)]
     if not len(rows):
-        return Seen((), (), kept)
+        return Seen((), (), rows_kept)
     return Seen(
         tuple((np.array(each), np.array([whole[n] for n in each])) for each in pushed),
         tuple((n, whole[n]) for n in shown),

@@ -48,8 +48,8 @@ def clamped(keys: ComponentKeys, name: str) -> Integers:
 def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrices:
     """A component's matrices, read from its files; at a nodal diameter where names say so."""
 
-    def at(given: str | None) -> Path | None:
-        return None if given is None else Path(given.replace(ND, str(nodal_diameter)))
+    def at(name: str | None) -> Path | None:
+        return None if name is None else Path(name.replace(ND, str(nodal_diameter)))
 
     names = {
         "stiffness": keys.stiffness_name,
@@ -222,7 +222,7 @@ def _whole_block(K: sp.csc_array, M: sp.csc_array, C: sp.csc_array | None) -> Re
 def _piece(
     name: str,
     ring: SceneRingKeys,
-    given: Matrices,
+    matrices: Matrices,
     node: Integers,
     direction: Integers,
     blocks: dict[int, Reduced],
@@ -234,15 +234,15 @@ def _piece(
             refuse_negative_mass(block.M)
         except InputError as error:
             raise InputError(f"components.{name}: {error}") from None
-    positions = np.empty((0, 3)) if given.position is None else given.position
-    at = given.position_node, positions
+    positions = np.empty((0, 3)) if matrices.position is None else matrices.position
+    at = matrices.position_node, positions
     return Piece(name, node, direction, ring.sectors, blocks, *at, band, **more)
 
 
-def _mass(name: str, given: Matrices) -> sp.csc_array:
-    if given.M is None:
+def _mass(name: str, matrices: Matrices) -> sp.csc_array:
+    if matrices.M is None:
         raise InputError(f"components.{name}.mass: must be given")
-    return given.M
+    return matrices.M
 
 
 def _selection(keys: ComponentKeys, least: float | None) -> Selection:
@@ -252,16 +252,16 @@ def _selection(keys: ComponentKeys, least: float | None) -> Selection:
     return Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
 
 
-def refuse_unknown(where: str, given: Matrices, nodes: Integers) -> None:
+def refuse_unknown(where: str, component: Matrices, nodes: Integers) -> None:
     """Refuse nodes that matrices do not have, `where` they are named."""
-    if len(missing := np.setdiff1d(nodes, given.node)):
+    if len(missing := np.setdiff1d(nodes, component.node)):
         raise InputError(f"{where}: node {missing[0]} is not among the matrices' nodes")
 
 
 def _faces(
     where: str,
     ring: SceneRingKeys,
-    given: Matrices,
+    matrices: Matrices,
     node: Integers,
     direction: Integers,
     faces: tuple[Integers, Integers],
@@ -272,13 +272,13 @@ def _faces(
         raise InputError(f"{where}.low: cyclic faces need ring.sectors of at least 2")
     if len(low) != len(high):
         raise InputError(f"{where}.high: {len(high)} nodes, and {len(low)} in low")
-    refuse_unknown(f"{where}.low", given, low)
-    refuse_unknown(f"{where}.high", given, high)
+    refuse_unknown(f"{where}.low", matrices, low)
+    refuse_unknown(f"{where}.high", matrices, high)
     both = np.concatenate(faces)
     if len(np.unique(both)) < len(both):
         again = next(n for n in both if np.sum(both == n) > 1)
         raise InputError(f"{where}.low, high: node {again} is there twice")
-    _meet(where, ring, given, low, high)
+    _meet(where, ring, matrices, low, high)
     at = {(int(n), int(d)): row for row, (n, d) in enumerate(zip(node, direction, strict=True))}
     around = np.eye(6)
     if ring.coordinates == "cartesian":
@@ -310,17 +310,19 @@ def _faces(
     return Faces(np.array(lows), np.array(highs), turned, ring.sectors)
 
 
-def _meet(where: str, ring: SceneRingKeys, given: Matrices, low: Integers, high: Integers) -> None:
+def _meet(
+    where: str, ring: SceneRingKeys, matrices: Matrices, low: Integers, high: Integers
+) -> None:
     """Refuse mates that lie apart, where the nodes' places are known."""
-    if given.position is None:
+    if matrices.position is None:
         return
-    known = {int(n): i for i, n in enumerate(given.position_node)}
+    known = {int(n): i for i, n in enumerate(matrices.position_node)}
     pairs = [
         (a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True) if {a, b} <= known.keys()
     ]
     for a, b in pairs:
-        expected = turn(ring.sectors) @ given.position[known[a]]
-        apart = float(np.linalg.norm(given.position[known[b]] - expected))
+        expected = turn(ring.sectors) @ matrices.position[known[a]]
+        apart = float(np.linalg.norm(matrices.position[known[b]] - expected))
         if apart > TOGETHER * max(float(np.linalg.norm(expected)), 1e-300):
             raise InputError(
                 f"{where}.high: node {b} lies {apart:.3g} m from where its mate {a} of low comes "

@@ -12,7 +12,7 @@ from vanelock import rom
 from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 from vanelock.input.band import asked_for, least_band
-from vanelock.input.cases.values import Given, diameters_of
+from vanelock.input.cases.values import Problem, diameters_of
 from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
@@ -29,7 +29,7 @@ from vanelock.stages.structure import CaseStructure
 class SceneStructure(CaseStructure):
     """The components of a scene, or the system that it names."""
 
-    given: Scene
+    problem: Scene
     without: bool = False
     """Whether its systems leave out friction, interference and loads at rest."""
     _made: dict[Any, Step[Any]] = field(default_factory=dict, repr=False, compare=False)
@@ -37,12 +37,12 @@ class SceneStructure(CaseStructure):
     @cached_property
     def gathered(self) -> Gathered:
         """What its lists and tables say."""
-        return gathered(self.given)
+        return gathered(self.problem)
 
     @cached_property
     def names(self) -> tuple[str, ...]:  # type: ignore[override]
         """Of its components."""
-        return tuple(self.given.components)
+        return tuple(self.problem.components)
 
     @cached_property
     def apart(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -59,24 +59,26 @@ class SceneStructure(CaseStructure):
     @property
     def loaded(self) -> tuple[int, ...]:
         """Nodal diameters, 0 to N/2, of rest, of all loads and of the harmonics between."""
-        if self.given.system is not None:
-            return diameters_of(self.given)
+        if self.problem.system is not None:
+            return diameters_of(self.problem)
         own = self.gathered
         loads = {each.harmonic for each in own.loads} | {each.harmonic for each in own.forces}
-        return diameters_of(self.given, max({1, *loads}))
+        return diameters_of(self.problem, max({1, *loads}))
 
     @property
     def modes_up_to(self) -> int:
         """Of a system from a file, which may hold many nodal diameters, those of its response."""
-        return super().modes_up_to if self.given.system is None else self.given.response.harmonics
+        return (
+            super().modes_up_to if self.problem.system is None else self.problem.response.harmonics
+        )
 
     def component(self, name: str, nodal_diameter: int) -> Step[Piece]:
         """A component as it is or reduced, by nodal diameter where that matters."""
-        keys = self.given.components[name]
+        keys = self.problem.components[name]
         by_diameter = keys.low is not None or ND in keys.stiffness
         at = (self.folded(nodal_diameter),) if by_diameter else ()
         if (name, at) not in self._made:
-            self._made[name, at] = _piece_step(self.given, name, self.gathered, at)
+            self._made[name, at] = _piece_step(self.problem, name, self.gathered, at)
         return self._made[name, at]
 
     def at(self, nodal_diameter: int) -> Step[System]:
@@ -85,12 +87,12 @@ class SceneStructure(CaseStructure):
 
     def system(self, diameters: Collection[int]) -> Step[System]:
         """The system at some nodal diameters; that of a file has its own."""
-        if self.given.system is not None:
-            return _ready_step(self.given, Path(self.given.system.file), self.without)
+        if self.problem.system is not None:
+            return _ready_step(self.problem, Path(self.problem.system.file), self.without)
         chosen = tuple(sorted({*map(self.folded, diameters)}))
         if (key := (chosen, self.without)) not in self._made:
             parts = [self.component(name, k) for k in chosen for name in self.names]
-            self._made[key] = _joined_step(self.given, self._acting, chosen, tuple(parts))
+            self._made[key] = _joined_step(self.problem, self._acting, chosen, tuple(parts))
         return self._made[key]
 
     @property
@@ -111,10 +113,10 @@ class SceneStructure(CaseStructure):
 
 
 def _piece_step(
-    scene: Scene, name: str, given: Gathered, by_diameter: tuple[int, ...]
+    scene: Scene, name: str, gathered: Gathered, by_diameter: tuple[int, ...]
 ) -> Step[Piece]:
     keys = scene.components[name]
-    kept, followed, forces = given.kept[name], given.followed(name), given.forces_on(name)
+    kept, followed, forces = gathered.kept[name], gathered.followed(name), gathered.forces_on(name)
     least = least_band(asked_for(scene.response))
     inputs = {
         **_component(name, keys, kept, forces, by_diameter),
@@ -134,9 +136,9 @@ def _piece_step(
     return step(f"component {name}{of}", "rom", inputs, Piece, (), compute)
 
 
-def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]:
+def motions_step(scene: Scene, name: str, gathered: Gathered) -> Step[RigidMotions]:
     """Rigid motions of a component that nothing but contacts may hold."""
-    keys, kept, forces = scene.components[name], given.kept[name], given.forces_on(name)
+    keys, kept, forces = scene.components[name], gathered.kept[name], gathered.forces_on(name)
     inputs = _component(name, keys, kept, forces, ())
 
     def compute() -> RigidMotions:
@@ -148,7 +150,7 @@ def motions_step(scene: Scene, name: str, given: Gathered) -> Step[RigidMotions]
 def _component(
     name: str,
     keys: ComponentKeys,
-    kept: tuple[Integers, Integers],
+    nodes_kept: tuple[Integers, Integers],
     forces: Sequence[NodalForces],
     by_diameter: tuple[int, ...],
 ) -> dict[str, Any]:
@@ -161,13 +163,13 @@ def _component(
             for key, value in files.items()
             if value is not None
         },
-        "kept": [each.tolist() for each in kept],
+        "kept": [each.tolist() for each in nodes_kept],
         "forces": [each.digest for each in forces],
     }
 
 
 def at_rest(
-    givens: Sequence[Given], bodies: Callable[[Scene, str, Gathered], RigidMotions]
+    givens: Sequence[Problem], bodies: Callable[[Scene, str, Gathered], RigidMotions]
 ) -> list[str]:
     """Lines on parts of scenes that nothing presses, of the first case that can be at rest."""
     lost = None
@@ -203,8 +205,8 @@ def _joined_step(
     }
     count = len(parts) // len(diameters)
 
-    def compute(*found: Piece) -> System:
-        rows = [found[i : i + count] for i in range(0, len(found), count)]
+    def compute(*pieces: Piece) -> System:
+        rows = [pieces[i : i + count] for i in range(0, len(pieces), count)]
         systems = [
             _assembly(scene, acting, row).system((k,))
             for k, row in zip(diameters, rows, strict=True)
@@ -214,13 +216,13 @@ def _joined_step(
     return step("system", "rom", inputs, System, parts, compute, False, True)
 
 
-def _assembly(scene: Scene, acting: Gathered, found: Sequence[Piece]) -> Assembly:
+def _assembly(scene: Scene, acting: Gathered, pieces: Sequence[Piece]) -> Assembly:
     """A scene's components at a nodal diameter and all that acts on them."""
-    damped = any(block.C is not None for piece in found for block in piece.blocks.values())
+    damped = any(block.C is not None for piece in pieces for block in piece.blocks.values())
     ratio = scene.damping.ratio
     if ratio is None and not damped:
         ratio = DAMPING
-    parts = {piece.name: piece for piece in found}
+    parts = {piece.name: piece for piece in pieces}
     return Assembly(
         sectors=scene.ring.sectors,
         engine_order=scene.excitation.engine_order,

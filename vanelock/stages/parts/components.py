@@ -91,22 +91,22 @@ def _mates_step(study: Study) -> Step[Mates]:
     return step("match", "mesh", inputs, Mates, tuple(needs), compute)
 
 
-def _read_step(study: Study, part: str, own: OwnVane | OwnCasing) -> Step[OwnPart]:
+def _read_step(study: Study, part: str, part_keys: OwnVane | OwnCasing) -> Step[OwnPart]:
     """A user's mesh with its sets; its key holds what the file contains, not where it is."""
-    digest = content_digest(own.mesh)
-    interlock, sets = bool(study.joints.interlock), cast("dict[str, Any]", own.sets)
+    digest = content_digest(part_keys.mesh)
+    interlock, sets = bool(study.joints.interlock), cast("dict[str, Any]", part_keys.sets)
     loaded = tuple(study.loads.pressure) if study.loads is not None and part == "vane" else ()
 
     def compute() -> OwnPart:
-        found = mesh.read_mesh(own.mesh, own.unit)
-        if content_digest(own.mesh) != digest:
-            raise InputError(f"{own.mesh}: changed while it was read: run again")
+        found = mesh.read_mesh(part_keys.mesh, part_keys.unit)
+        if content_digest(part_keys.mesh) != digest:
+            raise InputError(f"{part_keys.mesh}: changed while it was read: run again")
         return own_part(found, part, sets, interlock, loaded)
 
     inputs: dict[str, Any] = {
         "contents": digest,
-        "format": Path(own.mesh).suffix.lower(),
-        "unit": own.unit,
+        "format": Path(part_keys.mesh).suffix.lower(),
+        "unit": part_keys.unit,
         "sets": sets,
         "interlock": interlock,
     }
@@ -198,12 +198,12 @@ def prepared_step(study: Study, part: str) -> Step[Any]:
 @lru_cache(maxsize=SHARED)
 def _prepared(
     part: str,
-    kept: tuple[str, ...],
+    node_sets: tuple[str, ...],
     means: tuple[str, ...],
     options: tuple[tuple[str, Any], ...],
     model: Step[Model],
 ) -> Step[Any]:
-    inputs = {"masters": kept, "averaged": means, **dict(options)}
+    inputs = {"masters": node_sets, "averaged": means, **dict(options)}
 
     def compute(model: Model) -> Any:
         return rom.prepare(model, **inputs)
@@ -246,7 +246,7 @@ def _reduced_step(
 @lru_cache(maxsize=SHARED)
 def _reduced(
     part: str,
-    kept: tuple[str, ...],
+    node_sets: tuple[str, ...],
     means: tuple[str, ...],
     options: Rom,
     more: tuple[tuple[str, Any], ...],
@@ -256,7 +256,7 @@ def _reduced(
     is_last: bool,
 ) -> Step[Component]:
     """Without the vane's band, which a casing's may follow, and `loads` in unit size."""
-    inputs = {"masters": kept, **options.of(part), "averaged": means, **dict(more)}
+    inputs = {"masters": node_sets, **options.of(part), "averaged": means, **dict(more)}
 
     def compute(model: Model, prepared: Any, *vane: Component) -> Component:
         band = {"band": vane[0].band} if vane else {}

@@ -7,7 +7,7 @@ import numpy as np
 
 from vanelock.common.arrays import Floats, unit_vectors
 from vanelock.common.tables import counted
-from vanelock.input.cases.values import Given, ring_of
+from vanelock.input.cases.values import Problem, ring_of
 from vanelock.input.schema.scene import Scene
 
 if TYPE_CHECKING:
@@ -17,16 +17,18 @@ UNIT = 1e-9
 """Difference of a vector's length from 1 that is rounding."""
 
 
-def load_lines(given: Given, nodes: int | None, lists: "Gathered | None" = None) -> Iterator[str]:
+def load_lines(
+    problem: Problem, nodes: int | None, lists: "Gathered | None" = None
+) -> Iterator[str]:
     """A line for each load."""
-    sectors, _ = ring_of(given)
-    if not isinstance(given, Scene):
-        if (force := given.excitation.force_per_node) and nodes:
+    sectors, _ = ring_of(problem)
+    if not isinstance(problem, Scene):
+        if (force := problem.excitation.force_per_node) and nodes:
             yield f"excitation: {_each(force, nodes, sectors)}, radial"
         return
     if lists is None:
         return
-    tables = {f"loads[{i}]": keys for i, keys in enumerate(given.loads)}
+    tables = {f"loads[{i}]": keys for i, keys in enumerate(problem.loads)}
     for load in lists.loads:
         keys = tables[load.where]
         direction = np.array(keys.direction, float)

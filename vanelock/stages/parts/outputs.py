@@ -16,7 +16,7 @@ from vanelock.common.arrays import Complex, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.gauges import skin
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.schema.outputs import GaugeKeys
 from vanelock.input.schema.study import Study
 from vanelock.mesh import CasingDimensions, Part, VaneDimensions
@@ -61,17 +61,17 @@ class Places:
     coefficient: Floats
 
 
-def tangents(given: Given, joint: str) -> tuple[str, str]:
+def tangents(problem: Problem, joint: str) -> tuple[str, str]:
     """What the two friction directions of a joint's contacts are called."""
     plain = ("tangent 1", "tangent 2")
-    return TANGENTS.get(joint, plain) if isinstance(given, Study) else plain
+    return TANGENTS.get(joint, plain) if isinstance(problem, Study) else plain
 
 
-def places(given: Given, contacts: Contacts, vane: Part | None) -> Places:
+def places(problem: Problem, contacts: Contacts, vane: Part | None) -> Places:
     """Contacts of a case, on its vane if it has one."""
     if vane is not None:
-        assert isinstance(given, Study)
-        return places_on(given, vane)
+        assert isinstance(problem, Study)
+        return places_on(problem, vane)
     joint, unknown = contacts.joints, np.full(contacts.count, np.nan)
     names = tuple(f"{name} {joint[: i + 1].count(name)}" for i, name in enumerate(joint))
     none = np.full(contacts.count, -1)

@@ -11,7 +11,7 @@ from vanelock.rom import Component, System
 from vanelock.stages.plan import Planned
 
 
-def vane_modes_step(planned: Planned, whole: Step[System], count: int) -> Step[SectorModes]:
+def vane_modes_step(planned: Planned, joined: Step[System], count: int) -> Step[SectorModes]:
     """Modes of a vane alone, free, as they are seen in the ring's coordinates."""
 
     def compute(system: System, vane: Component) -> SectorModes:
@@ -22,13 +22,13 @@ def vane_modes_step(planned: Planned, whole: Step[System], count: int) -> Step[S
         block = vane.at(0)
         return SectorModes.of_part(system, block.K.real, block.M.real, part, count)
 
-    needs: tuple[Step[Any], ...] = (whole, planned.part("vane", 0))
+    needs: tuple[Step[Any], ...] = (joined, planned.part("vane", 0))
     kind = SectorModes
     return step("vane modes", "rom", {"count": count}, kind, needs, compute, False, True)
 
 
 def ring_modes_step(
-    planned: Planned, whole: Step[System], modes_of_vane: Step[SectorModes] | None
+    planned: Planned, joined: Step[System], modes_of_vane: Step[SectorModes] | None
 ) -> Step[HarmonicModes]:
     """Stuck modes of all nodal diameters, which all rings share."""
 
@@ -36,7 +36,7 @@ def ring_modes_step(
         return nonlinear.ring_modes(system, *(others or (None,)), stuck=stuck.diameters)
 
     needs: tuple[Step[Any], ...] = (
-        whole,
+        joined,
         planned.modes,
         *(() if modes_of_vane is None else (modes_of_vane,)),
     )

@@ -31,7 +31,7 @@ from vanelock.stages.structure import CaseStructure
 class StudyStructure(CaseStructure):
     """The vane and the casing of a study."""
 
-    given: Study
+    problem: Study
     without: Literal["nothing", "friction", "load"] = "nothing"
     """What its systems leave out: friction, interference and loads at rest; or these, and the
     study's own load for the default one."""
@@ -47,7 +47,7 @@ class StudyStructure(CaseStructure):
         """A part reduced at a nodal diameter; N - k is k, conjugated."""
         key = name, 0 if name == "vane" else self.folded(nodal_diameter)
         if key not in self._made:
-            self._made[key] = part_step(self.given, *key, self.at_reference, self.last)
+            self._made[key] = part_step(self.problem, *key, self.at_reference, self.last)
         return self._made[key]
 
     def at(self, nodal_diameter: int) -> Step[System]:
@@ -64,14 +64,14 @@ class StudyStructure(CaseStructure):
 
     def excess(self, nodal_diameter: int) -> Step[MeshExcess] | None:
         """What the meshes add at a nodal diameter; None where it stays."""
-        return None if self.given.mesh.correction == "none" else self.mesh_excess(nodal_diameter)
+        return None if self.problem.mesh.correction == "none" else self.mesh_excess(nodal_diameter)
 
     def mesh_excess(self, nodal_diameter: int) -> Step[MeshExcess]:
         """What the meshes add at a nodal diameter."""
         k = nodal_diameter
         if ("excess", k) in self._made:
             return self._made["excess", k]
-        study, loaded = self.given, self.loaded
+        study, loaded = self.problem, self.loaded
         patches = study.patches
         areas = tuple(name for name in study.joint_names if patches[name] == "area")
         on = Segment(tuple(joint.bare for joint in self.segment.joints)), areas
@@ -101,7 +101,7 @@ class StudyStructure(CaseStructure):
 
         `get` gives the products of `reduced`; `moduli` are those of vane and casing over their own.
         """
-        strained_loads, found = strained(loads_of(self.given)), []
+        strained_loads, found = strained(loads_of(self.problem)), []
         for k in sorted({*diameters}):
             vane, casing = (
                 part if factor == 1 else rom.stiffened(part, factor, strained_loads)
@@ -119,9 +119,11 @@ class StudyStructure(CaseStructure):
     def segment(self) -> Segment:
         """What joins and loads both parts."""
         if self.without == "nothing":
-            loads = tuple((each.cause, each.name, each.size) for each in loads_of(self.given))
-            return replace(segment_of(self.given), at_rest=loads)
-        found = segment_of(self.given if self.without == "friction" else _by_default(self.given))
+            loads = tuple((each.cause, each.name, each.size) for each in loads_of(self.problem))
+            return replace(segment_of(self.problem), at_rest=loads)
+        found = segment_of(
+            self.problem if self.without == "friction" else _by_default(self.problem)
+        )
         return found.bare
 
     @property
@@ -137,14 +139,14 @@ class StudyStructure(CaseStructure):
     @property
     def meshes(self) -> Mapping[str, Step[Part]]:
         """Meshes of both parts."""
-        return {part: mesh_step(self.given, part) for part in PARTS}
+        return {part: mesh_step(self.problem, part) for part in PARTS}
 
     @property
     def uncorrected(self) -> Step[System] | None:
         """The bare system at the load's diameter as its meshes are; None where that is `bare`."""
-        if self.given.mesh.correction == "none":
+        if self.problem.mesh.correction == "none":
             return None
-        return self.bare.meshed_at(diameter_of(self.given, 1))
+        return self.bare.meshed_at(diameter_of(self.problem, 1))
 
 
 @lru_cache(maxsize=SHARED)

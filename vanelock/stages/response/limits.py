@@ -207,13 +207,13 @@ def _errors(
     return np.asarray(frequency_errors(system, estimated, k, count, closed).total)
 
 
-def frequencies(given: Study | Scene, limits: Limits) -> Floats | tuple[float, float]:
+def frequencies(problem: Study | Scene, limits: Limits) -> Floats | tuple[float, float]:
     """Excitation frequencies of a case, Hz; a tuple is a range.
 
     Where the file names neither frequencies nor a range: from a little below the mode of interest
     with contacts free to a little above it with contacts stuck.
     """
-    mode, stuck = f"response.mode = {given.response.mode}", limits.stuck_frequency
+    mode, stuck = f"response.mode = {problem.response.mode}", limits.stuck_frequency
     if stuck <= RIGID * limits.stuck.max():
         raise InputError(
             f"{mode}: a rigid-body motion, 0 Hz, even with all contacts stuck: choose another "
@@ -223,11 +223,11 @@ def frequencies(given: Study | Scene, limits: Limits) -> Floats | tuple[float, f
         raise InputError(
             f"{mode}: lies at {stuck:.2g} Hz: are stiffness and mass swapped, or in other units?"
         )
-    response, asked = given.response, asked_by(given)
+    response, asked = problem.response, asked_by(problem)
     # a linear response spans its peak
-    own = fine(max(_ends(limits)), given.damping.ratio or 0.0).max()
+    own = fine(max(_ends(limits)), problem.damping.ratio or 0.0).max()
     for what, highest in {**asked, mode: own if asked else _around(limits)[1]}.items():
-        refuse_beyond(what, highest, limits.band, advice(given))
+        refuse_beyond(what, highest, limits.band, advice(problem))
     if response.frequencies is not None:
         return np.array(response.frequencies)
     low, high = _around(limits) if response.range is None else response.range
@@ -249,7 +249,7 @@ def _around(limits: Limits) -> tuple[float, float]:
 
 
 def dense(
-    wanted: Floats | tuple[float, float],
+    asked: Floats | tuple[float, float],
     limits: Limits,
     stuck: bool,
     damping: float,
@@ -262,11 +262,11 @@ def dense(
     """
     modes = limits.stuck if stuck else limits.free
     near = np.concatenate([fine(f, damping) for f in _ends(limits)])
-    if isinstance(wanted, tuple):
-        listed = np.linspace(*wanted, EVEN)
+    if isinstance(asked, tuple):
+        listed = np.linspace(*asked, EVEN)
         near = np.concatenate([near, listed])
     else:
-        listed = np.asarray(wanted, float)
+        listed = np.asarray(asked, float)
     low, high = min(near.min(), listed.min()), max(near.max(), listed.max())
     even = np.linspace(near.min(), near.max(), EVEN)
     parts = [listed, even, np.geomspace(low, high, EVEN).clip(low, high)]

@@ -19,7 +19,7 @@ from vanelock import nonlinear
 from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.cyclic import COMPONENTS
 from vanelock.common.errors import InputError
-from vanelock.input.cases.values import Given
+from vanelock.input.cases.values import Problem
 from vanelock.input.schema.scene import DAMPING
 from vanelock.nonlinear import HarmonicModes, PointStore, Response, StaticBounds
 from vanelock.nonlinear.adaptive.interpolant import Interpolant
@@ -88,25 +88,25 @@ def static_bounds_step(
 
 
 def linear_step(
-    given: Given,
+    problem: Problem,
     which: Limit,
     system: Step[System],
     limits: Step[Limits],
     modes: Step[HarmonicModes],
 ) -> Step[Response]:
     """Linear response with contacts free or stuck, dense enough to be drawn as a curve."""
-    return _linear(which, _Alike(given), system, limits, modes)
+    return _linear(which, _Alike(problem), system, limits, modes)
 
 
 @dataclass(frozen=True, eq=False)
 class _Alike:
     """A study or scene that equals another with the same frequencies of the same limits."""
 
-    given: Given
+    problem: Problem
 
     @property
     def _read(self) -> tuple[Any, ...]:
-        return tuple(getattr(self.given, name, None) for name in READ)
+        return tuple(getattr(self.problem, name, None) for name in READ)
 
     def __hash__(self) -> int:
         return hash(self._read)
@@ -123,15 +123,15 @@ def _linear(
     limits: Step[Limits],
     modes: Step[HarmonicModes],
 ) -> Step[Response]:
-    given = alike.given
+    given = alike.problem
     inputs = {**frequency_keys(given), "closed": which}
 
-    def compute(system: System, found: Limits, stuck: HarmonicModes) -> Response:
+    def compute(system: System, limits: Limits, stuck: HarmonicModes) -> Response:
         closed = ~system.contacts.opens if which == "free" else "all"
         ratio = system.damping_ratio or DAMPING
         if which == "stuck" and system.opens_in_damping.any():  # its peak is the sharper one
-            ratio = float(np.fmax(found.stuck_damping, SHARPEST))
-        grid = dense(frequencies(given, found), found, which == "stuck", ratio)
+            ratio = float(np.fmax(limits.stuck_damping, SHARPEST))
+        grid = dense(frequencies(given, limits), limits, which == "stuck", ratio)
         highest = max([1, *system.force])
         return nonlinear.linear_response(system, grid, closed, highest, stuck.diameters)
 
@@ -141,7 +141,7 @@ def _linear(
 
 def response_step(
     name: str,
-    given: Given,
+    problem: Problem,
     system: Step[System],
     limits: Step[Limits],
     modes: Step[HarmonicModes],
@@ -152,12 +152,14 @@ def response_step(
 
     In the file's direction, or another one; upwards where the file wants both.
     """
-    options = given.response.model_dump(include={"harmonics", "coupling", "samples", "friction"})
-    options["direction"] = direction or FIRST[given.response.direction]
-    inputs = {**frequency_keys(given), **options}
+    options = problem.response.model_dump(include={"harmonics", "coupling", "samples", "friction"})
+    options["direction"] = direction or FIRST[problem.response.direction]
+    inputs = {**frequency_keys(problem), **options}
 
-    def compute(system: System, found: Limits, stuck: HarmonicModes, store: PointStore) -> Response:
-        wanted = frequencies(given, found)
+    def compute(
+        system: System, limits: Limits, stuck: HarmonicModes, store: PointStore
+    ) -> Response:
+        wanted = frequencies(problem, limits)
         return nonlinear.frequency_response(
             system, wanted, nonlinear.Options(**options), progress, stuck.diameters, store
         )
@@ -167,9 +169,9 @@ def response_step(
     return step("response", "nonlinear", inputs, Response, needs, compute, resumes=True, of=of)
 
 
-def frequency_keys(given: Given) -> dict[str, Any]:
+def frequency_keys(problem: Problem) -> dict[str, Any]:
     """What the choice of frequencies depends on, beside the linear limits."""
-    return given.response.model_dump(include={"frequencies", "range", "points"})
+    return problem.response.model_dump(include={"frequencies", "range", "points"})
 
 
 PRESSED = 1e-9
@@ -300,9 +302,9 @@ class Monitor:
         return np.where(response.converged, amplitude, np.nan)
 
 
-def monitor(wanted: str | None, system: System, free: Response) -> Monitor:
+def monitor(name: str | None, system: System, free: Response) -> Monitor:
     """The displacement that a case monitors."""
-    node, component = output_of(wanted, system.output_names, system.sectors)
+    node, component = output_of(name, system.output_names, system.sectors)
     at = system.output_names.index(node)
     largest = int(free.amplitude[:, at].max(axis=0).argmax())
     components = COMPONENTS if system.sectors > 1 else CARTESIAN
@@ -310,16 +312,16 @@ def monitor(wanted: str | None, system: System, free: Response) -> Monitor:
     return Monitor(f"{node}, {components[place]}", at, place)
 
 
-def output_of(wanted: str | None, names: Sequence[str], sectors: int) -> tuple[str, str]:
+def output_of(name: str | None, names: Sequence[str], sectors: int) -> tuple[str, str]:
     """The output node and component, "" where none is named, that `outputs.monitor` means."""
     if not names:
         raise InputError("outputs: the scene has no output nodes: give outputs.nodes or a load")
     components = COMPONENTS if sectors > 1 else CARTESIAN
-    node, _, component = (wanted or names[0]).partition(", ")
+    node, _, component = (name or names[0]).partition(", ")
     if node not in names or (component and component not in components):
         some = ", ".join(names[:MOST]) + (", ..." if len(names) > MOST else "")
         raise InputError(
-            f'outputs.monitor = "{wanted}": allowed are {some}, and after ", " one of '
+            f'outputs.monitor = "{name}": allowed are {some}, and after ", " one of '
             f"{', '.join(components)}"
         )
     return node, component

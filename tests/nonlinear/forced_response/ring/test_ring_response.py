@@ -20,9 +20,9 @@ from tests.verification.nonlinear.spring_rings import (
 )
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
+    Mistuning,
     Options,
     SectorModes,
-    Unlike,
     frequency_response,
     ring_modes,
     ring_response,
@@ -72,8 +72,8 @@ def test_sectors_that_deviate_alike_are_another_wave(seed, kind, friction):
     one = frequency_response(changed, hertz, options, find_jumps=False)
     asked = {name: np.tile(more[name], (N, 1)) for name in ("interference", "mu", "kn")}
     asked |= {"kt": np.tile(more["kt"][:, None], (N, 1, 2)), "slider": np.tile(slider, (N, 1, 1))}
-    unlike = Unlike(N, **asked, frequency=np.tile(shift, (N, 1)), modes=modes)
-    ring = ring_response(system, hertz, unlike, options)
+    mistuning = Mistuning(N, **asked, frequency=np.tile(shift, (N, 1)), modes=modes)
+    ring = ring_response(system, hertz, mistuning, options)
     assert one.converged.all()
     assert ring.converged.all()
     lag = np.exp(-2j * np.pi * np.outer(np.arange(6), np.arange(N)) * system.engine_order / N)
@@ -88,16 +88,16 @@ def test_sectors_that_deviate_alike_are_another_wave(seed, kind, friction):
     assert np.abs(ring.amplification - 1).max() > 0.01
 
 
-def imbalance(seed, system, unlike, found):
+def imbalance(seed, system, mistuning, found):
     """What is left of the equations of motion of the whole ring, its matrices and its forces."""
     N, order = RINGS[seed % len(RINGS)]
     K, M, B, _, C = assembled(seed)
     if system.damping_joints == "open":
         omega2, V = la.eigh(K, M)
         C = M @ (V * (0.03 * np.sqrt(omega2))) @ V.T @ M
-    if unlike.modes is not None:
-        g, k = unlike.modes.rows[0].real, unlike.modes.stiffness
-        own = [(g.T * (k * ((1 + shift) ** 2 - 1))) @ g for shift in unlike.frequency]
+    if mistuning.modes is not None:
+        g, k = mistuning.modes.rows[0].real, mistuning.modes.stiffness
+        own = [(g.T * (k * ((1 + shift) ** 2 - 1))) @ g for shift in mistuning.frequency]
         K = K + la.block_diag(*own)
     lag = np.exp(-2j * np.pi * order * np.arange(N) / N)
     omega, worst = 2 * np.pi * found.frequency[0], 0.0
@@ -121,14 +121,14 @@ def test_forces_follow_the_law_and_move_the_ring(seed, kind, damped_open):
     if damped_open:
         system, modes = replace(system, damping_joints="open"), own_modes(seed)[0]
         asked["modes"] = {"frequency": 0.02}
-    unlike = Unlike.scatter(system, asked, seed, modes)
-    found = ring_response(system, [frequency], unlike, Options(7))
+    mistuning = Mistuning.scatter(system, asked, seed, modes)
+    found = ring_response(system, [frequency], mistuning, Options(7))
     assert found.converged.all()
     assert found.amplification.max() > 1.05
-    assert imbalance(seed, system, unlike, found) < 1e-9
+    assert imbalance(seed, system, mistuning, found) < 1e-9
     contacts = system.contacts
-    kn, kt = contacts.kn * (1 + unlike.kn), contacts.kt * (1 + unlike.kt)
-    mu = (contacts.mu * (1 + unlike.mu)).reshape(-1)
+    kn, kt = contacts.kn * (1 + mistuning.kn), contacts.kt * (1 + mistuning.kt)
+    mu = (contacts.mu * (1 + mistuning.mu)).reshape(-1)
     every = Contacts(kn.reshape(-1), kt.reshape(-1, 2), mu, np.zeros(N * CONTACTS))
     marched = coefficients(march(every, found.contact[0].reshape(8, -1, 3), 32768), 7)
     expected = found.force[0].reshape(marched.shape)
@@ -139,15 +139,17 @@ def test_forces_follow_the_law_and_move_the_ring(seed, kind, damped_open):
 def test_range_is_sampled_and_its_peak_located():
     system, frequency = damped(0, "slip")
     asked = {"contact": {"interference": 0.2, "mu": 0.2}}
-    unlike = Unlike.scatter(system, asked, 1)
+    mistuning = Mistuning.scatter(system, asked, 1)
     limits = (frequency - 0.03, frequency + 0.03)
     reported = []
-    found = ring_response(system, limits, unlike, Options(1), lambda *each: reported.append(each))
+    found = ring_response(
+        system, limits, mistuning, Options(1), lambda *each: reported.append(each)
+    )
     assert found.converged.all()
     assert reported[-1][0] == reported[-1][1]
     top = np.unravel_index(found.amplitude.argmax(), found.amplitude.shape)
     beside = found.frequency[top[0]] + np.array([-1e-4, 0.0, 1e-4])
-    near = ring_response(system, beside, unlike, Options(1)).amplitude[:, top[1], top[2], top[3]]
+    near = ring_response(system, beside, mistuning, Options(1)).amplitude[:, top[1], top[2], top[3]]
     assert near.max() < found.amplitude[top] * (1 + 1e-4)
     largest = found.amplitude.max(axis=0) / found.alike
     np.testing.assert_array_equal(found.amplification, largest)
@@ -157,8 +159,8 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch):
     _, force, frequency = worst_of(4)["lift"]
     system = loaded(spring_ring(4), force)
     asked = {"contact": dict.fromkeys(("interference", "mu", "kn", "kt"), 0.2)}
-    unlike, options = Unlike.scatter(system, asked, 2), Options(5)
-    plain = ring_response(system, [frequency], unlike, options)
+    mistuning, options = Mistuning.scatter(system, asked, 2), Options(5)
+    plain = ring_response(system, [frequency], mistuning, options)
     solved, parts = _RingSolver._solved, list[float]()
 
     def hindered(self, omega, part, *more):
@@ -170,7 +172,7 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch):
         return found
 
     monkeypatch.setattr(_RingSolver, "_solved", hindered)
-    found = ring_response(system, [frequency], unlike, options)
+    found = ring_response(system, [frequency], mistuning, options)
     assert parts[0] == 0.0
     assert parts[-1] == 1.0
     assert all(0 < b - a <= 0.3 for a, b in pairwise(parts))
@@ -182,8 +184,8 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch):
 def test_what_is_not_found_is_flagged():
     _, force, frequency = worst_of(4)["lift"]
     system = loaded(spring_ring(4), force)
-    unlike = Unlike.scatter(system, {"contact": {"mu": 0.1}}, 2)
-    found = ring_response(system, [frequency], unlike, Options(3, tolerance=1e-30, effort=1))
+    mistuning = Mistuning.scatter(system, {"contact": {"mu": 0.1}}, 2)
+    found = ring_response(system, [frequency], mistuning, Options(3, tolerance=1e-30, effort=1))
     assert not found.converged.any()
     assert np.isnan(found.alike).all()
     assert np.isnan(found.amplification).all()
@@ -196,10 +198,10 @@ def test_rings_share_modes_to_the_same_bits(own):
     shift = np.linspace(-0.02, 0.02, 2 * system.sectors).reshape(-1, 2)
     shared = ring_modes(system, modes).diameters
     for seed in range(2):
-        unlike = Unlike.scatter(system, {"contact": {"mu": 0.1}}, seed, modes)
-        unlike = replace(unlike, frequency=shift) if own else unlike
+        mistuning = Mistuning.scatter(system, {"contact": {"mu": 0.1}}, seed, modes)
+        mistuning = replace(mistuning, frequency=shift) if own else mistuning
         found, alone = (
-            ring_response(system, [frequency], unlike, Options(3), shared=each)
+            ring_response(system, [frequency], mistuning, Options(3), shared=each)
             for each in (shared, None)
         )
         assert found.converged.all()
@@ -208,7 +210,7 @@ def test_rings_share_modes_to_the_same_bits(own):
 
 def test_alike_ring_without_contacts_moving():
     system = loaded(spring_ring(0), 1e-3)
-    found = ring_response(system, [0.2, 0.3], Unlike(system.sectors), Options(1))
+    found = ring_response(system, [0.2, 0.3], Mistuning(system.sectors), Options(1))
     np.testing.assert_allclose(found.amplification, 1.0, rtol=1e-12)
     assert found.contact.shape[:2] == (2, 2)
     assert whitehead(16) == 2.5
@@ -226,21 +228,21 @@ def test_alike_ring_without_contacts_moving():
 def test_impossible_options_are_refused(options, message):
     system = spring_ring(0)
     with pytest.raises(InputError) as refused:
-        ring_response(system, [0.2], Unlike(system.sectors), options)
+        ring_response(system, [0.2], Mistuning(system.sectors), options)
     assert message in str(refused.value)
 
 
 def test_missing_diameters_and_rows_are_refused():
     system = spring_ring(0)
     fewer = {k: each for k, each in system.diameters.items() if k < 2}
-    with pytest.raises(InputError, match="a ring of unlike sectors"):
-        ring_response(replace(system, diameters=fewer), [0.2], Unlike(5), Options(1))
+    with pytest.raises(InputError, match="a mistuned ring"):
+        ring_response(replace(system, diameters=fewer), [0.2], Mistuning(5), Options(1))
     modes, _ = own_modes(0)
     short = SectorModes({k: g for k, g in modes.rows.items() if k < 2}, modes.stiffness)
-    unlike = Unlike(5, frequency=np.zeros((5, 2)), modes=short)
-    with pytest.raises(InputError, match="unlike.modes: rows of nodal diameter 2: given none"):
-        ring_response(system, [0.2], unlike, Options(1))
+    mistuning = Mistuning(5, frequency=np.zeros((5, 2)), modes=short)
+    with pytest.raises(InputError, match="mistuning.modes: rows of nodal diameter 2: given none"):
+        ring_response(system, [0.2], mistuning, Options(1))
     wide = SectorModes(dict.fromkeys(range(3), np.eye(2, MASSES + 1) + 0j), modes.stiffness)
-    unlike = Unlike(5, frequency=np.zeros((5, 2)), modes=wide)
+    mistuning = Mistuning(5, frequency=np.zeros((5, 2)), modes=wide)
     with pytest.raises(InputError, match=r"given shape \(2, 4\): needs \(2, 3\)"):
-        ring_response(system, [0.2], unlike, Options(1))
+        ring_response(system, [0.2], mistuning, Options(1))

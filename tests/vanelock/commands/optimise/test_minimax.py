@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vanelock.commands.optimise.peaks import Functions, minimax
+from vanelock.commands.optimise.objective import Functions, minimax
 
 WIDE = np.full(2, -3.0), np.full(2, 3.0)
 

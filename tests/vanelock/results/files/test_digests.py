@@ -301,7 +301,7 @@ def test_a_reduced_part_whose_whole_is_gone_is_refused_in_one_line(tmp_path):
     with Results(path).edit() as file:
         file.create_group("rom/vane").attrs["whole"] = f"cache/01/{name}"
         file.create_group("rom/casing").attrs["whole"] = "../cache/x.h5"
-    with open_results(path, whole=False):
+    with open_results(path, complete=False):
         pass
     for part, expected in {
         "vane": f"{name}: cannot be read: No such file or directory",

@@ -14,7 +14,7 @@ from vanelock.nonlinear import (
     aerodynamic_damping,
     limit_cycles,
 )
-from vanelock.nonlinear.following.modes.limit_cycles import _coefficients
+from vanelock.nonlinear.modes.limit_cycles import _coefficients
 
 STIFFNESS, SPRING, SLIP = 1.0, 0.25, 0.2
 INPUTS = (0.1, 0.36, 0.9) if FULL else (0.36,)

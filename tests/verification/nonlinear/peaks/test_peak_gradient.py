@@ -8,10 +8,10 @@ import pytest
 from tests.conftest import FULL
 from tests.verification.nonlinear.spring_rings import MASSES, worst_ring
 from vanelock.nonlinear import AmplitudeGradient, Options
-from vanelock.nonlinear.following.parameter_response import Parameter
-from vanelock.nonlinear.following.peak import CurvePoint, Resonance
-from vanelock.nonlinear.following.peak_gradient import _gradient_of_peak
-from vanelock.nonlinear.following.peak_tracking import PeakTrack
+from vanelock.nonlinear.forced_response.parameter_response import Parameter
+from vanelock.nonlinear.peaks.peak import CurvePoint, Resonance
+from vanelock.nonlinear.peaks.peak_gradient import _gradient_of_peak
+from vanelock.nonlinear.peaks.peak_tracking import PeakTrack
 from vanelock.rom.system.system import Force
 
 COUNT, GROUPS = (105, 21) if FULL else (4, 2)

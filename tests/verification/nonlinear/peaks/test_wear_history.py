@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     peak_response,
     wear_history,
 )
-from vanelock.nonlinear.following.peak import CurvePoint, Resonance
+from vanelock.nonlinear.peaks.peak import CurvePoint, Resonance
 
 RINGS, GROUPS = (20, 10) if FULL else (2, 2)
 SHARP = 17

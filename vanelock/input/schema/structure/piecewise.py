@@ -40,10 +40,10 @@ ByTemperature = Annotated[
 """Young's modulus at temperatures, ((degC, Pa), ...)."""
 
 
-def at(pairs: Sequence[tuple[float, float]], place: float) -> float:
+def at(pairs: Sequence[tuple[float, float]], x: float) -> float:
     """Value on the line through the pairs; outside of them that of the nearest."""
     known = np.array(pairs)
-    return float(np.interp(place, known[:, 0], known[:, 1]))
+    return float(np.interp(x, known[:, 0], known[:, 1]))
 
 
 def ends(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:

@@ -1,1 +1,0 @@
-"""What follows a response along force, friction or interference, through peaks and hysteresis."""
