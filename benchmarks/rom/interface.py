@@ -87,7 +87,7 @@ def report(size: float, nodes: int) -> list[str]:
     parts = sum(times.values())
     ways = {
         "factorisation": fem.backends()[0].upper(),
-        "solutions": "the reduction's own factors",
+        "solutions": "the panels of the reduction's own factors",
         "mass": "scipy.sparse",
         "Gram matrix": "BLAS",
         "modes": "block Lanczos",

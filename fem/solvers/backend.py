@@ -58,25 +58,34 @@ _COLUMNS = 128  # right-hand sides at once: beyond that a solver gains nothing m
 _BYTES = 2**28  # and no more of them than fit in this
 
 
-def in_blocks(apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool) -> Array:
+def in_blocks(
+    apply: Solve, b: Any, shape: tuple[int, int], is_complex: bool, by_rows: bool = False
+) -> Array:
     """A linear operator times the columns of b, a block at a time."""
     if not sp.issparse(b):
         b = np.asarray(b)
     if b.shape[0] != shape[1] or b.ndim > 2:
         raise ValueError(f"right-hand side of shape {b.shape} for a matrix of {shape[1]} rows")
     kind = np.complex128 if is_complex or np.iscomplexobj(b) else np.float64
+    make = _as_it_is if by_rows else _block
     if b.ndim == 1:
         column = b.toarray() if sp.issparse(b) else b
-        return _block(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
+        return make(apply, column[:, None], is_complex)[:, 0].astype(kind, copy=False)
     if sp.issparse(b):
         b = b.tocsc()
     width = max(1, min(_COLUMNS, _BYTES // (max(shape) * kind().itemsize)))
-    x = np.empty((shape[0], b.shape[1]), kind, order="F")
+    if by_rows and b.shape[1] <= width:
+        return make(apply, b.toarray() if sp.issparse(b) else b, is_complex)
+    x = np.empty((shape[0], b.shape[1]), kind, order="C" if by_rows else "F")
     for start in range(0, b.shape[1], width):
         block = b[:, start : start + width]
         dense = block.toarray() if sp.issparse(block) else block
-        x[:, start : start + width] = _block(apply, dense, is_complex)
+        x[:, start : start + width] = make(apply, dense, is_complex)
     return x
+
+
+def _as_it_is(apply: Solve, b: Array, is_complex: bool) -> Array:
+    return apply(np.asarray(b, np.complex128 if np.iscomplexobj(b) else np.float64))
 
 
 def _block(apply: Solve, b: Array, is_complex: bool) -> Array:
@@ -114,6 +123,7 @@ class Factor:
     is_complex: bool
     nonzeros: int | None
     _solve: Solve = field(repr=False)  # A⁻¹ b of a dense (n, k) b of A's kind in Fortran order
+    _by_rows: bool = field(default=False, repr=False, kw_only=True)  # or of any kind and order
 
     def solve(self, b: Any) -> Array:
         """Solution x of A x = b.
@@ -135,7 +145,8 @@ class Factor:
         one of a block of four twice as much: the factors have to come through memory once for
         each block.
         """
-        return in_blocks(self._solve, b, (self.size, self.size), self.is_complex)
+        shape = self.size, self.size
+        return in_blocks(self._solve, b, shape, self.is_complex, self._by_rows)
 
 
 @contextmanager

@@ -29,6 +29,7 @@ from vanelock.fem.solvers.backend import (
     require_memory,
 )
 from vanelock.fem.solvers.factor import backends, factorise
+from vanelock.fem.solvers.panels import Panels, panels_of
 from vanelock.fem.solvers.singular import is_singular, scale_of
 
 
@@ -65,13 +66,15 @@ class Interior(Factor):
 
     def down(self, z: Any) -> tuple[Array, Array]:
         """First sweep of a solution: what `up` goes on from, (s,) or (s, k), and Ψᴴ z."""
-        both = in_blocks(self._down, z, (self._size, len(self.rest)), self.is_complex)
+        shape = self._size, len(self.rest)
+        both = in_blocks(self._down, z, shape, self.is_complex, self._by_rows)
         return both[: len(self.rest)], both[len(self.rest) :]
 
     def up(self, half: Array, v: Array) -> Array:
         """Second sweep: A_ss⁻¹ z + Ψ v from what `down` left of z, and from v."""
         both = np.concatenate([half, v])
-        return in_blocks(self._up, both, (len(self.rest), self._size), self.is_complex)
+        shape = len(self.rest), self._size
+        return in_blocks(self._up, both, shape, self.is_complex, self._by_rows)
 
     def energy(self, z: Array, half: Array, other: Array | None = None) -> Array:
         """zᴴ A_ss⁻¹ y, (k, l), from z, (s, k), what `down` left of it, and of another y than z."""
@@ -127,6 +130,7 @@ def schur_complement(
         np.iscomplexobj(A.data),
         factor.nonzeros,
         factor.solve,
+        _by_rows=True,
         kept_rows=kept,
         rest=rest,
         _down=factor.down,
@@ -168,43 +172,54 @@ _FULL = 1.1  # entries of threes of rows over those stored, up to which they are
 
 @dataclass(frozen=True)
 class _TrailingFactor:
-    """L of A with the kept rows m last; see `schur` for what it gives."""
+    """L of A with the kept rows m last; see `schur` for what it gives.
+
+    Right-hand sides are real or complex, of a complex factor complex throughout.
+    """
 
     schur: Array  # (m, m), S
     order: Integers  # (s,), row of A_ss that each of the first rows of L stands for
-    nonzeros: int  # entries of L
-    _corner: Array  # (m, m), L_mm
-    _factor: Any  # CHOLMOD's
+    _panels: Panels
+
+    @property
+    def nonzeros(self) -> int:
+        """Entries of L that are stored."""
+        return self._panels.entries
 
     def solve(self, b: Array) -> Array:
         """A_ss⁻¹ b."""
-        y = self._forward(b)
-        y[len(self.order) :] = 0
-        return self._backward(y)
+        y = self._ordered(b)
+        self._panels.forward(y, inner=True)
+        self._panels.backward(y, inner=True)
+        return self._unordered(y)
 
     def down(self, z: Array) -> Array:
         """L_ss⁻¹ z, and Ψᴴ z below it."""
-        y, s = self._forward(z), len(self.order)
-        y[s:] = self._corner @ y[s:]
+        y = self._ordered(z)
+        self._panels.forward(y)
         return y
 
     def up(self, both: Array) -> Array:
-        """L_ss⁻ᴴ y + Ψ v from y and v below it."""
-        y, s = np.array(both, order="F"), len(self.order)
-        y[s:] = self._corner.conj().T @ y[s:]
-        return self._backward(y)
+        """L_ss⁻ᴴ y + Ψ v from y and v below it, which is spent."""
+        both = np.ascontiguousarray(both, self._kind(both))
+        self._panels.backward(both)
+        return self._unordered(both)
 
-    def _forward(self, b: Array) -> Array:
-        y = np.zeros((len(self.order) + len(self._corner), b.shape[1]), b.dtype, order="F")
-        y[: len(self.order)] = b[self.order]
-        with cholmod_errors():
-            return np.asarray(self._factor.solve_L(y, use_LDLt_decomposition=False))
+    def _kind(self, b: Array) -> np.dtype[Any]:
+        return np.result_type(b, self._panels.dtype)
 
-    def _backward(self, y: Array) -> Array:
-        with cholmod_errors():
-            solved = self._factor.solve_Lt(y, use_LDLt_decomposition=False)
-        x = np.empty((len(self.order), y.shape[1]), y.dtype, order="F")
-        x[self.order] = solved[: len(self.order)]
+    def _ordered(self, b: Array) -> Array:
+        y, s = np.empty((self._panels.rows, b.shape[1]), self._kind(b)), len(self.order)
+        if b.flags.c_contiguous and b.dtype == y.dtype:
+            np.take(b, self.order, axis=0, out=y[:s], mode="clip")
+        else:  # which `take` would copy first
+            y[:s] = b[self.order]
+        y[s:] = 0
+        return y
+
+    def _unordered(self, y: Array) -> Array:
+        x = np.empty((len(self.order), y.shape[1]), y.dtype)
+        x[self.order] = y[: len(self.order)]
         return x
 
 
@@ -225,13 +240,14 @@ def _trailing_factor(A: sp.csc_array, kept_rows: Integers, rest: Integers) -> _T
     with cholmod_errors():
         factor = analyze(whole, mode="supernodal", ordering_method="natural").cholesky(whole)
         L = sp.csc_array(factor.L())
+        del factor, whole
     # Its last columns have no rows above theirs.
-    corner, nonzeros = L[:, len(rest) :][len(rest) :].toarray(), L.nnz
+    corner = L[:, len(rest) :][len(rest) :].toarray()
     S = corner @ corner.conj().T
     S += S.conj().T
     S /= 2
     S[np.diag_indices_from(S)] -= added
-    return _TrailingFactor(S, order, nonzeros, corner, factor)
+    return _TrailingFactor(S, order, panels_of(L, len(rest)))
 
 
 def _fill_reducing(A: sp.csc_array, rest: Integers) -> Integers:

@@ -14,6 +14,7 @@ from vanelock.fem import (
     cyclic_transform,
     schur_complement,
 )
+from vanelock.fem.solvers.panels import _FILLED, panels_of
 from vanelock.fem.solvers.schur import _trailing_factor
 
 every_backend = pytest.mark.parametrize("backend", backends())
@@ -39,7 +40,10 @@ def eliminated(A, kept, rest):
 @every_backend
 @pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
 @pytest.mark.parametrize("free", [False, True], ids=["clamped", "free"])
-def test_equals_dense_elimination(lattice, backend, is_complex, free):
+@pytest.mark.parametrize("filled", [-1, 5, _FILLED])
+def test_equals_dense_elimination(lattice, monkeypatch, backend, is_complex, free, filled):
+    """However few columns the panels of CHOLMOD's factor have."""
+    monkeypatch.setattr(panels_of, "__defaults__", (filled,))
     A = matrices(lattice, is_complex, free)
     n = A.shape[0]
     rng = np.random.default_rng(2)
