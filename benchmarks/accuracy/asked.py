@@ -60,7 +60,7 @@ def asked(scene: Scene, accuracy: float, folder: Path) -> Outcome:
     return outcome(
         scene,
         f"asked_{accuracy:g}",
-        done.problem,
+        done.given,
         done.response,
         done.response.estimates.harmonics,
         rom=spent(stages, "rom"),

@@ -105,7 +105,7 @@ def run(scene: Scene, folder: Path, accuracy: float | None) -> Known:
     estimates = done.response.estimates
     kept = np.array([done.response.harmonics]) if estimates is None else estimates.harmonics
     found = asdict(
-        outcome(scene, "", done.problem, done.response, kept, rom=0.0, response=0.0, diameters=0)
+        outcome(scene, "", done.given, done.response, kept, rom=0.0, response=0.0, diameters=0)
     )
     if done.planned.choice is None:
         own = own_errors(done.planned, stages)

@@ -42,7 +42,7 @@ def case_of(name, values=None, products=(), curve=None, **known) -> CaseResult:
     made = dict(products)
     if curve is not None:
         made["curves"] = Curves(("",), {0: np.array(curve, float)})
-    own: dict[str, Any] = {"given": None, "summary": summary(case=name), **known}
+    own: dict[str, Any] = {"problem": None, "summary": summary(case=name), **known}
     return CaseResult(
         name=name, values=values or {}, monitor=MONITOR, products=MadeProducts(made), **own
     )
