@@ -20,7 +20,7 @@ from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.comparison import FrequencyRange
 from vanelock.input.schema.distributions import Deviation
-from vanelock.input.schema.structure.structure import KeyTable, leaves
+from vanelock.input.schema.structure.structure import KeyTable, flat
 
 if TYPE_CHECKING:
     from vanelock.analyses.solved_case import SolvedCase
@@ -48,17 +48,12 @@ TEXT = (
 ABSENT = "**Mistuning**: all segments are alike; `[mistuning]` computes rings in which they differ."
 
 
-def _named(value: object) -> object:
-    """Keys without quotes, which TOML nests, as dotted ones."""
-    return dict(leaves(value)) if isinstance(value, dict) else value
-
-
 class MistuningKeys(KeyTable):
     """How much more some segment vibrates where the segments of a ring are not alike."""
 
     rings: int = Field(default=20, ge=1, le=10_000, description="number of rings drawn")
     range: FrequencyRange | None = Field(default=None, description="[low, high] frequency [Hz]")
-    keys: Annotated[dict[str, Deviation], BeforeValidator(_named)] = Field(
+    keys: Annotated[dict[str, Deviation], BeforeValidator(flat)] = Field(
         min_length=1, max_length=100, description="what deviates"
     )
 

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from vanelock.common.checked import OTHER, PLAIN, Check
 from vanelock.common.quantities import Force, Frequency, Revolutions, is_number, si
-from vanelock.input.schema.structure.structure import KeyTable, leaves, sequence
+from vanelock.input.schema.structure.structure import KeyTable, flat, sequence
 
 if TYPE_CHECKING:
     from vanelock.input.schema.study import Study
@@ -103,11 +103,6 @@ def curves(value: object) -> object:
 Bounds = Annotated[tuple[Any, ...], BeforeValidator(sequence), Field(min_length=2, max_length=2)]
 
 
-def _named(value: object) -> object:
-    """A list of keys; or keys and their bounds, without quotes too, which TOML nests."""
-    return dict(leaves(value)) if isinstance(value, dict) else sequence(value)
-
-
 class Varied(KeyTable):
     """Keys that are varied, between which bounds, and from how many starts."""
 
@@ -115,7 +110,8 @@ class Varied(KeyTable):
         Annotated[tuple[str, ...], Field(min_length=1), Tag(PLAIN)]
         | Annotated[dict[str, Bounds], Field(min_length=1), Tag(OTHER)],
         Discriminator(lambda value: OTHER if isinstance(value, dict) else PLAIN),
-        BeforeValidator(_named),
+        BeforeValidator(flat),
+        BeforeValidator(sequence),
     ] = Field(default=("joints.interlock.mu",), description="varied keys")
     starts: int = Field(default=3, ge=1, le=100, description="number of starts")
 

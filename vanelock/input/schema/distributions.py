@@ -7,7 +7,7 @@ from pydantic import BeforeValidator, Field
 
 from vanelock.common.checked import Check
 from vanelock.common.quantities import is_number
-from vanelock.input.schema.structure.structure import KeyTable, sequence
+from vanelock.input.schema.structure.structure import KeyTable, leaves, sequence
 
 
 def _quantity(value: object) -> object:
@@ -50,25 +50,18 @@ class Distribution(KeyTable):
     checks: ClassVar[tuple[Check, ...]] = (_is_one,)
 
 
+def _nests(value: Any) -> bool:
+    """Whether a value is a table of keys that TOML nests, not a distribution's."""
+    return (
+        isinstance(value, dict)
+        and not Distribution.model_fields.keys() & value
+        and any(isinstance(inner, dict) for inner in value.values())
+    )
+
+
 def _flat(value: object) -> object:
     """Keys without quotes, which TOML nests, as dotted ones, down to tables of a distribution."""
-    if not isinstance(value, dict):
-        return value
-    found: dict[str, Any] = {}
-
-    def descend(table: dict[str, Any], prefix: str) -> None:
-        for name, inner in table.items():
-            if (
-                isinstance(inner, dict)
-                and not Distribution.model_fields.keys() & inner
-                and any(isinstance(each, dict) for each in inner.values())
-            ):
-                descend(inner, f"{prefix}{name}.")
-            else:
-                found[f"{prefix}{name}"] = inner
-
-    descend(value, "")
-    return found
+    return dict(leaves(value, nests=_nests)) if isinstance(value, dict) else value
 
 
 class Scatter(KeyTable):

@@ -37,7 +37,7 @@ from vanelock.input.schema.structure.structure import (
     MeshKeys,
     RingKeys,
     Rom,
-    leaves,
+    flat,
     sequence,
 )
 from vanelock.input.schema.structure.temperature import TEMPERATURE_CHECKS, Temperature
@@ -46,14 +46,8 @@ from vanelock.mesh.element_size import checked_stretch
 from vanelock.mesh.refinement import check_size
 from vanelock.nonlinear.contact.sampling import least_samples
 
-
-def _flat(value: object) -> object:
-    """Accept `joints.interlock.mu = [...]` without quotes, which TOML nests."""
-    return dict(leaves(value)) if isinstance(value, dict) else value
-
-
 Lists = Annotated[
-    dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]], BeforeValidator(_flat)
+    dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]], BeforeValidator(flat)
 ]
 """Values of dotted keys."""
 

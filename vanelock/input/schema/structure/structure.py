@@ -1,6 +1,6 @@
 """Tables of the study file on the structure: ring, materials, meshes, joints, reduction."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
@@ -63,13 +63,24 @@ def sequence(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-def leaves(table: dict[str, Any], prefix: str = "") -> list[tuple[str, Any]]:
-    """Dotted key and value of everything in nested tables."""
+def _is_table(value: object) -> bool:
+    return isinstance(value, dict)
+
+
+def leaves(
+    table: dict[str, Any], prefix: str = "", nests: Callable[[Any], bool] = _is_table
+) -> list[tuple[str, Any]]:
+    """Dotted key and value of everything in nested tables; `nests`: whether a value is one."""
     found = []
     for key, value in table.items():
         dotted = f"{prefix}{key}"
-        found += leaves(value, f"{dotted}.") if isinstance(value, dict) else [(dotted, value)]
+        found += leaves(value, f"{dotted}.", nests) if nests(value) else [(dotted, value)]
     return found
+
+
+def flat(value: object) -> object:
+    """Accept keys such as `joints.interlock.mu` without quotes, which TOML nests."""
+    return dict(leaves(value)) if isinstance(value, dict) else value
 
 
 class KeyTable(Checked):
