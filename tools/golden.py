@@ -1,5 +1,7 @@
 """Compare the golden runs with those of another commit, number by number, on this machine.
 
+Each state makes the runs that it describes itself, so that keys may have changed between them.
+
     python tools/golden.py            # beside the last commit
     python tools/golden.py v0.1.0 default sweep
     python tools/golden.py --write    # the numbers that `make test` compares with, anew
@@ -22,7 +24,7 @@ TOLERANCE = 1e-10
 
 def main() -> None:
     """Write the numbers of the tests, or compare those of two states and print what differs."""
-    import vanelock  # noqa: F401  the state that is asked about; the runs are those of this one
+    import vanelock  # noqa: F401  the state that is asked about
 
     sys.path.insert(0, str(ROOT))
     from tests.golden.runs import NAMES
@@ -86,7 +88,8 @@ def _of(tree: Path, names: list[str], place: Path) -> dict[str, dict[str, list[f
     """The same by the program in a tree, in a process of its own."""
     out = place / f"{tree.name}.json"
     environment = os.environ | {"PYTHONPATH": str(tree), "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, __file__, "--found", str(out), "HEAD", *names]
+    script = tree / "tools" / "golden.py"
+    command = [sys.executable, str(script), "--found", str(out), "HEAD", *names]
     subprocess.run(command, check=True, cwd=place, env=environment)
     read: dict[str, dict[str, list[float]]] = json.loads(out.read_text())
     return read
