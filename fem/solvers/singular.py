@@ -47,6 +47,10 @@ class SingularError(InputError):
             "free to move as a rigid body needs a clamped set or a negative shift"
         )
 
+    def __reduce__(self) -> tuple[type["SingularError"], tuple[Array]]:
+        """Made again in another process from what it was made from, not from its message."""
+        return SingularError, (self.motions,)
+
 
 def _listed(rows: Integers) -> str:
     if len(rows) == 1:
