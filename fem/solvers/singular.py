@@ -125,6 +125,11 @@ def free_motion(model: Model, error: SingularError, rows: Integers | Sparse | No
             factor = factorise(model.K[slaves][:, slaves])
         except SingularError as error:
             raise InputError(free_motion(model, error, slaves)) from None
+
+    Raises
+    ------
+    InputError
+        If the matrix has another number of rows.
     """
     motions = _of_all_dofs(model, error, rows)
     body = _rigid_motions(model)
@@ -150,8 +155,10 @@ def free_motion(model: Model, error: SingularError, rows: Integers | Sparse | No
 
 def _of_all_dofs(model: Model, error: SingularError, rows: Any) -> Array:
     """Orthonormal motions (n, count) of the model's dofs."""
-    if rows is None:
-        return error.motions
+    rows = np.arange(model.K.shape[0]) if rows is None else rows
+    count = rows.shape[1] if sp.issparse(rows) else len(rows)
+    if count != len(error.motions):
+        raise InputError(f"rows: {count} of them; the matrix has {len(error.motions)}")
     if sp.issparse(rows):
         return np.linalg.qr(rows @ error.motions)[0]
     motions = np.zeros((model.K.shape[0], error.count), error.motions.dtype)

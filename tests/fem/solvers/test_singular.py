@@ -8,6 +8,7 @@ import pytest
 import scipy.sparse as sp
 
 from tests.fem.conftest import STEEL
+from vanelock.common.errors import InputError
 from vanelock.fem import (
     SingularError,
     assemble,
@@ -29,6 +30,8 @@ def words(model, rows=None, backend=None):
         K = K[rows][:, rows]
     with pytest.raises(SingularError) as caught:
         factorise(K, backend)
+    with pytest.raises(InputError, match="rows: 1 of them; the matrix has"):
+        free_motion(model, caught.value, np.arange(1))
     return free_motion(model, caught.value, rows)
 
 
