@@ -115,7 +115,7 @@ def closed_contacts(contacts: Contacts, closed: _Closed) -> Booleans:
             if name not in contacts.joint:
                 known = ", ".join(sorted(set(contacts.joint))) or "none named"
                 raise InputError(f"closed: given {name!r}: joints are {known}, or 'all', 'none'")
-        mask = np.array([joint in names for joint in contacts.joint], bool)
+        mask = np.array([joint in names for joint in contacts.joints], bool)
         return np.asarray(mask & contacts.springs)
     mask = np.asarray(closed)
     if mask.dtype != bool or mask.shape != (contacts.count,):

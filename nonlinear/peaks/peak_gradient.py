@@ -171,6 +171,9 @@ def peak_gradient_of(
     InputError
         As of `frequency_response`, or if no peak is there, or the solutions fold.
     """
+    if not (-response.points <= point < response.points and width > 0):
+        range_of = f"needs one of {response.points} points and a width above 0 Hz"
+        raise InputError(f"point, width: given {point}, {width:g}: {range_of}")
     ready = prepared_again(system, response.at([point]), modes)
     component = named_component(system.output_names, output)
     assert component is not None

@@ -96,6 +96,9 @@ def test_a_peak_of_a_response_is_that_of_a_search():
         assert found.of_frequency(by) == pytest.approx(whole.of_frequency(by), rel=1e-3)
     with pytest.raises(InputError, match=r"^point: given 0: no peak was found there$"):
         peak_gradient_of(system, response, 0, whole.output, 1e-5)
+    for given in ((response.points, 0.02), (point, np.nan)):
+        with pytest.raises(InputError, match=r"^point, width: given .*: needs one of \d+ points"):
+            peak_gradient_of(system, response, given[0], whole.output, given[1])
 
 
 def test_where_no_frequency_is_followed_the_reason_is_said(monkeypatch):
