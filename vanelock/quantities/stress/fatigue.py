@@ -24,10 +24,8 @@ loading modes); both are kept.
 """
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vanelock import fem
 from vanelock.common.arrays import Complex, Floats
@@ -37,25 +35,6 @@ Stress = Complex
 
 BLOCK = 64
 """Nodes whose pairs of instants are looked at together."""
-
-
-@dataclass(frozen=True)
-class Strength:
-    """What a material bears: fatigue limit at no mean stress and tensile strength, Pa."""
-
-    limit: float
-    tensile: float
-
-    def reserve(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
-        """Safety factor n on both stresses; infinite where there are none."""
-        used = np.asarray(amplitude) / self.limit + np.maximum(mean, 0.0) / self.tensile
-        return np.divide(1.0, used, out=np.full(used.shape, np.inf), where=used > 0)[()]
-
-    def growth(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
-        """Vibratory stress margin: the factor on the vibration; 0 where the mean breaks it."""
-        left = self.limit * (1 - np.maximum(mean, 0.0) / self.tensile)
-        a = np.asarray(amplitude, float)
-        return np.divide(left.clip(0), a, out=np.full(a.shape, np.inf), where=a > 0)[()]
 
 
 @dataclass(frozen=True)
