@@ -96,7 +96,7 @@ def _jacobians(part: Part, gradients: Floats) -> Floats:
     return np.asarray(np.einsum("eia,qib->eqab", points, gradients, optimize=True))
 
 
-SETS = (
+_SETS = (
     "left",
     "right",
     "fixed",
@@ -170,7 +170,7 @@ def quality_table(
 
 def sets_table(parts: Mapping[str, Part], face_nodes: int | None) -> Table:
     """Number of nodes in every set of every part, and how well they match."""
-    names = [name for name in SETS if any(name in part.node_sets for part in parts.values())]
+    names = [name for name in _SETS if any(name in part.node_sets for part in parts.values())]
     every = {name for part in parts.values() for name in part.node_sets}
     names += sorted(every.difference(names))
     rows = []

@@ -13,13 +13,13 @@ from vanelock.input.schema.response import ResponseKeys
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.summary import AGREE, Summary, Sweep
 
-ALIKE = 0.8
+_ALIKE = 0.8
 """Least modal assurance criterion between the mode of interest free and stuck."""
-NAMED = 8
+_NAMED = 8
 """Cases that a line names."""
-SAME = 1e-9
+_SAME = 1e-9
 """Relative difference of peaks below which cases are the same."""
-ASIDE = (
+_ASIDE = (
     ("campbell.", "stability.", "mistuning."),
     (".fatigue_limit", ".tensile_strength", ".wear_coefficient"),
 )
@@ -69,9 +69,9 @@ def by_text(cases: Mapping[str, Summary], shown: Callable[[str], str] = words) -
             named.setdefault(line, []).append(shown(name))
     sentences = []
     for line, names in named.items():
-        who = "; ".join(names[:NAMED])
-        if len(names) > NAMED:
-            who += f" and {len(names) - NAMED} more"
+        who = "; ".join(names[:_NAMED])
+        if len(names) > _NAMED:
+            who += f" and {len(names) - _NAMED} more"
         if len(names) == len(cases) > 1:
             who = "all cases"
         sentences.append(f"{who}: {line}.")
@@ -80,7 +80,7 @@ def by_text(cases: Mapping[str, Summary], shown: Callable[[str], str] = words) -
 
 def alike(mac: float) -> list[str]:
     """Whether the mode of interest is the same with contacts free and stuck."""
-    if mac >= ALIKE:
+    if mac >= _ALIKE:
         return []
     return [
         f"the mode of interest free and the one stuck are alike by MAC {mac:.2f} only: they may be "
@@ -107,7 +107,7 @@ def without_effect(cases: Sequence[tuple[Mapping[str, float | str], Summary]]) -
     """Swept keys whose values change nothing: cases that differ in one alone are the same."""
     lines = []
     for key in cases[0][0] if cases else ():
-        if key.startswith(ASIDE[0]) or key.endswith(ASIDE[1]):
+        if key.startswith(_ASIDE[0]) or key.endswith(_ASIDE[1]):
             continue
         groups: dict[tuple[object, ...], list[Summary]] = {}
         for values, found in cases:
@@ -126,10 +126,10 @@ def _same(one: Summary, other: Summary) -> bool:
         [(peak.amplitude, peak.frequency) for peak in (c.peak, c.lowest, c.highest) if peak]
         for c in (one, other)
     )
-    return len(a) == len(b) and bool(np.allclose(a, b, rtol=SAME, atol=0))
+    return len(a) == len(b) and bool(np.allclose(a, b, rtol=_SAME, atol=0))
 
 
-MOST = 4
+_MOST = 4
 """Jumps of a sweep that are named, the largest ones."""
 
 
@@ -138,7 +138,7 @@ def notes(sweeps: Sequence[Sweep]) -> Iterator[str]:
     for sweep in sweeps:
         if not sweep.jumps:
             continue
-        largest = sorted(sweep.jumps, key=lambda jump: -abs(np.diff(jump.amplitude)[0]))[:MOST]
+        largest = sorted(sweep.jumps, key=lambda jump: -abs(np.diff(jump.amplitude)[0]))[:_MOST]
         text = "; ".join(
             f"from {1e6 * jump.amplitude[0]:.4g} to {1e6 * jump.amplitude[1]:.4g} um between "
             f"{min(jump.frequency):.6g} and {max(jump.frequency):.6g} Hz"
