@@ -204,9 +204,9 @@ class _WornState:
 
 
 class _History:
-    """States, one after another; of the dwell `i` so far, whose vibrations `at` finds."""
+    """States, one after another; of the dwell `i` so far, found by `vibrations`."""
 
-    at: Vibrations
+    vibrations: Vibrations
 
     def __init__(
         self,
@@ -230,8 +230,8 @@ class _History:
         for i, dwell in enumerate(self.dwells):
             self.i = i
             if not i or not dwell.continues(self.dwells[i - 1]):
-                self.at = vibrations(self.system, dwell, self.options)
-                begun = self.at.first(v0, component)
+                self.vibrations = vibrations(self.system, dwell, self.options)
+                begun = self.vibrations.first(v0, component)
                 self.solved += 1
                 if begun is None and not self.states:
                     where = "no peak was found in it" if dwell.at_peak else "not solved there"
@@ -260,7 +260,7 @@ class _History:
             cycles = last.vibration.size[worn] / last.rate[worn]
             h = self.share * float(cycles.min(initial=np.inf))
             h = left if h >= (1 - _ROUND_OFF) * left else h
-            taken = stepped(last.vibration, self.law, h, self.share, self.at.following)
+            taken = stepped(last.vibration, self.law, h, self.share, self.vibrations.following)
             if taken is None:
                 self._ended(last, h)
                 return last.vibration
@@ -279,7 +279,7 @@ class _History:
             self.status = _LOST
             return False
         rate = self.law(vibration.solution.deviation)
-        whole = self.at.at(vibration.v0).response([vibration.solution])
+        whole = self.vibrations.at(vibration.v0).response([vibration.solution])
         self.states.append(_WornState(cycles, self.i, vibration, rate, rest, whole, jumped))
         if self.progress is not None:
             self.progress(cycles, self.total, vibration.frequency, vibration.point.amplitude)
@@ -287,7 +287,7 @@ class _History:
 
     def _higher(self, followed: Vibration) -> Vibration | None:
         """The highest peak of the range where it is higher than the one that was followed."""
-        found = self.at.first(followed.v0, followed.component)
+        found = self.vibrations.first(followed.v0, followed.component)
         self.solved += 1
         least = (1 + _HIGHER) * followed.point.amplitude
         return found if found is not None and found.point.amplitude > least else None
@@ -301,7 +301,7 @@ class _History:
         share = self._where(taken.interference, opened)
         self.status, self.cycles_to_loss = PRELOAD, last.cycles + share * taken.cycles
         v0 = taken.interference(share)
-        found = self.at.following(last.vibration, v0)
+        found = self.vibrations.following(last.vibration, v0)
         self.solved += 1
         if found is not None:
             self._add(self.cycles_to_loss, found, self.at_rest(v0), taken.jumped)
