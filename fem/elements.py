@@ -62,7 +62,7 @@ frequencies on a medium mesh, and degree 5, with 14 points instead of 11, 5e-4."
 
 
 @dataclass(frozen=True)
-class ReferenceElement:
+class _ReferenceElement:
     """Basis functions of one element type at its quadrature points, on the reference cell."""
 
     values: Floats  # (q, k), basis function of each node
@@ -71,7 +71,7 @@ class ReferenceElement:
     weights: Floats  # (q,), quadrature weights; they sum to the cell's volume
 
 
-def reference_element(cell_type: str) -> ReferenceElement:
+def reference_element(cell_type: str) -> _ReferenceElement:
     """Tables of a cell type, by meshio's name."""
     cell = solid(cell_type)
     if cell_type == "tetra10":
@@ -79,7 +79,7 @@ def reference_element(cell_type: str) -> ReferenceElement:
     else:
         places, weights = quadrature.get_quadrature(cell.element.refdom, _DEGREES[cell_type])
         points = places.T
-    return ReferenceElement(*cell.functions(points), points, weights)
+    return _ReferenceElement(*cell.functions(points), points, weights)
 
 
 def sampling(cell_type: str) -> tuple[Floats, Floats]:
@@ -160,7 +160,7 @@ def _free_numbers(part: Part, fixed: str | None) -> Integers:
 
 
 def _halves(
-    part: Part, material: Material, number: Integers, reference: ReferenceElement
+    part: Part, material: Material, number: Integers, reference: _ReferenceElement
 ) -> tuple[Floats, Floats, Array, Array]:
     """Half of the stiffness (p, 3, 3) and mass (p,) on node pairs in CSR order, and that order.
 
@@ -207,7 +207,7 @@ def _sum_by_slot(slot: Integers, k: Floats, m: Floats) -> tuple[Integers, Floats
 
 
 def _element_matrices(
-    part: Part, block: slice, material: Material, reference: ReferenceElement
+    part: Part, block: slice, material: Material, reference: _ReferenceElement
 ) -> tuple[Floats, Floats]:
     """Stiffness (e, 3, k, 3, k) and scalar mass (e, k, k) of a block of elements."""
     points = part.points[part.cells[block]].transpose(2, 0, 1)  # (3, e, k)

@@ -29,7 +29,7 @@ from skfem import quadrature, refdom
 
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem.elements import ReferenceElement, reference_element
+from vanelock.fem.elements import reference_element
 from vanelock.fem.model import Model
 from vanelock.fem.stresses import nodal_values, slopes
 from vanelock.mesh import Part
@@ -78,7 +78,7 @@ def thermal(model: Model, growth: ArrayLike) -> Floats:
     lame, shear = model.material.lame
     reference = reference_element(part.cell_type)
     nodal = np.zeros((len(part.points), 3))
-    for cells, gradients, determinant in _blocks(part, reference):
+    for cells, gradients, determinant in _blocks(part, reference.points):
         stress = (3 * lame + 2 * shear) * (at_nodes[cells] @ reference.values.T)
         weights = stress * determinant * reference.weights
         np.add.at(nodal, cells, np.einsum("eg,egai->eai", weights, gradients))
@@ -111,17 +111,17 @@ def centrifugal(model: Model, speed: float) -> Floats:
     reference = reference_element(part.cell_type)
     pairs = np.einsum("ga,gb->gab", reference.values, reference.values)
     nodal = np.zeros((len(part.points), 3))
-    for cells, _, determinant in _blocks(part, reference):
+    for cells, _, determinant in _blocks(part, reference.points):
         mass = np.tensordot(determinant * reference.weights, pairs, 1)
         np.add.at(nodal, cells, mass @ (part.points[cells] * [1, 1, 0]))
     return model.free(model.material.rho * speed**2 * nodal)
 
 
-def _blocks(part: Part, reference: ReferenceElement) -> Iterator[tuple[Integers, Floats, Floats]]:
+def _blocks(part: Part, points: Floats) -> Iterator[tuple[Integers, Floats, Floats]]:
     """Elements (e, a) in blocks, with slopes of their functions and determinants; see `slopes`."""
     for start in range(0, len(part.cells), _BLOCK):
         cells = part.cells[start : start + _BLOCK]
-        yield cells, *slopes(part, cells, reference.points)
+        yield cells, *slopes(part, cells, points)
 
 
 _DEGREE = {3: 2, 4: 5, 6: 6, 8: 9, 9: 9}

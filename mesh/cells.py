@@ -184,7 +184,8 @@ def _quadrature(corners: int) -> tuple[Floats, Floats]:
 
 
 _CENTROIDS = np.array([[1, 1, 1], [0, 1, 1], [1, 0, 1], [1, 1, 0]]) / 3  # of the faces
-_REGULAR = np.array([[1, 0.5, 0.5], [0, np.sqrt(3) / 2, np.sqrt(3) / 6], [0, 0, np.sqrt(2 / 3)]])
+REGULAR = np.array([[1, 0.5, 0.5], [0, np.sqrt(3) / 2, np.sqrt(3) / 6], [0, 0, np.sqrt(2 / 3)]])
+"""Edges of a regular tetrahedron over those of the reference one, as columns."""
 
 
 @dataclass(frozen=True)
@@ -239,11 +240,13 @@ def quality(part: Part) -> Quality:
 
 
 def condition(points: Floats, cells: Integers) -> Floats:
-    """Signed inverse condition numbers (SICN) (e,) of the tetrahedra that elements' corners span.
+    """Signed inverse condition numbers (SICN) (e,) of tetrahedra that elements' corners span."""
+    return inverse_condition(_jacobians(points, cells[:, :4], np.zeros((1, 3)))[:, 0], REGULAR)
 
-    3 / (|A| |A^-1|), where A makes the element of a regular one: 1 for that, 0 for a flat one.
-    """
-    A = _jacobians(points, cells[:, :4], np.zeros((1, 3)))[:, 0] @ np.linalg.inv(_REGULAR)
+
+def inverse_condition(jacobians: Floats, perfect: Floats) -> Floats:
+    """3 / (|A| |A^-1|), A making the element of a perfect one: 1 for that, 0 for a flat one."""
+    A = jacobians @ np.linalg.inv(perfect)
     with np.errstate(divide="ignore", invalid="ignore"):
         # A^-1 = adj(A)/det(A), so that a flat element counts as zero.
         cofactor = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])

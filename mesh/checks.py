@@ -18,7 +18,6 @@ import numpy as np
 from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
-from vanelock.mesh.generate.bosses import check_bosses
 from vanelock.mesh.geometry import aerofoil, contact_places
 from vanelock.mesh.geometry.dimensions import (
     CLEARANCE,
@@ -183,6 +182,77 @@ def check_clearances(vane: VaneDimensions, casing: CasingDimensions) -> None:
     _check_fillet("vane.fillet", vane.fillet, _room(both, "casing.groove_mouth", "vane.leg_front"))
 
 
+def _check_bosses(casing: CasingDimensions, sectors: int) -> None:
+    """Refuse bosses that reach a flange, a cyclic face, each other, or a force or output node."""
+    if not casing.bosses:
+        return
+    radius, at = casing.boss_diameter / 2, casing.boss_position
+    room = radius + CLEARANCE
+    flange = casing.flange_thickness
+    widest = casing.length - 2 * (flange + CLEARANCE)
+    if 2 * radius > widest:
+        raise InputError(
+            f"casing.boss_diameter = {2 * radius:g} m: at most {_floor(widest):g} m fits between "
+            "the flanges"
+        )
+    if not flange + room <= at <= casing.length - flange - room:
+        raise InputError(
+            f"casing.boss_position = {at:g} m: a boss of {2 * radius:g} m clears the flanges "
+            f"between {flange + room:g} m and {casing.length - flange - room:g} m"
+        )
+    # Bosses draw apart outwards: they are nearest to each other, and to the faces between two of
+    # them, where their sides stand on the shell.
+    half = np.pi / (sectors * casing.bosses)
+    foot = np.sqrt(max(casing.outer_radius**2 - radius**2, 0.0))
+    if foot * np.sin(half) < room:
+        raise InputError(
+            f"casing.boss_diameter = {2 * radius:g} m: {casing.bosses} bosses in one of {sectors} "
+            "sectors touch each other or the cyclic faces: at most "
+            f"{_floor(2 * (casing.inner_radius * np.sin(half) - CLEARANCE)):g} m fits"
+        )
+    if foot < casing.inner_radius + CLEARANCE:
+        wall = casing.outer_radius**2 - (casing.inner_radius + CLEARANCE) ** 2
+        raise InputError(
+            f"casing.boss_diameter = {2 * radius:g} m: the shell is too thin for it: at most "
+            f"{_floor(2 * np.sqrt(max(wall, 0.0))):g} m fits"
+        )
+    angle = contact_places.boss_angles(casing, sectors)
+    axes = np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
+    for what, nodes in (
+        ("a force node", contact_places.force_points(casing, sectors)),
+        ("an output node", contact_places.casing_output_points(casing, sectors)),
+    ):
+        from_foot = nodes - [0.0, 0.0, at]
+        off = np.linalg.norm(np.cross(from_foot[:, None], axes), axis=-1)
+        if off.min() < room:
+            raise InputError(
+                f"casing.boss_position = {at:g} m: a boss of {2 * radius:g} m covers {what}: it "
+                f"must stay {room:g} m away from {nodes[0, 2]:g} m"
+            )
+
+
+def _floor(length: float) -> float:
+    """A length in whole tenths of a millimetre, so that what is printed does fit."""
+    return float(max(0.0, np.floor(length * 1e4) / 1e4))
+
+
+_FLAT, _NARROW = 20.0, 5.0
+"""Elements may be so many times longer than a boss is high, and than it is wide."""
+
+
+def check_meshable(casing: CasingDimensions, size: float) -> None:
+    """Refuse bosses too flat or too narrow for an element size, m."""
+    if not casing.bosses:
+        return
+    for name, ratio in (("boss_height", _FLAT), ("boss_diameter", _NARROW)):
+        value = getattr(casing, name)
+        if value < size / ratio:
+            raise InputError(
+                f"casing.{name} = {value:g} m: too small for elements of {size * 1e3:g} mm: "
+                f"at least {size / ratio:g} m, or mesh.size up to {ratio * value:g} m"
+            )
+
+
 def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -> None:
     """Refuse a casing whose grooves do not hold the bands, or whose rails overlap."""
     check_sectors(sectors)
@@ -210,7 +280,7 @@ def check_casing(casing: CasingDimensions, hook: HookDimensions, sectors: int) -
         ("in front of casing.rail_front", casing.rail_front - CLEARANCE),
         ("behind the rear rail", casing.length - rear - CLEARANCE),
     )
-    check_bosses(casing, sectors)
+    _check_bosses(casing, sectors)
 
 
 def check_vane(vane: VaneDimensions, sectors: int) -> None:

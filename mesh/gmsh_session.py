@@ -1,13 +1,12 @@
 """The one place that loads gmsh: its system libraries, its sessions, its options."""
 
-import ctypes
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from vanelock.common.errors import InputError
-from vanelock.common.process import preserved
+from vanelock.common.process import missing_libraries, preserved
 
 _PACKAGES = "libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1 libgl1"
 _LIBRARIES = (
@@ -40,20 +39,9 @@ _OPTIONS = {
 }
 
 
-def _missing_libraries() -> list[str]:
-    """Shared libraries that gmsh is linked against and that this system does not have."""
-    missing = []
-    for name in _LIBRARIES:
-        try:
-            ctypes.CDLL(name)
-        except OSError:
-            missing.append(name)
-    return missing
-
-
 def load() -> Any:
     """The gmsh module."""
-    if missing := _missing_libraries():
+    if missing := missing_libraries(_LIBRARIES):
         raise InputError(
             f"gmsh: system libraries {', '.join(missing)} are missing: "
             f"run `apt-get install -y {_PACKAGES}`"

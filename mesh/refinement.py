@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vanelock.common.errors import InputError
-from vanelock.mesh.checks import check_resolved
+from vanelock.mesh.checks import check_meshable, check_resolved
 from vanelock.mesh.element_size import (
     HOOKS,
     LARGEST,
@@ -17,7 +17,6 @@ from vanelock.mesh.element_size import (
     words_of,
 )
 from vanelock.mesh.generate.aerofoils import ROUND, arc_rows, divisions
-from vanelock.mesh.generate.bosses import check_meshable
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.geometry.root_fillet import filleted
 

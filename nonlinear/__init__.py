@@ -1,9 +1,14 @@
 """Friction contacts, harmonic balance and continuation on a System of arrays."""
 
+import inspect
+from collections.abc import Callable
+from dataclasses import fields
+from functools import cache, wraps
 from types import FunctionType
 from typing import Any
 
 from vanelock.common import lazy
+from vanelock.common.errors import InputError
 
 _modules = {
     "Audit": "audit",
@@ -84,8 +89,31 @@ _attribute, __dir__ = lazy.attributes(__name__, _modules)
 
 def __getattr__(name: str) -> Any:
     value = _attribute(name)
-    if not isinstance(value, FunctionType):
-        return value
-    from vanelock.nonlinear.forced_response.options import with_keywords
+    return _with_keywords(value) if isinstance(value, FunctionType) else value
 
-    return with_keywords(value)
+
+@cache
+def _with_keywords(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function whose `options`, if it has any, may be given one by one by their names."""
+    from vanelock.nonlinear.forced_response.options import Options
+
+    names = list(inspect.signature(function).parameters)
+    if "options" not in names:
+        return function
+    known = [each.name for each in fields(Options) if each.name not in names]
+
+    @wraps(function)
+    def called(*args: Any, **keywords: Any) -> Any:
+        chosen = {name: keywords.pop(name) for name in list(keywords) if name not in names}
+        for name in chosen:
+            if name not in known:
+                raise InputError(
+                    f"{name}: given to {function.__name__}: allowed: {', '.join(names + known)}"
+                )
+        if not chosen:
+            return function(*args, **keywords)
+        if "options" in keywords or len(args) > names.index("options"):
+            raise InputError(f"options: given, and {', '.join(chosen)} beside: needs one of both")
+        return function(*args, options=Options(**chosen), **keywords)
+
+    return called

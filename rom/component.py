@@ -238,6 +238,14 @@ class Component(Product):
         have = ", ".join(str(k) for k in sorted(self.diameters))
         raise InputError(f"{self.masters.part}: not reduced at nodal diameter {k} (only at {have})")
 
+    def carrying(self, sums: Iterable[tuple[str, str, float]]) -> "Component":
+        """The same with other loads at rest: of each name the sum of multiples of those it has."""
+        found: dict[str, Matrix] = {}
+        for name, kind, factor in sums:
+            own = self.rest_loads[kind]
+            found[name] = found.get(name, np.zeros_like(own)) + factor * own
+        return replace(self, loads=found)
+
     def coordinates(self, nodes: Integers, where: str, directions: int = 3) -> Integers:
         """(k, 3) or, with rotations, which are no coordinates, (k, 6): see `dofs`."""
         none = np.full((len(nodes), directions - 3), -1)
@@ -250,15 +258,6 @@ class Component(Product):
     def dofs(self, nodes: Integers) -> Integers:
         """(k, 3) reduced coordinates that are the displacement of the given retained nodes."""
         return self.interface_modes + 3 * self.masters.places(nodes)[:, None] + np.arange(3)
-
-
-def carrying(component: Component, sums: Iterable[tuple[str, str, float]]) -> Component:
-    """A component with other loads at rest: of each name the sum of multiples of those it has."""
-    own: dict[str, Matrix] = component.loads or {}
-    found: dict[str, Matrix] = {}
-    for name, kind, factor in sums:
-        found[name] = found.get(name, np.zeros_like(own[kind])) + factor * own[kind]
-    return replace(component, loads=found)
 
 
 def _single(array: Array | None) -> Array | None:

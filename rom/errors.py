@@ -17,7 +17,7 @@ form. For the displacement aᴴx under a load f, with z the reduced answer to th
 the form between the two, zᴴ(...)q.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -116,23 +116,9 @@ def frequency_errors(
     InputError
         If a part was reduced by a route that gives no estimate of what it leaves out.
     """
-    places = system.at(nodal_diameter).parts
-    left_out = [
-        (_estimated(name, part, nodal_diameter), places[name]) for name, part in parts.items()
-    ]
-    frequency, *errors = _errors(system, left_out, nodal_diameter, count, closed)
-    return FrequencyErrors(frequency, dict(zip(parts, errors, strict=True)))
-
-
-def _errors(
-    system: System,
-    parts: Sequence[tuple[Reduced, Integers]],
-    nodal_diameter: int,
-    count: int,
-    closed: Booleans | None,
-) -> list[Floats]:
-    """Frequencies and, of each part, errors (count,)."""
     matrices = system.at(nodal_diameter)
+    estimated = ((name, _estimated(name, part, nodal_diameter)) for name, part in parts.items())
+    left_out = [(reduced, matrices.parts[name]) for name, reduced in estimated]
     n = len(matrices.K)
     if not 1 <= count <= n:
         raise InputError(f"{count} modes of a system of {n} coordinates")
@@ -146,7 +132,7 @@ def _errors(
         if squared[j] == 0:
             continue
         missing = []
-        for reduced, dofs in parts:
+        for reduced, dofs in left_out:
             q = shapes[dofs]
             form = q.conj().T @ (_form(reduced, squared[j]) @ q)
             if reduced.complete and frequency[j] < reduced.complete:
@@ -161,7 +147,7 @@ def _errors(
         together = max((squared[i] - lowered[i]) / (2 * squared[i]), 0.0)
         finite = 0 < alone.sum() < np.inf
         errors[:, i] = alone / alone.sum() * together if finite else alone
-    return [frequency[:count], *errors]
+    return FrequencyErrors(frequency[:count], dict(zip(parts, errors, strict=True)))
 
 
 def _lowered(squared: Floats, missing: Matrix, j: int) -> float:

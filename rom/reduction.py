@@ -15,12 +15,9 @@ import numpy as np
 from vanelock.common.errors import InputError
 from vanelock.fem import Model
 from vanelock.rom.component import Component, Masters, choose
-from vanelock.rom.fixed_interface.basis import projected
-from vanelock.rom.fixed_interface.held import HeldMatrices
 from vanelock.rom.fixed_interface.selection import DEFAULT, Selection
-from vanelock.rom.routes.condensed import Condensed, Loads, condensed, cyclic_first, held_loads
+from vanelock.rom.routes.condensed import Condensed, Loads, condensed, reduced
 from vanelock.rom.routes.problem import Problem, problem
-from vanelock.rom.routes.rows import held_piece
 from vanelock.rom.routes.tran import CraigBampton, craig_bampton, paper
 
 _Route = Literal["cyclic", "paper"]
@@ -106,13 +103,15 @@ def reduce(
         given = _same(prepared, model, chosen, cyclic, route, wanted)
     _check_loads(loads, cyclic, route, diameters)
     if route == "paper":
-        _check_count(count := interface_modes or _MODES, 3 * len(given.left))
+        count, faces = interface_modes or _MODES, 3 * len(given.left)
+        if count > faces:
+            raise InputError(
+                f"interface_modes = {count}: allowed are 1 to {faces}, the dofs of a face"
+            )
         dense = prepared if isinstance(prepared, CraigBampton) else craig_bampton(given, wanted)
         return paper(dense, diameters, count)
     shared = prepared if isinstance(prepared, Condensed) else condensed(given)
-    if not cyclic:
-        return _whole(shared, wanted, loads)
-    return cyclic_first(shared, wanted, diameters, loads)
+    return reduced(shared, wanted, diameters, loads)
 
 
 def prepare(
@@ -201,39 +200,9 @@ def _check_loads(loads: Loads | None, cyclic: bool, route: str, diameters: Seque
 
 
 def _diameters(nodal_diameters: Iterable[int] | None, sectors: int) -> list[int]:
-    """Nodal diameters 0 to N - 1, ascending, each once; none for a part in one piece."""
+    """Nodal diameters 0 to N - 1, ascending, each once; 0 for a part in one piece."""
     if nodal_diameters is None:
-        return []
+        return [0]
     if not (found := {int(k) % sectors for k in nodal_diameters}):
         raise InputError("nodal_diameters: given none: needs one or several whole numbers")
     return sorted(found)
-
-
-def _whole(shared: Condensed, selection: Selection, loads: Loads | None = None) -> Component:
-    """Reduce a part in one piece to its masters, fixed-interface vectors and answers to loads."""
-    problem = shared.problem
-    part = held_piece(HeldMatrices(shared.matrix, shared.interior), problem.M, problem.rows)
-    chosen, band = selection.of(part)
-    at_rest = held_loads(shared, loads) if loads else None
-    if at_rest is not None:
-        chosen, answers = at_rest.answered(chosen, part)
-    products = projected(part, chosen)
-    count = products.candidates.count
-    return Component(
-        masters=problem.masters,
-        cyclic=False,
-        route="whole",
-        interface_modes=0,
-        fixed_modes=count,
-        diameters={0: products.reduced()},
-        boundary_nodes=problem.boundary_nodes,
-        vectors=products.vectors(),
-        band=band,
-        loads=None if at_rest is None else at_rest.reduced(part, products, answers),
-    )
-
-
-def _check_count(count: int, faces: int) -> None:
-    """Refuse a number of interface modes that a face of that many dofs has not."""
-    if not 1 <= count <= faces:
-        raise InputError(f"interface_modes = {count}: allowed are 1 to {faces}, the dofs of a face")

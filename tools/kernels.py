@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     time_response,
 )
 from vanelock.nonlinear.balance.receptance_columns import combine
-from vanelock.nonlinear.transient.full_ring import follow
+from vanelock.nonlinear.transient.time_marching import follow
 
 HERTZ = [15.0, 16.0, 17.0]
 

@@ -18,6 +18,8 @@ import os
 import tokenize
 import zipfile
 import zlib
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -51,6 +53,17 @@ _WHOLE = ("shape", "row", "col", "indices", "indptr", "offsets")
 """Parts of a saved sparse matrix that hold whole numbers."""
 
 
+@contextmanager
+def _refused(fault: str) -> Generator[None, None, None]:
+    """All that a damaged file may raise, as one line."""
+    try:
+        yield
+    except InputError:
+        raise
+    except _FAULTS:
+        raise InputError(fault) from None
+
+
 def read_npy(path: Path, request: WantedMatrix) -> Entries:
     """Read a .npy file: one full array."""
     refuse_unless_alone(str(path), request)
@@ -60,59 +73,44 @@ def read_npy(path: Path, request: WantedMatrix) -> Entries:
 def read_npz(path: Path, request: WantedMatrix) -> Entries:
     """Read an array of a .npz file, or the sparse matrix that it is."""
     source, size = str(path), size_of(path)
-    try:
-        with zipfile.ZipFile(path) as archive:
-            members = {
-                each.filename.removesuffix(".npy"): each
-                for each in archive.infolist()
-                if each.filename.endswith(".npy")
-            }
-            claimed = sum(each.file_size for each in members.values())
-            if claimed > room(size):
-                raise InputError(f"{source}: {size:,} bytes claim to unpack to {claimed:,}")
-            if {"format", "shape", "data"} <= set(members):
-                refuse_unless_alone(source, request)
-                found = {
-                    name: _array(f"{source}: {name}", archive.read(members[name]))
-                    for name in ("format", "data", *_WHOLE)
-                    if name in members
-                }
-                return _saved_sparse(source, path, found)
-            name = chosen(source, sorted(members), request)
-            return _dense_entries(
-                f"{source}: {name}", _array(f"{source}: {name}", archive.read(members[name]))
-            )
-    except InputError:
-        raise
-    except _FAULTS:
-        raise InputError(f"{source}: not a whole .npz file") from None
+    with _refused(f"{source}: not a whole .npz file"), zipfile.ZipFile(path) as archive:
+        members = {
+            each.filename.removesuffix(".npy"): each
+            for each in archive.infolist()
+            if each.filename.endswith(".npy")
+        }
+        claimed = sum(each.file_size for each in members.values())
+        if claimed > room(size):
+            raise InputError(f"{source}: {size:,} bytes claim to unpack to {claimed:,}")
+
+        def read(name: str) -> Array:
+            return _array(f"{source}: {name}", archive.read(members[name]))
+
+        if {"format", "shape", "data"} <= set(members):
+            refuse_unless_alone(source, request)
+            parts = ("format", "data", *_WHOLE)
+            return _saved_sparse(source, path, {n: read(n) for n in parts if n in members})
+        name = chosen(source, sorted(members), request)
+        return _dense_entries(f"{source}: {name}", read(name))
 
 
 def _array(source: str, held: bytes) -> Array:
     """An array from the bytes of a .npy file."""
-    file = io.BytesIO(held)
-    try:
-        version = np.lib.format.read_magic(file)
+    file, other = io.BytesIO(held), f"{source}: not NumPy's format"
+    with _refused(other):
         read = {
             (1, 0): np.lib.format.read_array_header_1_0,
             (2, 0): np.lib.format.read_array_header_2_0,
-        }.get((version[0], version[1]))
-        if read is None:
-            raise ValueError
+        }[np.lib.format.read_magic(file)]
         shape, _, dtype = read(file)
-    except _FAULTS:
-        raise InputError(f"{source}: not NumPy's format") from None
     if dtype.hasobject:
         raise InputError(f"{source}: holds Python objects, which are not read")
     claimed, left = math.prod(shape) * dtype.itemsize, len(held) - file.tell()
     if claimed != left or any(n < 0 for n in shape):
         given = " x ".join(map(str, shape))
         raise InputError(f"{source}: {given} entries take {claimed:,} bytes; {left:,} follow")
-    try:
-        found: Array = np.load(io.BytesIO(held), allow_pickle=False)
-    except _FAULTS:
-        raise InputError(f"{source}: not NumPy's format") from None
-    return found
+    with _refused(other):
+        return np.asarray(np.load(io.BytesIO(held), allow_pickle=False))
 
 
 def _saved_sparse(source: str, path: Path, members: dict[str, Array]) -> Entries:
@@ -120,13 +118,11 @@ def _saved_sparse(source: str, path: Path, members: dict[str, Array]) -> Entries
     numbers(source, members["data"].dtype)
     if any(members[name].dtype.kind not in "iu" for name in _WHOLE if name in members):
         raise InputError(f"{source}: indices of the sparse matrix are not whole numbers")
-    try:
+    with _refused(f"{source}: parts of the sparse matrix do not fit together"):
         matrix = sp.load_npz(path)
         if matrix.format in ("csr", "csc", "bsr"):
             matrix.check_format(full_check=True)
         coo = matrix.tocoo()
-    except _FAULTS:
-        raise InputError(f"{source}: parts of the sparse matrix do not fit together") from None
     square(source, coo.shape)
     return Entries(source, coo.shape[0], coo.row, coo.col, coo.data)
 
@@ -138,16 +134,11 @@ def read_hdf5(path: Path, request: WantedMatrix) -> Entries:
     """Read a matrix of an HDF5 file."""
     file, inside = split_path(path)
     size = size_of(file)
-    try:
-        with opened(file) as held:
-            place = request.name or (inside if request.alone else None)
-            if place is None:
-                place = chosen(str(file), _tables(held), request)
-            return _matrix(str(file), held, place, room(size))
-    except InputError:
-        raise
-    except _FAULTS:
-        raise InputError(f"{file}: not a readable HDF5 file") from None
+    with _refused(f"{file}: not a readable HDF5 file"), opened(file) as held:
+        place = request.name or (inside if request.alone else None)
+        if place is None:
+            place = chosen(str(file), _tables(held), request)
+        return _matrix(str(file), held, place, room(size))
 
 
 def split_path(path: Path) -> tuple[Path, str | None]:
@@ -239,12 +230,9 @@ def read_mat(path: Path, request: WantedMatrix) -> Entries:
     source, held = str(path), content(path)
     if held[:9] == b"MATLAB 7." or held[512:520] == b"\x89HDF\r\n\x1a\n":
         return read_hdf5(path, request)
-    try:
-        variables = {
-            name: (shape, kind) for name, shape, kind in scipy.io.whosmat(io.BytesIO(held))
-        }
-    except _FAULTS:
-        raise InputError(f"{source}: not a .mat file of version 4, 5 or 7.3") from None
+    with _refused(f"{source}: not a .mat file of version 4, 5 or 7.3"):
+        listed = scipy.io.whosmat(io.BytesIO(held))
+        variables = {name: (shape, kind) for name, shape, kind in listed}
     readable = [name for name, (_, kind) in variables.items() if kind in _NUMBERS]
     if request.name in variables and request.name not in readable:
         raise InputError(
@@ -253,11 +241,9 @@ def read_mat(path: Path, request: WantedMatrix) -> Entries:
     name = chosen(source, readable, request)
     shape, kind = variables[name]
     square(f"{source}: {name}", shape)
-    if kind != "sparse" and 8 * math.prod(shape) > room(len(held)):
+    if 8 * (shape[0] if kind == "sparse" else math.prod(shape)) > room(len(held)):
         raise InputError(f"{source}: {name}: {shape[0]} rows cannot stand in {len(held):,} bytes")
-    if shape[0] > room(len(held)) // 8:
-        raise InputError(f"{source}: {name}: {shape[0]} rows cannot stand in {len(held):,} bytes")
-    try:
+    with _refused(f"{source}: {name} cannot be read: not a whole .mat file"):
         found = scipy.io.loadmat(io.BytesIO(held), variable_names=[name], spmatrix=False)[name]
         if sp.issparse(found):
             compressed = found.tocsc()
@@ -265,8 +251,6 @@ def read_mat(path: Path, request: WantedMatrix) -> Entries:
             coo = compressed.tocoo()
             return Entries(f"{source}: {name}", coo.shape[0], coo.row, coo.col, coo.data)
         return _dense_entries(f"{source}: {name}", np.asarray(found))
-    except _FAULTS:
-        raise InputError(f"{source}: {name} cannot be read: not a whole .mat file") from None
 
 
 def _dense_entries(source: str, array: Array) -> Entries:

@@ -36,7 +36,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem.matrix_files.contents import (
     FULL,
@@ -124,9 +124,9 @@ def _freedoms(source: str, lines: list[Line]) -> dict[int, list[int]]:
     return freedoms
 
 
-def _labels(source: str, nodes: list[int], freedoms: dict[int, list[int]]) -> tuple[
-    np.ndarray[tuple[int], np.dtype[np.int64]], np.ndarray[tuple[int], np.dtype[np.int64]]
-]:  # fmt: skip
+def _labels(
+    source: str, nodes: list[int], freedoms: dict[int, list[int]]
+) -> tuple[Integers, Integers]:
     """Node and direction of each row, from the first node on."""
     if not nodes or not freedoms:
         raise InputError(f"{source}: the superelement lists no nodes or no freedoms")

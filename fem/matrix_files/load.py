@@ -1,6 +1,12 @@
 """Stiffness, mass and damping of a component, from the files that another program wrote.
 
 Which reader a file is for is seen by its ending and its first bytes.
+
+The numbers come in any units. A displacement is u = s q with s metres in its unit of length; a
+rotation is in radians, s = 1.
+Energy is the same in both, so K_ij becomes K_ij F L / (s_i s_j), and M_ij becomes
+M_ij m L² / (s_i s_j). Time is what makes them consistent, T² = m L / F. A generalised coordinate
+has the unit L √m, with s to match: one normalised to unit mass stays so.
 """
 
 import re
@@ -15,8 +21,9 @@ import scipy.sparse as sp
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.files import PathLike
+from vanelock.common.quantities import si
 from vanelock.fem.matrix_files.contents import Entries, NoMatrixError, WantedMatrix, assembled
-from vanelock.fem.matrix_files.model import GENERALISED, Matrices, units
+from vanelock.fem.matrix_files.model import GENERALISED, Matrices
 from vanelock.fem.matrix_files.tables import Labels, check_labels, load_pairs, named, read_labels
 
 _Reader = Callable[[Path, WantedMatrix], Entries]
@@ -88,6 +95,49 @@ def _check_mass(source: str, M: sp.csc_array, node: Integers, direction: Integer
         )
 
 
+@dataclass(frozen=True)
+class _Units:
+    """SI units in one of the program's."""
+
+    length: float = 1.0  # m
+    mass: float = 1.0  # kg
+    force: float = 1.0  # N
+
+    def scales(self, direction: Integers) -> Floats:
+        """(n,) s of each row."""
+        of_rotation = np.where(direction < 3, self.length, 1.0)
+        return np.where(direction == GENERALISED, self.length * self.mass**0.5, of_rotation)
+
+    def converted(self, matrix: sp.csc_array, what: str, direction: Integers) -> sp.csc_array:
+        """The matrix "stiffness", "mass" or "damping" in SI units."""
+        if self == _Units():
+            return matrix
+        energy = {
+            "stiffness": self.force * self.length,
+            "mass": self.mass * self.length**2,
+            "damping": (self.force * self.mass * self.length**3) ** 0.5,
+        }[what]
+        scale = sp.diags_array(1 / self.scales(direction))
+        return (scale @ matrix @ scale * energy).tocsc()
+
+
+def _units(length: str, mass: str, force: str) -> _Units:
+    """Units by name, such as "mm", "t" and "N"."""
+    return _Units(
+        _in_si("length", length, "m"), _in_si("mass_unit", mass, "kg"), _in_si("force", force, "N")
+    )
+
+
+def _in_si(key: str, name: str, unit: str) -> float:
+    try:
+        factor = si(f"1 {name}", unit)
+    except ValueError:
+        factor = None
+    if not isinstance(factor, float) or not 1e-12 <= factor <= 1e12:
+        raise InputError(f'{key} = "{name}": expected a unit such as "{unit}"')
+    return factor
+
+
 def load_matrices(
     stiffness: PathLike,
     mass: PathLike | None = None,
@@ -130,7 +180,7 @@ def load_matrices(
         One line that names the file: it cannot be read, is malformed or not Hermitian, or does not
         agree with the others.
     """
-    used = units(length, mass_unit, force)
+    used = _units(length, mass_unit, force)
     names = dict(names or {})
     if unknown := sorted(set(names) - {"stiffness", "mass", "damping"}):
         raise InputError(f"names: {unknown[0]!r}: stiffness, mass or damping can be named")

@@ -88,13 +88,8 @@ class _Deck:
     listed: int = 0  # members of all ranges of the sets
 
 
-def _nodes_of_type(name: str) -> int | None:
-    """Nodes of an element, None where its name does not say; it then ends with its line."""
-    solid = _solid(name)
-    return solid[1] if solid else None
-
-
 def _solid(name: str) -> tuple[str, int] | None:
+    """Type and number of nodes; None where the name does not say, which its line ends then."""
     found = re.fullmatch(r"D?(C3D\d+)[A-Z]*", name)
     return _SOLIDS.get(found[1]) if found else None
 
@@ -235,7 +230,8 @@ def _elements(deck: _Deck, where: str, options: dict[str, str], lines: list[Line
         raise InputError(f"{where}: its TYPE is missing")
     numbers, nodes = deck.elements.setdefault(name, ([], []))
     started = len(numbers)
-    count = _nodes_of_type(name)
+    solid = _solid(name)
+    count = solid[1] if solid else None
     item: list[int] = []
     for number, words in lines:
         at = f"{deck.source}: line {number}"

@@ -46,8 +46,14 @@ _PIECES = _LEVELS - 1
 _Corner = tuple[int, int, int]  # aerofoil, level outwards, and the strip that begins there
 
 
-def divide_filleted(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) -> list[int]:
-    """Prescribe the nodes on all faces of the aerofoils of the current model."""
+def divide_aerofoils(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) -> list[int]:
+    """Prescribe the nodes on all faces of the aerofoils of the current model; their sides."""
+    if vane.root_fillet:
+        return _divide_filleted(gmsh, vane, sectors, size)
+    return _divide_ruled(gmsh, vane, size)
+
+
+def _divide_filleted(gmsh: Any, vane: VaneDimensions, sectors: int, size: float) -> list[int]:
     corners = _corners(gmsh, vane, sectors)
     faces = {}
     for _, face in gmsh.model.getEntities(2):
@@ -153,8 +159,7 @@ class _Divisions(NamedTuple):
         return float(1 - np.tanh(kappa) ** 2)
 
 
-def divide_aerofoils(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
-    """Prescribe the nodes on all faces of the aerofoils of the current model."""
+def _divide_ruled(gmsh: Any, vane: VaneDimensions, size: float) -> list[int]:
     ends = _ends(gmsh, vane)
     faces = []
     for _, tag in gmsh.model.getEntities(2):

@@ -1,5 +1,7 @@
 """The casing sector: shell, two end flanges, two rails whose grooves hold the vane's feet.
 
+Strut bosses are cylinders that stand radially on the outside of the shell.
+
 Both cyclic faces get the same number of quadratic nodes. A face without holes, with V corner nodes
 of which B lie on its boundary, has 3V - 3 - B edges of triangles and so F = 4V - 3 - B quadratic
 nodes: B = 1 - F modulo 4. One more interval on an edge adds a boundary node, mostly with no other
@@ -17,13 +19,12 @@ from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
 from vanelock.mesh.cells import valid
-from vanelock.mesh.checks import check_casing, check_resolved
+from vanelock.mesh.checks import check_casing, check_meshable, check_resolved
 from vanelock.mesh.contact_patches import hook_averages, hook_overlap
 from vanelock.mesh.element_size import LARGEST, SMALLEST, checked_stretch, drawn_out, element_size
 from vanelock.mesh.generate import occ_solids
-from vanelock.mesh.generate.bosses import add_bosses, check_meshable, divide_bosses
 from vanelock.mesh.generate.mesher import along, generate, matching, nodes_on, place
-from vanelock.mesh.generate.occ_solids import TOLERANCE
+from vanelock.mesh.generate.occ_solids import TOLERANCE, Entity
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.dimensions import CasingDimensions, HookDimensions, VaneDimensions
 from vanelock.mesh.geometry.revolved import casing_outline
@@ -94,7 +95,9 @@ def casing_sector(
     with session("casing") as gmsh:
         band_tags, point_tags = occ_solids.imprint(
             gmsh,
-            add_bosses(gmsh, dimensions, narrow, occ_solids.revolve(gmsh, outline, np.pi / narrow)),
+            _add_bosses(
+                gmsh, dimensions, narrow, occ_solids.revolve(gmsh, outline, np.pi / narrow)
+            ),
             [occ_solids.arc(gmsh, band[0], band[-1]) for band in bands],
             [occ_solids.point(gmsh, position) for position in np.concatenate([force, output])],
         )
@@ -102,7 +105,7 @@ def casing_sector(
         for tag in band_tags:
             gmsh.model.mesh.setTransfiniteCurve(tag, bands.shape[1] // 2 + 1)
         occ_solids.grade_fillets(gmsh, dimensions.fillet, length, stretch)
-        divide_bosses(gmsh, dimensions, length)
+        _divide_bosses(gmsh, dimensions, length)
         affine = np.eye(4)
         affine[:3, :3] = turn(narrow)
         gmsh.model.mesh.setPeriodic(2, [right_tag], [left_tag], affine.ravel().tolist())
@@ -172,6 +175,40 @@ def casing_sector(
     )
     overlap = overlap or hook_overlap(VaneDimensions(), dimensions)
     return replace(valid(part), patches=hook_averages(part, hook, overlap))
+
+
+_SIDES = 8  # fewest elements around a boss
+
+
+def _add_bosses(gmsh: Any, casing: CasingDimensions, sectors: int, shell: Entity) -> Entity:
+    """The shell with its bosses; each begins within the wall, so that no faces coincide."""
+    if not casing.bosses:
+        return shell
+    kernel, radius = gmsh.model.occ, casing.boss_diameter / 2
+    start = 0.5 * (casing.inner_radius + np.sqrt(casing.outer_radius**2 - radius**2))
+    deep = casing.outer_radius + casing.boss_height - start
+    cylinders = []
+    for angle in contact_places.boss_angles(casing, sectors):
+        c, s = np.cos(angle), np.sin(angle)
+        at = (start * c, start * s, casing.boss_position)
+        cylinders.append((3, kernel.addCylinder(*at, deep * c, deep * s, 0.0, radius)))
+    fused, _ = kernel.fuse([shell], cylinders)
+    if len(fused) != 1:
+        raise InputError(f"casing: shell and bosses make {len(fused)} bodies instead of one")
+    entity: Entity = fused[0]
+    return entity
+
+
+def _divide_bosses(gmsh: Any, casing: CasingDimensions, size: float) -> None:
+    """Divide the bosses' round edges evenly, in no fewer than `_SIDES` elements."""
+    if not casing.bosses:
+        return
+    for _, edge in gmsh.model.getEntities(1):
+        ends = gmsh.model.getBoundary([(1, edge)], combined=True)
+        if not ends:  # closed: no other edge of the casing is
+            length = gmsh.model.occ.getMass(1, edge)
+            intervals = max(_SIDES, int(np.ceil(length / size)))
+            gmsh.model.mesh.setTransfiniteCurve(edge, intervals + 1)
 
 
 _RATIO = 1.25  # elements of the face's edges may be so much longer or shorter than the element size

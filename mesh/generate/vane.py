@@ -19,7 +19,7 @@ from vanelock.mesh.checks import check_resolved, check_vane
 from vanelock.mesh.contact_patches import hook_averages, hook_overlap, interlock_averages
 from vanelock.mesh.element_size import HOOKS, element_size, of_vane
 from vanelock.mesh.generate import occ_solids
-from vanelock.mesh.generate.aerofoils import aerofoil_solids, divide_aerofoils, divide_filleted
+from vanelock.mesh.generate.aerofoils import aerofoil_solids, divide_aerofoils
 from vanelock.mesh.generate.mesher import MeshArrays, along, generate, nearest, nodes_on, place
 from vanelock.mesh.generate.occ_solids import Entity
 from vanelock.mesh.geometry import aerofoil, contact_places, root_fillet
@@ -123,10 +123,7 @@ def vane_segment(
         occ_solids.grade_fillets(gmsh, dimensions.fillet, HOOKS * length)
         for tag, nodes in zip(band_tags + row_tags, [*bands, *left, *right], strict=True):
             gmsh.model.mesh.setTransfiniteCurve(tag, len(nodes) // 2 + 1)
-        if dimensions.root_fillet:
-            sides = divide_filleted(gmsh, dimensions, sectors, length)
-        else:
-            sides = divide_aerofoils(gmsh, dimensions, length)
+        sides = divide_aerofoils(gmsh, dimensions, sectors, length)
         mesh = generate(gmsh, length, of_vane(dimensions, sectors, length))
         mesh = _half_way(gmsh, mesh, dimensions, sectors)
         mesh = mesh if volume is None else replace(mesh, volume=volume)

@@ -17,15 +17,11 @@ from functools import lru_cache
 from typing import Literal, get_args
 
 import numpy as np
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
-from vanelock.common.arrays import Floats, Integers
+from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
-from vanelock.mesh.cells import exterior, solid
 from vanelock.mesh.geometry.dimensions import VaneDimensions
-from vanelock.mesh.part import Part
 
 _TOLERANCE = 1e-6  # m
 STATIONS = np.linspace(-1.0, 1.0, 9)  # from the leading to the trailing edge; splines join them
@@ -198,28 +194,6 @@ def output_points(vane: VaneDimensions, sectors: int) -> Floats:
     axis = angles(vane, sectors)[(vane.aerofoils - 1) // 2]
     points += np.array([0.0, 0.0, vane.hook.mid_plane])
     return np.asarray(points @ rotation(axis).T)
-
-
-_ON = 1e-5  # nodes lie on a shroud's surface within this, m
-
-
-def aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[Integers, ...]:
-    """(f, 6) nodes of the faces of each aerofoil, by ascending angle, root fillets included."""
-    inner, outer = dimensions.inner_shroud_outer_radius, dimensions.outer_shroud_inner_radius
-    faces = exterior(part.cells, solid(part.cell_type))
-    radius = np.hypot(*part.points.T[:2])[faces]
-    between = ((radius > inner - _ON) & (radius < outer + _ON)).all(axis=1)
-    shroud = (radius < inner + _ON).all(axis=1) | (radius > outer - _ON).all(axis=1)
-    faces = faces[between & ~shroud]
-    rows = np.repeat(np.arange(len(faces)), faces.shape[1])
-    shape = len(faces), len(part.points)
-    touches = csr_array((np.ones(faces.size), (rows, faces.ravel())), shape=shape)
-    count, piece = connected_components(touches @ touches.T, directed=False)
-    if count != dimensions.aerofoils:
-        raise InputError(f"{part.name}: {count} surfaces between the shrouds, not one an aerofoil")
-    middle = [part.points[faces[piece == i, :3]].mean(axis=(0, 1)) for i in range(count)]
-    order = np.argsort([np.arctan2(y, x) for x, y, _ in middle])
-    return tuple(faces[piece == i] for i in order)
 
 
 _STEP = 1e-5  # of the station, for the direction along the profile

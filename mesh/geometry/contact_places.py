@@ -114,6 +114,12 @@ def force_points(casing: CasingDimensions, sectors: int) -> Floats:
     return _cylindrical(casing.outer_radius, angle, 0.5 * casing.length)
 
 
+def boss_angles(casing: CasingDimensions, sectors: int) -> Floats:
+    """Where the bosses stand, evenly over the whole ring: (b,) rad."""
+    count = casing.bosses
+    return np.asarray(np.pi / sectors * ((2 * np.arange(count) + 1) / max(count, 1) - 1))
+
+
 def casing_output_points(casing: CasingDimensions, sectors: int) -> Floats:
     """Output nodes on the shell's outside above the front rail: (3, 3) m.
 

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vanelock.common.arrays import Floats, Integers
-from vanelock.common.cyclic import turn
+from vanelock.common.cyclic import cylindrical, turn
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.mesh.files.read import read_mesh
@@ -179,35 +179,41 @@ def _meet(vane: Side, casing: Side, name: str, tolerance: float) -> list[str]:
     stays, moves = _reference(vane, casing)
     if not moves.own:
         return []
-    own, other = stays.sets[name], moves.sets[name]
-    found, problems = _mates(
-        stays.points[own],
-        moves.points[other],
-        tolerance,
-        (f"{stays.source}, {name}", f"{moves.source}, {name}"),
-        (lambda i: stays.describe(int(own[i])), lambda i: moves.describe(int(other[i]))),
-        size=min(float(np.linalg.norm(np.ptp(side.points, axis=0))) for side in (stays, moves)),
-    )
-    if not problems:
-        moves.sets[name] = other[found]
-        moves.points[moves.sets[name]] = stays.points[own]
-    return problems
+    size = min(float(np.linalg.norm(np.ptp(side.points, axis=0))) for side in (stays, moves))
+    where = f"{stays.source}, {name}"
+    return _moved(stays, name, np.eye(3), where, moves, name, tolerance, size)
 
 
 def _follow(side: Side, left: str, right: str, tolerance: float) -> list[str]:
     """Put a right face's nodes in the order of the left one's, at the places of their images."""
-    onto = turn(side.sectors).T
-    own, other = side.sets[left], side.sets[right]
+    where = f"{side.source}, {left} turned by 2π/{side.sectors}"
+    return _moved(side, left, turn(side.sectors).T, where, side, right, tolerance)
+
+
+def _moved(
+    stays: Side,
+    name: str,
+    onto: Floats,
+    where: str,
+    moves: Side,
+    mate: str,
+    tolerance: float,
+    size: float = np.inf,
+) -> list[str]:
+    """Put a set of the moving side in the order of the other's, where `onto` takes that."""
+    own, other = stays.sets[name], moves.sets[mate]
+    places = stays.points[own] @ onto
     found, problems = _mates(
-        side.points[own] @ onto,
-        side.points[other],
+        places,
+        moves.points[other],
         tolerance,
-        (f"{side.source}, {left} turned by 2π/{side.sectors}", f"{side.source}, {right}"),
-        (lambda i: side.describe(int(own[i])), lambda i: side.describe(int(other[i]))),
+        (where, f"{moves.source}, {mate}"),
+        (lambda i: stays.describe(int(own[i])), lambda i: moves.describe(int(other[i]))),
+        size,
     )
     if not problems:
-        side.sets[right] = other[found]
-        side.points[side.sets[right]] = side.points[own] @ onto
+        moves.sets[mate] = other[found]
+        moves.points[moves.sets[mate]] = places
     return problems
 
 
@@ -259,7 +265,7 @@ def _hook_frames(vane: Side, casing: Side, name: str) -> list[str]:
     if problems:
         return problems
     if known is None:
-        radial, around = contact.cylindrical_axes(stays.of(name))
+        radial, around = cylindrical(stays.of(name))[:, :2].swapaxes(0, 1)
         known = contact.frames(normal, around, radial)
         order = _by_band(stays.of(name), known[:, 0], radial)
         stays.sets[name], moves.sets[name] = stays.sets[name][order], moves.sets[name][order]
@@ -286,7 +292,7 @@ def _interlock_frames(side: Side) -> list[str]:
     if problems:
         return problems
     middle = side.of(left).mean(axis=0)[None].repeat(len(normal), axis=0)
-    radial, around = contact.cylindrical_axes(middle)
+    radial, around = cylindrical(middle)[:, :2].swapaxes(0, 1)
     side.frames[left] = contact.frames(normal, radial, around)
     side.frames[right] = opposite(side.frames[left], side.sectors)
     return []

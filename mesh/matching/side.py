@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from vanelock.common.arrays import Floats, Integers
-from vanelock.common.cyclic import turn
+from vanelock.common.cyclic import cylindrical, turn
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.mesh.cells import exterior, nodal_areas, normals, solid
@@ -159,7 +159,7 @@ def _candidates(points: Floats, faces: Integers, nodes: Integers) -> list[Floats
         first, last = np.searchsorted(owner, [node, node + 1])
         own = face[first:last]
         weighted = normal[own, corner[first:last]] * area[own, None]
-        radial = cylindrical_axes(points[[node]])[0][0]
+        radial = cylindrical(points[[node]])[0, 0]
         directions = []
         for mean, members in _directions(weighted):
             ends = points[around[own[members], :corners]].reshape(-1, 3)
@@ -206,13 +206,6 @@ def frames(normal: Floats, tangent: Floats, instead: Floats) -> Floats:
     first = first - np.sum(first * normal, axis=1, keepdims=True) * normal
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return np.stack([normal, first, np.cross(normal, first)], axis=1)
-
-
-def cylindrical_axes(points: Floats) -> tuple[Floats, Floats]:
-    """Radial and circumferential unit vectors (k, 3) at points."""
-    angle = np.arctan2(points[:, 1], points[:, 0])
-    c, s, zero = np.cos(angle), np.sin(angle), np.zeros(len(angle))
-    return np.stack([c, s, zero], axis=1), np.stack([-s, c, zero], axis=1)
 
 
 class Side:
@@ -294,8 +287,11 @@ def check_cut_faces(side: Side, tolerance: float) -> list[str]:
     both = np.isin(own, fixed) & np.isin(mate, fixed)  # clamped mates move as one in any case
     own, mate = own[~both], mate[~both]
     if len(own):
+        count = (
+            "1 node of either face is" if len(own) == 1 else f"{len(own)} nodes of either face are"
+        )
         problems.append(
-            f"{side.source}, left and right: {_missing(len(own))}, such "
+            f"{side.source}, left and right: {count} missing, such "
             f"as {side.describe(int(own[0]))}, which meets {side.describe(int(mate[0]))} when "
             f"turned by 2π/{side.sectors}: all nodes of the cut faces are needed"
         )
@@ -324,11 +320,3 @@ def _unlisted(side: Side, tolerance: float) -> tuple[Integers, Integers]:
     # A node on the axis meets itself, and in a ring of two either node of a pair meets the other.
     meet = (distance <= tolerance) & (own < mate if side.sectors == 2 else own != mate)
     return own[meet], mate[meet]
-
-
-def _missing(count: int) -> str:
-    return (
-        "1 node of either face is missing"
-        if count == 1
-        else f"{count} nodes of either face are missing"
-    )

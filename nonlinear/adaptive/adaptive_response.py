@@ -8,6 +8,7 @@ Every point starts from one harmonic or from what its neighbour needed, is judge
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,9 +33,8 @@ from vanelock.nonlinear.forced_response.options import (
     checked_frequencies,
     checked_range,
     excited,
-    with_static_mean,
 )
-from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response, assemble_response
+from vanelock.nonlinear.forced_response.response import ErrorEstimates, Response
 from vanelock.nonlinear.fourier import TURN, one_thread, resized
 from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
@@ -128,7 +128,7 @@ def adaptive_response(
         direction = options.direction or "both"
     else:
         found, jumps, direction = _swept(pointwise, omegas, reporter, options.direction)
-    response = replace(_assembled(levels, found, monitored), direction=direction, jump=jumps)
+    response = _assembled(levels, found, monitored, direction=direction, jump=jumps)
     if is_range and options.direction is None:
         check_top(first, response, monitored, UNBOUND)
     return response
@@ -186,17 +186,12 @@ def _loudest(levels: HarmonicLevels, harmonics: int, omegas: Floats) -> tuple[in
 
 
 def _assembled(
-    levels: HarmonicLevels, points: Sequence[Point], monitored: tuple[int, int]
+    levels: HarmonicLevels, points: Sequence[Point], monitored: tuple[int, int], **more: Any
 ) -> Response:
     """All points as one response with the largest number of harmonics among them."""
     H = max(point.harmonics for point in points)
-    rest = levels.rest
-    solutions = []
-    for point in points:
-        found = point.solution
-        found = replace(found, w=resized(found.w, H), u=resized(found.u, H))
-        solutions.append(found if rest is None else with_static_mean(found, rest))
-    response = assemble_response(levels.structure(H), solutions)
+    found = (point.solution for point in points)
+    solutions = [replace(each, w=resized(each.w, H), u=resized(each.u, H)) for each in found]
     lost = np.full(len(SOURCES), np.nan)
     estimates = ErrorEstimates(
         sources=SOURCES,
@@ -207,11 +202,4 @@ def _assembled(
         monitored=np.array(monitored),
         tried=levels.reached,
     )
-    samples = levels.samples_of(H) or 0
-    return replace(
-        response,
-        coupling=levels.options.coupling,
-        friction=levels.options.friction,
-        samples=samples,
-        estimates=estimates,
-    )
+    return levels.ready(H).response(solutions, estimates=estimates, **more)

@@ -20,7 +20,7 @@ changes the others by many times that.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -41,6 +41,7 @@ from vanelock.nonlinear.fourier import TURN, one_thread, resized, to_complex, to
 from vanelock.nonlinear.newton.linearised import linearise
 from vanelock.nonlinear.newton.newton import Solution, active_rows, scales, solve
 from vanelock.nonlinear.newton.preconditioner import Equations, response_to
+from vanelock.nonlinear.peaks.amplitude_gradient import solution_at
 from vanelock.rom.errors import Neglected
 from vanelock.rom.system.system import System
 
@@ -259,14 +260,11 @@ def neglected_harmonics(
         return float("nan")
     omega = TURN * float(response.frequency[point])
     levels = HarmonicLevels(lambda _: system, (omega, omega), options)
-    family = levels.solver(response.harmonics).family
-    begin = to_real(response.contact[point] - response.force[point] / response.stiffness)
-    held = fixed(family.at(omega), family.friction)
-    found = solve(held, begin, 0.0, tolerance=options.tolerance, reuse=None)
+    found = solution_at(levels.ready(response.harmonics), response, point)
     if not found.converged:
         return float("nan")
     estimator, more = Estimator(levels, output), response.harmonics + BEYOND
-    estimate = estimator.estimate(replace(found, parameter=omega), response.harmonics)
+    estimate = estimator.estimate(found, response.harmonics)
     change = estimate.change[SOURCES.index("harmonics")]
     if not abs(change) <= _SMALL * estimate.amplitude:
         wide, start = levels.guessing(more), resized(found.w, more)

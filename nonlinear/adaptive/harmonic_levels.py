@@ -7,8 +7,9 @@ neighbours: parts change little from one to the next, if at all.
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import cast
 
-from vanelock.common.arrays import Floats
 from vanelock.common.cyclic import folded
 from vanelock.nonlinear.balance.balance import Balance, Structure, structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
@@ -17,8 +18,7 @@ from vanelock.nonlinear.contact.law import Law
 from vanelock.nonlinear.contact.sampling import least_samples
 from vanelock.nonlinear.continuation.families import Frequencies
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver, PointStore
-from vanelock.nonlinear.forced_response.options import Options, at_rest
-from vanelock.nonlinear.newton.linearised import KeptBasis
+from vanelock.nonlinear.forced_response.options import Options, PreparedSystem
 from vanelock.nonlinear.newton.newton import Solution
 from vanelock.nonlinear.newton.preconditioner import Kept
 from vanelock.rom.system.system import System
@@ -63,11 +63,10 @@ class HarmonicLevels:
     _system: System | None = None
     _modes: dict[int, StuckModes] = field(default_factory=dict)
     _guessed: dict[tuple[int, int], StuckModes] = field(default_factory=dict)
-    _solvers: dict[int, PointSolver] = field(default_factory=dict)
+    _ready: dict[int, PreparedSystem] = field(default_factory=dict)
     _structures: dict[int, Structure] = field(default_factory=dict)
     _extended: dict[int, Structure] = field(default_factory=dict)
-    _rest: Solution | None = None
-    _kept: dict[int, KeptBasis] = field(default_factory=dict)
+    _kept: dict[int, Kept] = field(default_factory=dict)
 
     def structure(self, harmonics: int) -> Structure:
         """The structure with H harmonics, all at their own nodal diameters."""
@@ -103,44 +102,41 @@ class HarmonicLevels:
 
     def law(self, harmonics: int, located: bool = False) -> Law:
         """The contact law for H harmonics; `located`: on no samples, though some are given."""
-        samples = None if located else self.samples_of(harmonics)
         assert self._system is not None
-        options = replace(self.options, harmonics=harmonics, samples=samples)
+        options = self._options(harmonics)
+        options = replace(options, samples=None) if located else options
         return options.law(self._system.contacts)(harmonics)
 
-    def samples_of(self, harmonics: int) -> int | None:
-        """Samples of a period for H harmonics, None where events are located."""
-        if self.options.samples is None:
-            return None
-        return max(self.options.samples, least_samples(harmonics))
+    def _options(self, harmonics: int) -> Options:
+        """The options with H harmonics, and as many samples as these need."""
+        samples = self.options.samples
+        samples = None if samples is None else max(samples, least_samples(harmonics))
+        return replace(self.options, harmonics=harmonics, samples=samples)
 
-    @property
-    def rest(self) -> Solution | None:
+    @cached_property
+    def _rest(self) -> Solution | None:
         """The static state that vibration is referred to; None where both are coupled."""
-        if self.options.coupling != "coupled" and self._rest is None:
-            # Constant load holds vibration alone.
-            still = replace(self, options=replace(self.options, coupling="coupled"))
-            self._rest = at_rest(self.structure(1), still.law, self.options.tolerance)
-        return self._rest
+        coupled = self.options.coupling == "coupled"
+        return None if coupled else PreparedSystem(self._options(1), self.structure(1)).rest
 
-    def mean(self) -> Floats | None:
-        """Mean displacement that is held, (c, 3) m."""
-        return None if self.rest is None else self.rest.u[:, :, 0]
+    def ready(self, harmonics: int) -> PreparedSystem:
+        """The system ready to be solved with H harmonics."""
+        if harmonics not in self._ready:
+            source = cast(Tabulated, _Deferred(self.structure(harmonics), self.limits))
+            made = PreparedSystem(self._options(harmonics), source, self.store)
+            vars(made).update(law=self.law, rest=self._rest)  # all have the same
+            vars(made)["solver"] = replace(made.solver, searching=self.searching)
+            self._ready[harmonics] = made
+        return self._ready[harmonics]
 
     def solver(self, harmonics: int) -> PointSolver:
         """What solves with H harmonics."""
-        if harmonics not in self._solvers:
-            source = _Deferred(self.structure(harmonics), self.limits)
-            family = Frequencies(source, self.law(harmonics), self.mean())
-            tolerance, effort = self.options.tolerance, self.options.effort
-            self._solvers[harmonics] = PointSolver(
-                family, self.law, tolerance, self.store, effort, self.searching
-            )
-        return self._solvers[harmonics]
+        return self.ready(harmonics).solver
 
     def guessing(self, harmonics: int) -> Frequencies:
         """Problems with H harmonics, neighbours standing in for diameters that are not there."""
-        return Frequencies(self.extended(harmonics), self.law(harmonics), self.mean())
+        mean = None if self._rest is None else self._rest.u[:, :, 0]
+        return Frequencies(self.extended(harmonics), self.law(harmonics), mean)
 
     def kept(self, harmonics: int) -> Kept | None:
         """What preconditions balances of H harmonics, its matrix to be made anew."""
@@ -148,7 +144,7 @@ class HarmonicLevels:
 
     def keep(self, harmonics: int, reuse: Kept | None) -> None:
         """Have later balances of H harmonics start from this."""
-        if isinstance(reuse, KeptBasis):
+        if reuse is not None:
             self._kept[harmonics] = replace(reuse, stale=True)
 
 

@@ -18,12 +18,11 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.bounds.rest_states import Joints, RestStates, rest_states
-from vanelock.nonlinear.bounds.slider_search import Progress, Search, Tally
+from vanelock.nonlinear.bounds.slider_search import Progress, Search
 from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.parameter_response import joined
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier import one_thread
-from vanelock.nonlinear.peaks.peak import CONDITION
 from vanelock.nonlinear.peaks.peak_tracking import named_component
 from vanelock.rom.system.system import System
 
@@ -239,8 +238,8 @@ def peak_bounds(
     system = states.system
     component = named_component(system.output_names, output)
     ready = options.prepare(system, hertz, 1000, states.modes)
-    begun = Search(ready, states, hertz, component, Tally(progress))
-    search, places, drawn = begun.extremes(starts, tolerance, np.random.default_rng(seed))
+    search = Search(ready, states, hertz, component, progress)
+    places, drawn = search.extremes(starts, tolerance, np.random.default_rng(seed))
     joints = tuple(dict.fromkeys(system.contacts.joints))
     masks = np.array([system.contacts.of(joint) for joint in joints])
     at_rest = [states.solved(place.slider) for place in places]
@@ -248,8 +247,7 @@ def peak_bounds(
     known = np.array([state.converged.all() for state in (states.nominal, *at_rest)])
     responses = [search.at(place.slider).response([place.peak.solution]) for place in places]
     response = joined(responses, system.contacts.mu)[0]
-    distance = np.array([place.peak.distance for place in places])
-    sharp = np.array([place.peak.sharp for place in places])
+    exact = np.array([place.peak.exact for place in places])
     assert search.component is not None
     node, direction = search.component
     return PeakBounds(
@@ -263,8 +261,8 @@ def peak_bounds(
         mean_load=response.force[:, 0, :, 0].real @ masks.T,
         found_by=tuple(place.found_by for place in places),
         stationary=np.array([place.stationary for place in places]),
-        converged=known[0] & known[1:] & response.converged & ((distance < CONDITION) | sharp),
+        converged=exact & known[0] & known[1:] & response.converged,
         drawn=np.array(drawn),
-        solved=search.tally.solved,
+        solved=search.solved,
         response=response,
     )

@@ -315,7 +315,7 @@ def rest_states(
     return RestStates(
         system=system,
         nominal=nominal,
-        closed=closed_at_rest(nominal),
+        closed=nominal.contact[0, 0, :, 0].real > 0,
         share=np.where(closed_contacts(contacts, joints), float(share), 0.0),
         linear=balance.linear[:, :, 0].reshape(-1),
         receptance=balance.columns.all(0).real,
@@ -323,8 +323,3 @@ def rest_states(
         modes=modes,
         either=np.zeros(contacts.count, bool),
     )
-
-
-def closed_at_rest(state: Response) -> Booleans:
-    """(c,) contacts that are closed."""
-    return np.asarray(state.contact[0, 0, :, 0].real > 0)

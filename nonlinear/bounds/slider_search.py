@@ -9,9 +9,8 @@ import numpy as np
 
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.nonlinear.bounds.rest_states import RestStates, closed_at_rest
+from vanelock.nonlinear.bounds.rest_states import RestStates
 from vanelock.nonlinear.contact.law import STUCK
-from vanelock.nonlinear.forced_response.linear_response import check_bound
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.parameter_response import Parameter
 from vanelock.nonlinear.peaks.amplitude_gradient import amplitude_gradient
@@ -44,32 +43,26 @@ class _PlacedPeak:
 
 
 @dataclass
-class Tally:
-    """Counts the frequencies solved and reports the progress."""
-
-    progress: Progress | None
-    solved: int = 0
-
-    def __call__(self, peak: CurvePoint) -> CurvePoint:
-        """Count what a peak took."""
-        self.solved += peak.readings
-        if self.progress is not None:
-            self.progress(self.solved, peak.amplitude)
-        return peak
-
-
-@dataclass(frozen=True)
 class Search:
     """Peaks of an output's component by the places of the sliders, at zero in `ready`.
 
-    `near` (2,), Hz, is the range of frequencies.
+    `near` (2,), Hz, is the range of frequencies, of which so many were `solved`; without a
+    `component` it is that of the largest amplitude with sliders at zero.
     """
 
     ready: PreparedSystem
     states: RestStates
     near: Floats
     component: tuple[int, int] | None
-    tally: Tally
+    progress: Progress | None = None
+    solved: int = 0
+
+    def _counted(self, peak: CurvePoint) -> CurvePoint:
+        """A peak, what it took counted and reported."""
+        self.solved += peak.readings
+        if self.progress is not None:
+            self.progress(self.solved, peak.amplitude)
+        return peak
 
     def _way(self, begin: Floats, end: Floats, condition: float = _ROUGH) -> PeakTrack:
         """What follows a peak from one place of the sliders, 0, to another, 1."""
@@ -91,7 +84,7 @@ class Search:
         best = peaks[-1]
         if best.amplitude < (1 + _HIGHER) * peaks[-2].amplitude:
             best = peaks[-2]
-        return replace(candidate, peak=self.tally(best), swept=True)
+        return replace(candidate, peak=self._counted(best), swept=True)
 
     def along(
         self, begin: _PlacedPeak, end: Floats, found_by: str, sign: float | None = None
@@ -121,7 +114,7 @@ class Search:
         places = []
         for peak in passed:
             slider = (1 - peak.value) * begin.slider + peak.value * end
-            places.append(_PlacedPeak(slider, self.tally(peak), found_by))
+            places.append(_PlacedPeak(slider, self._counted(peak), found_by))
         return places
 
     def climbed(self, begin: _PlacedPeak, sign: float, tolerance: float) -> list[_PlacedPeak]:
@@ -141,7 +134,7 @@ class Search:
                 break
             gradient = np.zeros((len(here.slider), 3))
             gradient[:, 1:] = sign * found.by_slider()
-            closed = closed_at_rest(self.states.solved(here.slider))
+            closed = self.states.solved(here.slider).contact[0, 0, :, 0].real > 0
             uphill = partial(self.states.extreme, -gradient.reshape(-1), closed=closed)
             end = _found(uphill)
             if end is None:
@@ -184,33 +177,26 @@ class Search:
 
     def extremes(
         self, count: int, tolerance: float, random: np.random.Generator
-    ) -> tuple["Search", list[_PlacedPeak], list[float]]:
+    ) -> tuple[list[_PlacedPeak], list[float]]:
         """The least peak, that with sliders at zero and the largest, from so many random starts.
 
-        Also the search with its output chosen, and the peaks at random places, m.
+        Also the peaks at random places, m.
         """
         zero = self.states.zero
-        what = "near: no largest amplitude was found in it with sliders assembled at zero"
-        track = self._way(zero, zero, CONDITION)
-        check_bound(self.ready.structure, track.range, self.component, what)
-        track, peak = track.begun(0.0)
-        if peak is None:
-            raise InputError("near: no peak was found in it with sliders assembled at zero")
-        if not np.isfinite(peak.distance):
-            check_bound(self.ready.structure, track.range, track.component, what, peak.omega)
-        search = replace(self, component=track.component)
-        nominal = _PlacedPeak(zero, self.tally(peak), _ASSEMBLED, swept=True)
+        track, peak = self._way(zero, zero, CONDITION).first(0.0, "with sliders assembled at zero")
+        self.component = track.component
+        nominal = _PlacedPeak(zero, self._counted(peak), _ASSEMBLED, swept=True)
         if not self.states.share.any() or not self.states.system.contacts.mu.any():
             known = replace(nominal, stationary=True)
-            return search, [known, known, known], []
-        ways = search.starts(nominal, count, random)
+            return [known, known, known], []
+        ways = self.starts(nominal, count, random)
         drawn = [way[-1].peak.amplitude for way in ways if way[-1].found_by == "random"]
-        lows = search.end([nominal], ways, -1.0, tolerance)
-        found = search.end(lows, ways, 1.0, tolerance)  # a higher one may be met in search of it
+        lows = self.end([nominal], ways, -1.0, tolerance)
+        found = self.end(lows, ways, 1.0, tolerance)  # a higher one may be met in search of it
         low, high = (
             choose(found, key=lambda placed: placed.peak.amplitude) for choose in (min, max)
         )
-        return search, [low, nominal, high], drawn
+        return [low, nominal, high], drawn
 
     def end(
         self,
@@ -265,7 +251,7 @@ class Search:
         assert self.component is not None
         track = self._way(candidate.slider, candidate.slider)
         for omega in omegas[::-1]:
-            self.tally.solved += 1
+            self.solved += 1
             swept = track.system_at(0.0).solver.sweep(np.array([omega]))
             solved = [each for each in swept if each.converged]
             if (track.amplitudes(0.0, solved)[:, *self.component] > size).any():

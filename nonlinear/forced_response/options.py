@@ -11,10 +11,9 @@ springs do to the mean in either case is not put back into the static balance: h
 response is the static problem's.
 """
 
-import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, lru_cache, wraps
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -39,9 +38,7 @@ from vanelock.rom.system.system import Contacts, System, wider_band
 COUPLINGS = ("coupled", "uncoupled", "constant-load")
 
 
-def at_rest(
-    structure: Structure, law: Callable[[int], Law], tolerance: float = TOLERANCE
-) -> Solution:
+def _at_rest(structure: Structure, law: Callable[[int], Law], tolerance: float) -> Solution:
     """The static state that vibration is referred to, m = 1 coefficient."""
     force = structure.system.force.get(0)
     if force is not None and force.omega_power and force.vector.any():
@@ -56,7 +53,7 @@ def static_part(structure: Structure) -> Structure:
     return replace(structure, harmonics=0, nodal_diameters=structure.nodal_diameters[:1])
 
 
-def with_static_mean(solution: Solution, rest: Solution) -> Solution:
+def _with_static_mean(solution: Solution, rest: Solution) -> Solution:
     """A solution about a state of rest, its harmonic 0 that of the static problem."""
     w, u = solution.w.copy(), solution.u.copy()
     w[:, :, 0], u[:, :, 0] = rest.w[:, :, 0], rest.u[:, :, 0]
@@ -264,7 +261,7 @@ class PreparedSystem:
         """The static state that vibration is referred to; None where both are coupled."""
         if self.options.coupling == "coupled":
             return None
-        return at_rest(self.structure, self.law_at_rest, self.options.tolerance)
+        return _at_rest(self.structure, self.law_at_rest, self.options.tolerance)
 
     @cached_property
     def solver(self) -> PointSolver:
@@ -285,7 +282,7 @@ class PreparedSystem:
         if np.isfinite(self.structure.cutoff):
             solutions = [self.solver.with_truncation(each) for each in solutions]
         if self.rest is not None:
-            solutions = [with_static_mean(each, self.rest) for each in solutions]
+            solutions = [_with_static_mean(each, self.rest) for each in solutions]
         found = assemble_response(self.structure, solutions, amplitudes, driven)
         options = self.options
         return replace(
@@ -308,31 +305,6 @@ def options_of(system: System, response: Response) -> Options:
         "wave" if wave else "sector",
         samples=response.samples or None,
     )
-
-
-@cache
-def with_keywords(function: Callable[..., Any]) -> Callable[..., Any]:
-    """A function whose `options`, if it has any, may be given one by one by their names."""
-    names = list(inspect.signature(function).parameters)
-    if "options" not in names:
-        return function
-    known = [each.name for each in fields(Options) if each.name not in names]
-
-    @wraps(function)
-    def called(*args: Any, **keywords: Any) -> Any:
-        chosen = {name: keywords.pop(name) for name in list(keywords) if name not in names}
-        for name in chosen:
-            if name not in known:
-                raise InputError(
-                    f"{name}: given to {function.__name__}: allowed: {', '.join(names + known)}"
-                )
-        if not chosen:
-            return function(*args, **keywords)
-        if "options" in keywords or len(args) > names.index("options"):
-            raise InputError(f"options: given, and {', '.join(chosen)} beside: needs one of both")
-        return function(*args, options=Options(**chosen), **keywords)
-
-    return called
 
 
 def check_option(name: str, value: str, allowed: Iterable[str]) -> None:

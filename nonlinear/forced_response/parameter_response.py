@@ -162,28 +162,25 @@ class Parameter:
         return Loads(replace(balance, linear=at_zero), direction, law)
 
 
-def checked_parameter(name: str, system: System, values: Floats, joint: Joint = None) -> Parameter:
-    """A parameter by its name, checked against the values that it shall take."""
+def checked_parameter(
+    name: str, system: System, values: ArrayLike, joint: Joint = None
+) -> tuple[Parameter, Floats]:
+    """A parameter by its name, and the (p,) values that it shall take."""
+    taken = np.atleast_1d(as_array(values, "values"))
+    if taken.ndim != 1:
+        raise InputError(f"values: given shape {taken.shape}: needs a list")
     check_option("parameter", name, _NAMES)
     if name == "force" and joint is not None:
         raise InputError(f"joint: given {joint!r}: the force acts on no joint; leave it out")
-    if not len(values) or not np.all(np.isfinite(values)):
+    if not len(taken) or not np.all(np.isfinite(taken)):
         raise InputError("values: given none or not finite: needs a list of finite numbers")
-    positive = bool(np.all(values > 0))
+    positive = bool(np.all(taken > 0))
     if name != "interference" and not positive:
-        raise InputError(f"values: given {values.min():g}: {name} must be > 0")
+        raise InputError(f"values: given {taken.min():g}: {name} must be > 0")
     contacts = closed_contacts(system.contacts, "all" if joint is None else joint)
     if name != "force" and not contacts.any():
         raise InputError(f"parameter: given {name!r}: the system has no contacts, nothing varies")
-    return Parameter(name, contacts, logarithmic=positive)
-
-
-def checked_values(values: ArrayLike) -> Floats:
-    """(p,) values of a parameter."""
-    given = np.atleast_1d(as_array(values, "values"))
-    if given.ndim != 1:
-        raise InputError(f"values: given shape {given.shape}: needs a list")
-    return given
+    return Parameter(name, contacts, logarithmic=positive), taken
 
 
 @dataclass(frozen=True)
@@ -338,8 +335,7 @@ def parameter_response(
     hertz = checked_frequencies(frequency)
     if len(hertz) != 1:
         raise InputError(f"frequency: given {len(hertz)} of them: needs one")
-    given = checked_values(values)
-    varied = checked_parameter(parameter, system, given, joint)
+    varied, given = checked_parameter(parameter, system, values, joint)
     ready = options.prepare(system, hertz, 1)
     at = lru_cache(4)(partial(varied.at, ready))
     family = varied.family(ready, TURN * hertz[0])

@@ -7,6 +7,15 @@ keeps up (extended periodic motion concept, Krack 2015),
 
 in all harmonics, coupled with the mean as forced vibration is. The self-excitation may be that of
 the fundamental alone: the higher harmonics are then damped as they are in forced vibration.
+
+Where a mode begins: the linear mode about the state at rest, and where contacts leave it.
+
+About rest, contacts that are closed act as springs, those without friction as normal ones alone,
+and the others are open. A contact at rest under the normal force n₀ begins to slip where
+
+    a (k_t |u_t| + μ k_n |v|) = μ n₀,      a k_n |v| = n₀
+
+where it opens, u and v its displacements in the mode of modal amplitude 1.
 """
 
 import warnings
@@ -21,8 +30,9 @@ from vanelock.common.arrays import Array, Booleans, Complex, Floats, as_array, a
 from vanelock.common.cyclic import folded
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.nonlinear.balance.balance import structure
+from vanelock.nonlinear.balance.balance import Structure, structure
 from vanelock.nonlinear.balance.held_vibration import HeldVibration
+from vanelock.nonlinear.balance.limit_modes import limit_modes
 from vanelock.nonlinear.balance.stuck_modes import StuckModes
 from vanelock.nonlinear.continuation.globalisation import from_nothing
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
@@ -34,13 +44,7 @@ from vanelock.nonlinear.forced_response.options import (
 )
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier import TURN, one_thread
-from vanelock.nonlinear.modes.mode import (
-    LinearMode,
-    Mode,
-    ModePath,
-    ModePoint,
-    linear_mode,
-)
+from vanelock.nonlinear.modes.mode import Mode, ModePath, ModePoint
 from vanelock.nonlinear.newton.newton import Solution, refined
 from vanelock.rom.system.system import System
 
@@ -236,17 +240,77 @@ def _turned(system: System, options: Options, nodal_diameter: int | None) -> Sys
     return replace(system, engine_order=k, force=force)
 
 
-def _begun(ready: PreparedSystem, mode: int) -> tuple[Solution, LinearMode]:
+_HELD = 1e-10
+"""Share of stiffness in (stiffness + σ² mass), σ about the lowest frequency, of what is held."""
+
+
+@dataclass(frozen=True)
+class _LinearMode:
+    """A linear mode about the state at rest.
+
+    `shape` (n,): VᴴMφ in the fundamental's modes V, φᴴMφ = 1; `omega`: rad/s, without damping;
+    `xi`: ξ of its own damping, 1/s; `onset`: modal amplitude at which the first contact slips,
+    opens or closes, kg^½ m, by estimate; inf where none does.
+    """
+
+    shape: Array
+    omega: float
+    xi: float
+    onset: float
+
+
+def _linear_mode(structure: Structure, mode: int, rest: Solution) -> _LinearMode:
+    """A mode of the first harmonic's nodal diameter about the state at rest."""
+    contacts, modes = structure.system.contacts, structure.at(1)
+    gap = rest.u[:, 0, 0]
+    closed = np.repeat((gap > 0)[:, None], 3, axis=1)
+    closed[:, 1:] &= (contacts.mu > 0)[:, None]
+    limit = limit_modes(modes, structure.stiffness, closed.reshape(-1))
+    with np.errstate(divide="ignore"):
+        square = np.where(limit.compliance > 0, limit.static / limit.compliance, np.inf)
+    vibrates = np.flatnonzero((limit.static > _HELD) & np.isfinite(square))
+    if not 1 <= mode <= len(vibrates):
+        raise InputError(f"mode: given {mode}: allowed: 1 to {len(vibrates)}, by frequency")
+    chosen = vibrates[np.argsort(square[vibrates], kind="stable")][mode - 1]
+    unit = np.zeros(len(square))
+    unit[chosen] = 1.0
+    shape = unit if limit.shapes is None else limit.shapes[:, chosen]
+    mass = float(limit.compliance[chosen])
+    damping = limit.damping[chosen] if limit.damping.ndim == 1 else limit.damping[chosen, chosen]
+    shape = shape / np.sqrt(mass)
+    moved = np.abs(modes.rows @ shape).reshape(-1, 3)
+    return _LinearMode(
+        shape=np.asarray(modes.compliance * shape, complex),
+        omega=float(np.sqrt(square[chosen])),
+        xi=float(damping.real / mass),
+        onset=_onset(structure, gap, moved),
+    )
+
+
+def _onset(structure: Structure, gap: Floats, moved: Floats) -> float:
+    """Amplitude at which the first contact leaves the linear mode, kg^½ m."""
+    contacts = structure.system.contacts
+    slipping = contacts.kt * moved[:, 1:]
+    slipping = slipping + (contacts.mu * contacts.kn * moved[:, 0])[:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slips = (contacts.mu * contacts.kn * gap.clip(0))[:, None] / slipping
+        opens = np.abs(gap) / moved[:, 0]
+    slips = slips[(gap > 0) & (contacts.mu > 0)]
+    each = np.concatenate([slips.reshape(-1), opens])
+    return float(np.min(each[each > 0], initial=np.inf))
+
+
+def _begun(ready: PreparedSystem, mode: int) -> tuple[Solution, _LinearMode]:
     """The state at rest, and the linear mode about it."""
     made, tolerance = ready.structure, ready.options.tolerance
 
-    def found(omega: float) -> tuple[Solution, LinearMode]:
+    def found(omega: float) -> tuple[Solution, _LinearMode]:
         rest = ready.rest
         if rest is None:
             rest = from_nothing(static_part(made).balance(omega), ready.law, tolerance)
         if not rest.converged:
             raise InputError("system: its state at rest was not found, about which modes vibrate")
-        return rest, linear_mode(made, mode, rest)
+        return rest, _linear_mode(made, mode, rest)
 
     rest, linear = found(0.0)
     force = made.system.force.get(0)

@@ -1,83 +1,20 @@
-"""The linearised law dW/du of contacts that deviate from sticking, and what preconditions it.
-
-A contact moves far under a unit of deviation only along directions in which the structure is soft
-beside its contacts, and those are few: of S_h = K_c^½ R̂_h K_c^-½, some dozen singular values of
-hundreds exceed 0.3. With Q_h their left vectors, R̂_h ≈ L_h M_h, L = K_c^-½ Q, M = Qᴴ K_c^½ R̂, and
-
-    P = I - J R̂  ≈  I - J L M,      (I - J L M)⁻¹ = I + J L (I - M J L)⁻¹ M
-
-(Woodbury) needs no factors but those of the small matrix I - M J L.
+"""What linearised balances are made of, and how they are solved by iteration.
 
 Linearised balances are solved by GMRES in the norm that weights make, on the entries of the
 contacts that deviate, and of a border's parameter behind them; the others are their own solution.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import hypot, inf, isfinite, sqrt
 from typing import ClassVar, NamedTuple
 
 import numpy as np
-import scipy.linalg as la
 
-from vanelock.common.arrays import Array, Floats, Integers
+from vanelock.common.arrays import Floats, Integers
 from vanelock.nonlinear.balance.balance import Balance
 from vanelock.nonlinear.contact.law import Deviation
-
-
-@dataclass(frozen=True)
-class _Slope:
-    """J = dW/du by contact: `contacts` (a,) and their `blocks` (a, 3m, 3, m), m = 2H + 1."""
-
-    contacts: Integers
-    blocks: Floats
-
-    @property
-    def m(self) -> int:
-        """Number of coefficients 2H + 1."""
-        return int(self.blocks.shape[3])
-
-    @property
-    def components(self) -> Integers:
-        """(3a,) components of these contacts."""
-        return np.asarray(3 * self.contacts[:, None] + np.arange(3)).reshape(-1)
-
-    def __call__(self, u: Floats) -> Floats:
-        """J u, (3a, m), of displacements (3a, m)."""
-        a, width, _, m = self.blocks.shape
-        product = self.blocks.reshape(a, width, 3 * m) @ u.reshape(a, 3 * m, 1)
-        return product.reshape(3 * a, m)
-
-    def columns(self, shapes: Sequence[Array]) -> Floats:
-        """J times shapes of each harmonic (3a, r_h), complex but for h = 0: (a, 3m, Σ).
-
-        The columns of a harmonic h >= 1 are those of its shapes, then of i times its shapes.
-        """
-        a = len(self.contacts)
-        moved = [self.blocks[:, :, :, 0] @ shapes[0].real.reshape(a, 3, shapes[0].shape[1])]
-        for h, shape in enumerate(shapes[1:], 1):
-            wide = shape.reshape(a, 3, shape.shape[1])
-            real, imaginary = wide.real, wide.imag
-            parts = np.concatenate(
-                [np.concatenate([real, -imaginary], 2), np.concatenate([imaginary, real], 2)], 1
-            )
-            both = self.blocks[:, :, :, 2 * h - 1 : 2 * h + 1].transpose(0, 1, 3, 2)
-            moved.append(both.reshape(a, 3 * self.m, 6) @ parts)
-        return np.concatenate(moved, axis=2)
-
-    def transposed(self, form: Floats) -> Floats:
-        """Jᵀ times a linear form (3a, m) of w, as one of u, (3a, m)."""
-        a, width, _, m = self.blocks.shape
-        product = form.reshape(a, 1, width) @ self.blocks.reshape(a, width, 3 * m)
-        return product.reshape(3 * a, m)
-
-
-def slope_of(deviation: Deviation, contacts: Integers) -> _Slope:
-    """The linearised law of some contacts."""
-    m, jacobian = deviation.w.shape[2], deviation.jacobian
-    blocks = jacobian if len(contacts) == len(deviation.w) else jacobian[contacts]
-    return _Slope(contacts, blocks.reshape(len(contacts), 3 * m, 3, m))
 
 
 def response_to(deviation: Deviation, rows: Integers, moved: Floats) -> Floats:
@@ -85,10 +22,6 @@ def response_to(deviation: Deviation, rows: Integers, moved: Floats) -> Floats:
     m = deviation.w.shape[2]
     functionals = deviation.jacobian.reshape(-1, 3 * m)[rows]
     return np.asarray(np.einsum("rk,rk->r", functionals, moved.reshape(-1, 3 * m)[rows // (3 * m)]))
-
-
-_WEAK = 0.35  # singular values below this are left to the iteration
-_SKETCH = 64
 
 
 @dataclass(frozen=True)
@@ -129,79 +62,6 @@ class Equations(NamedTuple):
     border: Border | None
     reuse: Kept | None
     stiffness: Floats
-
-
-@dataclass(frozen=True)
-class Basis:
-    """Strong directions of the receptances.
-
-    `left` tuple of (3c, r_h): L_h = K_c^-½ Q_h, h = 0 ... H; `right` tuple of (r_h, 3c): M_h, at
-    the frequency where the basis was found.
-    """
-
-    left: tuple[Array, ...]
-    right: tuple[Array, ...]
-
-    @classmethod
-    def strong(cls, balance: Balance, stiffness: Floats) -> "Basis":
-        """That of a balance, by sketches of its receptances (Halko and others, 2011)."""
-        root = np.sqrt(stiffness)
-        rng = np.random.default_rng(0)
-        left, right = [], []
-        for h in range((balance.linear.shape[2] + 1) // 2):
-            S = root[:, None] * balance.columns.all(h) / root
-            if h == 0:
-                S = S.real
-            sketch = S @ rng.normal(size=(len(S), min(_SKETCH, len(S))))
-            for _ in range(2):
-                sketch = S @ la.qr(S.conj().T @ sketch, mode="economic")[0]
-            Q = la.qr(sketch, mode="economic")[0]
-            U, values, V = la.svd(Q.conj().T @ S, full_matrices=False)
-            strong = values > min(_WEAK, 0.99 * values[0])  # one at least, if any moves
-            left.append((Q @ U[:, strong]) / root[:, None])
-            right.append((values[strong, None] * V[strong]) * root)
-        return cls(tuple(left), tuple(right))
-
-    def of(self, components: Integers) -> "Basis":
-        """The basis seen by some components alone."""
-        left = tuple(each[components] for each in self.left)
-        return Basis(left, tuple(each[:, components] for each in self.right))
-
-    def small_matrix(self, slope: _Slope) -> Floats:
-        """I - M J L, the basis being that of the components of the slope's contacts."""
-        columns = slope.columns(self.left)
-        matrix = -self.seen(columns.reshape(3 * len(columns), slope.m, columns.shape[2]))
-        matrix[np.diag_indices_from(matrix)] += 1.0
-        return matrix
-
-    def seen(self, w: Floats) -> Floats:
-        """M w, (r,) or (r, p), of w (k, m) or (k, m, p)."""
-        return _by_harmonic(self.right, w)
-
-    def gathered(self, form: Floats) -> Floats:
-        """Lᵀ form, (r,), of a linear form of displacements (k, m)."""
-        return _by_harmonic([left.conj().T for left in self.left], form)
-
-    def spread(self, a: Floats, m: int) -> Floats:
-        """L a, (k, m)."""
-        out = np.empty((len(self.left[0]), m))
-        start = self.left[0].shape[1]
-        out[:, 0] = self.left[0].real @ a[:start]
-        for h, left in enumerate(self.left[1:], 1):
-            r = left.shape[1]
-            total = left @ (a[start : start + r] + 1j * a[start + r : start + 2 * r])
-            out[:, 2 * h - 1], out[:, 2 * h] = total.real, total.imag
-            start += 2 * r
-        return out
-
-
-def _by_harmonic(factors: Sequence[Array], w: Floats) -> Floats:
-    """Products of a matrix (r_h, k) of each harmonic with w (k, m, ...), real parts first."""
-    parts = [factors[0].real @ w[:, 0]]
-    for h, factor in enumerate(factors[1:], 1):
-        total = factor @ (w[:, 2 * h - 1] + 1j * w[:, 2 * h])
-        parts += [total.real, total.imag]
-    return np.concatenate(parts)
 
 
 def _gmres(

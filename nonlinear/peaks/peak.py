@@ -56,6 +56,11 @@ class CurvePoint:
     value: float = 0.0
 
     @property
+    def exact(self) -> bool:
+        """Whether the extremum condition is solved, or the peak is sharp."""
+        return self.sharp or self.distance < CONDITION
+
+    @property
     def omega(self) -> float:
         """rad/s."""
         return self.solution.omega

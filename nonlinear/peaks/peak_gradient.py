@@ -31,7 +31,7 @@ from vanelock.nonlinear.peaks.peak import CONDITION, CurvePoint, Resonance
 from vanelock.nonlinear.peaks.peak_tracking import LOWER, PeakTrack, named_component
 from vanelock.rom.system.system import System
 
-Change = TypeVar("Change", float, Floats)
+_Change = TypeVar("_Change", float, Floats)
 
 _ASIDE = 2e-4
 """How far from the peak, in its half-widths, slopes are taken for the frequency's gradient."""
@@ -77,7 +77,7 @@ class PeakGradient:
         """Of the peak, Hz."""
         return self.peak.solution.omega / TURN
 
-    def of_frequency(self, by: Callable[[AmplitudeGradient], Change]) -> Change:
+    def of_frequency(self, by: Callable[[AmplitudeGradient], _Change]) -> _Change:
         """What moves the peak's frequency, Hz, by what an amplitude's gradient has.
 
         Parameters

@@ -12,17 +12,15 @@ from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.nonlinear.forced_response.frequency_sweep import Progress
-from vanelock.nonlinear.forced_response.linear_response import check_bound
 from vanelock.nonlinear.forced_response.options import Options, checked_range
 from vanelock.nonlinear.forced_response.parameter_response import (
     Joint,
     checked_parameter,
-    checked_values,
     joined,
 )
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier import TURN, one_thread
-from vanelock.nonlinear.peaks.peak import CONDITION, CurvePoint
+from vanelock.nonlinear.peaks.peak import CurvePoint
 from vanelock.nonlinear.peaks.peak_tracking import FINEST, LONGEST, PeakTrack, named_component
 from vanelock.rom.system.system import System
 
@@ -154,7 +152,7 @@ def peak_response(
         As of `frequency_response`, or if an argument is not possible, or at the first value no peak
         lies in the range, or none is found and nothing but friction damps.
     """
-    given = checked_values(values)
+    varied, given = checked_parameter(parameter, system, values, joint)
     is_range = isinstance(values, tuple)
     if is_range and (len(given) != 2 or given[0] == given[1]):
         raise InputError(f"values: given {tuple(given)}: a range is (first, last)")
@@ -163,7 +161,6 @@ def peak_response(
     hertz = checked_range(near, "near")
     if options.harmonics == 0:
         raise InputError("harmonics: given 0: a peak needs at least 1")
-    varied = checked_parameter(parameter, system, given, joint)
     component = named_component(system.output_names, output)
     ready = options.prepare(system, hertz, 1000)
     span = max(np.ptp([varied.coordinate(value) for value in given]), 1e-12)
@@ -173,8 +170,6 @@ def peak_response(
     assert ridge.component is not None
     each = [ridge.system_at(peak.value).response([peak.solution]) for peak in best]
     response, mu = joined(each, system.contacts.mu)
-    distance = np.array([peak.distance for peak in best])
-    sharp = np.array([peak.sharp for peak in best], bool)
     node, direction = ridge.component
     return PeakResponse(
         name=ridge.varied.name,
@@ -184,9 +179,9 @@ def peak_response(
         frequency=response.frequency,
         amplitude=np.array([peak.amplitude for peak in best]),
         width=np.array([peak.width for peak in best]) / TURN,
-        distance=distance,
-        converged=response.converged & ((distance < CONDITION) | sharp),
-        sharp=sharp,
+        distance=np.array([peak.distance for peak in best]),
+        converged=response.converged & np.array([peak.exact for peak in best]),
+        sharp=np.array([peak.sharp for peak in best], bool),
         second_peak=np.array(second),
         readings=np.array([peak.readings for peak in best], np.int64),
         response=response,
@@ -198,14 +193,7 @@ def _traced(
     ridge: PeakTrack, values: list[float], is_range: bool, progress: Progress | None
 ) -> tuple[list[_Track], PeakTrack]:
     """Tracks of peaks by value, and the ridge with its component chosen."""
-    what = f"near: no largest amplitude was found in it at {ridge.varied.name} = {values[0]:g}"
-    structure = ridge.system_at(values[0]).structure
-    check_bound(structure, ridge.range, ridge.component, what)
-    ridge, begun = ridge.begun(values[0])
-    if begun is None:
-        raise InputError(f"near: no peak was found in it at {ridge.varied.name} = {values[0]:g}")
-    if not np.isfinite(begun.distance):
-        check_bound(structure, ridge.range, ridge.component, what, begun.omega)
+    ridge, begun = ridge.first(values[0], f"at {ridge.varied.name} = {values[0]:g}")
     first = ridge.placed(begun, values[0])
     tracks = [{values[0]: first}]
     done = count(1)
@@ -305,7 +293,7 @@ def _backward(ridge: PeakTrack, track: _Track, values: Sequence[float]) -> None:
 def _chosen(tracks: Sequence[_Track]) -> tuple[list[CurvePoint], list[float]]:
     """The highest peak at each value, and the amplitude of the next one or nan."""
     best, second = [], []
-    for value in dict.fromkeys(value for track in tracks for value in track):
+    for value in _passed(tracks):
         here = [track[value] for track in tracks if value in track]
         here.sort(key=lambda peak: -peak.amplitude)
         best.append(here[0])

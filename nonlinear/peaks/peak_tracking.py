@@ -9,7 +9,7 @@ import numpy as np
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.forced_response.frequency_sweep import StepControl
-from vanelock.nonlinear.forced_response.linear_response import unbound
+from vanelock.nonlinear.forced_response.linear_response import check_bound, unbound
 from vanelock.nonlinear.forced_response.options import PreparedSystem
 from vanelock.nonlinear.forced_response.parameter_response import Parameter
 from vanelock.nonlinear.fourier import TURN
@@ -78,6 +78,18 @@ class PeakTrack:
         swept = self.sweep(value)
         track = self.with_component(value, swept)
         return track, track.highest(value, swept)
+
+    def first(self, value: float, where: str) -> tuple["PeakTrack", CurvePoint]:
+        """The same, which there must be; `where` that is, in words."""
+        structure, what = self.system_at(value).structure, f"was found in it {where}"
+        check_bound(structure, self.range, self.component, f"near: no largest amplitude {what}")
+        track, peak = self.begun(value)
+        if peak is None:
+            raise InputError(f"near: no peak {what}")
+        if not np.isfinite(peak.distance):
+            ends, what = self.range, f"near: no largest amplitude {what}"
+            check_bound(structure, ends, track.component, what, peak.omega)
+        return track, peak
 
     def highest(self, value: float, swept: Sequence[Solution]) -> CurvePoint | None:
         """The highest peak among solutions by frequency; None if no maximum lies within.

@@ -25,8 +25,8 @@ from vanelock.common.errors import InputError
 from vanelock.nonlinear.contact.isotropic_law import slider_places
 from vanelock.nonlinear.forced_response.response import Response
 from vanelock.nonlinear.fourier import TURN, to_real
-from vanelock.nonlinear.transient.full_ring import FullRing, follow
-from vanelock.nonlinear.transient.time_marching import RingMotion, Stepping, march
+from vanelock.nonlinear.transient.full_ring import FullRing
+from vanelock.nonlinear.transient.time_marching import RingMotion, Stepping, follow, march
 
 _RESOLVED = 1.0  # largest turn of a mode in a step, rad, up to which it is integrated exactly
 _SMALL = 1e-9

@@ -49,7 +49,7 @@ from vanelock.nonlinear.forced_response.options import (
 from vanelock.nonlinear.forced_response.parameter_response import Parameter, traced
 from vanelock.nonlinear.fourier import TURN, to_complex
 from vanelock.nonlinear.newton.newton import Solution
-from vanelock.nonlinear.peaks.peak import CONDITION, CurvePoint
+from vanelock.nonlinear.peaks.peak import CurvePoint
 from vanelock.nonlinear.peaks.peak_tracking import PeakTrack
 from vanelock.rom.system.system import Contacts, System
 
@@ -230,9 +230,7 @@ def _at_peak(
     v0: Floats, track: PeakTrack, peak: CurvePoint | None, swept: bool
 ) -> Vibration | None:
     """A peak as a vibration; None where it is not solved."""
-    if peak is None or track.component is None or not peak.solution.converged:
-        return None
-    if not (peak.distance < CONDITION or peak.sharp):
+    if peak is None or track.component is None or not (peak.solution.converged and peak.exact):
         return None
     return Vibration(v0, peak, track.component, swept)
 

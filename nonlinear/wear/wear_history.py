@@ -204,7 +204,9 @@ class _WornState:
 
 
 class _History:
-    """States, one after another."""
+    """States, one after another; of the dwell `i` so far, found by `vibrations`."""
+
+    vibrations: Vibrations
 
     def __init__(
         self,
@@ -220,34 +222,31 @@ class _History:
         self.joints, self.at_rest = preload(system, options)
         self.progress, self.total = progress, float(sum(each.cycles for each in dwells))
         self.states: list[_WornState] = []
-        self.status, self.cycles_to_loss, self.solved = DONE, np.nan, 0
+        self.status, self.cycles_to_loss, self.solved, self.i = DONE, np.nan, 0, 0
 
     def run(self, component: tuple[int, int] | None) -> None:
         """Pass through the dwells until one ends early."""
-        now: Vibration | None = None
-        at: Vibrations | None = None
+        v0, cycles = self.system.contacts.v0, 0.0
         for i, dwell in enumerate(self.dwells):
-            if now is None or at is None or not dwell.continues(self.dwells[i - 1]):
-                v0 = self.system.contacts.v0 if now is None else now.v0
-                component = component if now is None else now.component
-                at = vibrations(self.system, dwell, self.options)
-                begun = at.first(v0, component)
+            self.i = i
+            if not i or not dwell.continues(self.dwells[i - 1]):
+                self.vibrations = vibrations(self.system, dwell, self.options)
+                begun = self.vibrations.first(v0, component)
                 self.solved += 1
-                if begun is None and now is None:
+                if begun is None and not self.states:
                     where = "no peak was found in it" if dwell.at_peak else "not solved there"
                     raise InputError(f"dwells[0]: given {_shown(dwell)}: {where}")
                 if begun is None:
                     self.status = _LOST
                     return
-                cycles = self.states[-1].cycles if self.states else 0.0
-                if not self._add(cycles, i, begun, self.at_rest(begun.v0), at):
+                if not self._add(cycles, begun, self.at_rest(begun.v0)):
                     return
-                now = begun
-            now = self._dwelt(i, dwell, at)
+            last = self._dwelt(dwell)
+            v0, component, cycles = last.v0, last.component, self.states[-1].cycles
             if self.status != DONE:
                 return
 
-    def _dwelt(self, i: int, dwell: Dwell, vibrations: Vibrations) -> Vibration:
+    def _dwelt(self, dwell: Dwell) -> Vibration:
         """The vibration at the end of a dwell, or where it ends early."""
         begin, passed = self.states[-1].cycles, 0.0
         while True:
@@ -255,13 +254,13 @@ class _History:
             left = dwell.cycles - passed
             if left <= _ROUND_OFF * dwell.cycles:
                 if dwell.at_peak:
-                    self.states[-1] = replace(last, higher=self._higher(last.vibration, vibrations))
+                    self.states[-1] = replace(last, higher=self._higher(last.vibration))
                 return last.vibration
             worn = last.rate > 0
             cycles = last.vibration.size[worn] / last.rate[worn]
             h = self.share * float(cycles.min(initial=np.inf))
             h = left if h >= (1 - _ROUND_OFF) * left else h
-            taken = stepped(last.vibration, self.law, h, self.share, vibrations.following)
+            taken = stepped(last.vibration, self.law, h, self.share, self.vibrations.following)
             if taken is None:
                 self._ended(last, h)
                 return last.vibration
@@ -269,55 +268,43 @@ class _History:
             passed = dwell.cycles if taken.cycles == left else passed + taken.cycles
             rest = self.at_rest(taken.end.v0)
             if rest.converged and (opened := self._opened(rest)).any():
-                self._opens(last, taken, opened, vibrations, i)
+                self._opens(last, taken, opened)
                 return self.states[-1].vibration
-            if not self._add(begin + passed, i, taken.end, rest, vibrations, taken.jumped):
+            if not self._add(begin + passed, taken.end, rest, taken.jumped):
                 return last.vibration
 
-    def _add(
-        self,
-        cycles: float,
-        dwell: int,
-        vibration: Vibration,
-        rest: Rest,
-        vibrations: Vibrations,
-        jumped: bool = False,
-    ) -> bool:
+    def _add(self, cycles: float, vibration: Vibration, rest: Rest, jumped: bool = False) -> bool:
         """One more state, where it is solved at rest, too."""
         if not rest.converged:
             self.status = _LOST
             return False
         rate = self.law(vibration.solution.deviation)
-        whole = vibrations.at(vibration.v0).response([vibration.solution])
-        self.states.append(_WornState(cycles, dwell, vibration, rate, rest, whole, jumped))
+        whole = self.vibrations.at(vibration.v0).response([vibration.solution])
+        self.states.append(_WornState(cycles, self.i, vibration, rate, rest, whole, jumped))
         if self.progress is not None:
             self.progress(cycles, self.total, vibration.frequency, vibration.point.amplitude)
         return True
 
-    def _higher(self, followed: Vibration, vibrations: Vibrations) -> Vibration | None:
+    def _higher(self, followed: Vibration) -> Vibration | None:
         """The highest peak of the range where it is higher than the one that was followed."""
-        found = vibrations.first(followed.v0, followed.component)
+        found = self.vibrations.first(followed.v0, followed.component)
         self.solved += 1
-        higher = (
-            found is not None and found.point.amplitude > (1 + _HIGHER) * followed.point.amplitude
-        )
-        return found if higher else None
+        least = (1 + _HIGHER) * followed.point.amplitude
+        return found if found is not None and found.point.amplitude > least else None
 
     def _opened(self, rest: Rest) -> Booleans:
         """(j,) joints that are open at rest and were not at the beginning."""
         return np.asarray((self.states[0].rest.approach > 0) & (rest.approach <= 0))
 
-    def _opens(
-        self, last: _WornState, taken: WearStep, opened: Booleans, vibrations: Vibrations, i: int
-    ) -> None:
+    def _opens(self, last: _WornState, taken: WearStep, opened: Booleans) -> None:
         """End where the first of some joints opens within a step."""
         share = self._where(taken.interference, opened)
         self.status, self.cycles_to_loss = PRELOAD, last.cycles + share * taken.cycles
         v0 = taken.interference(share)
-        found = vibrations.following(last.vibration, v0)
+        found = self.vibrations.following(last.vibration, v0)
         self.solved += 1
         if found is not None:
-            self._add(self.cycles_to_loss, i, found, self.at_rest(v0), vibrations, taken.jumped)
+            self._add(self.cycles_to_loss, found, self.at_rest(v0), taken.jumped)
             self.status = PRELOAD
 
     def _ended(self, last: _WornState, cycles: float) -> None:
@@ -346,12 +333,8 @@ class _History:
         system = self.system
         node, direction = self.states[0].vibration.component
         each = [state.response for state in self.states]
-        higher = [
-            (np.nan, np.nan)
-            if (one := state.higher) is None
-            else (one.point.amplitude, one.frequency)
-            for state in self.states
-        ]
+        ones = [state.higher for state in self.states]
+        higher = [(one.point.amplitude, one.frequency) if one else (np.nan, np.nan) for one in ones]
         higher_amplitude, higher_frequency = np.array(higher).T
         return WearHistory(
             output=system.output_names[node],

@@ -23,7 +23,7 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
-from vanelock.common.arrays import Array, Floats
+from vanelock.common.arrays import Array, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.fem import Interior
 from vanelock.rom.fixed_interface.inertia import Inertia, Mass, SweptInertia
@@ -71,10 +71,11 @@ class HeldPart:
     compliance: Matrix  # (m, m), Lᴴ K_ss⁻¹ L
 
 
-def held_part(
-    held: HeldMatrices, M_sm: sp.csc_array, M_ss: sp.csc_array, M_mm: sp.csc_array
-) -> HeldPart:
-    """One blocked solve for each master dof."""
+def held_part(held: HeldMatrices, M: sp.csc_array, rows: Integers) -> HeldPart:
+    """A part whose stiffness is condensed to its kept rows: one blocked solve for each of them."""
+    slaves = held.slaves.rest
+    M_s, M_mm = M[slaves], M[rows][:, rows]
+    M_sm, M_ss = M_s[:, rows].tocsc(), M_s[:, slaves].tocsc()
     s, m = M_sm.shape
     stiffness = held.stiffness
     unit = np.eye(m, dtype=stiffness.dtype)

@@ -36,13 +36,13 @@ import scipy.sparse as sp
 
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
-from vanelock.fem import Interior, SingularError, free_motion
+from vanelock.fem import Interior, SingularError, free_motion, schur_complement
 from vanelock.rom.component import Component
 from vanelock.rom.fixed_interface.basis import Candidates, Projected, projected
-from vanelock.rom.fixed_interface.held import HeldPart, hermitian
+from vanelock.rom.fixed_interface.held import HeldMatrices, HeldPart, held_part, hermitian
 from vanelock.rom.fixed_interface.inertia import BoundaryAnswers, SectorInertia
 from vanelock.rom.fixed_interface.selection import Selection
-from vanelock.rom.routes.problem import Problem, condense, cyclic_constraint
+from vanelock.rom.routes.problem import Problem, cyclic_constraint, not_held
 from vanelock.rom.system.system import Matrix, common_band
 
 _FREE = 1e-11
@@ -169,7 +169,12 @@ def definite_factor(A: Matrix) -> Matrix | None:
 
 def condensed(problem: Problem) -> Condensed:
     """Condense a part to its faces and masters: one real factorisation."""
-    return Condensed(problem, *condense(problem))
+    rows = problem.boundary_rows
+    try:
+        return Condensed(problem, *schur_complement(problem.K, rows))
+    except SingularError as error:
+        rest = np.setdiff1d(np.arange(problem.K.shape[0]), rows)
+        raise InputError(not_held(problem, error, rest)) from None
 
 
 Loads = Mapping[str, Floats]
@@ -202,16 +207,16 @@ class _HeldLoads:
         return {name: found[:, i] for i, name in enumerate(self.names)}
 
 
-def held_loads(shared: Condensed, loads: Loads, sector: _Sector | None = None) -> _HeldLoads:
-    """Loads on the free dofs of a model, for a part in one piece or a sector at a diameter."""
+def _held_loads(shared: Condensed, loads: Loads, held: object) -> _HeldLoads:
+    """Loads on the free dofs of a model, for what is held: a sector at a diameter, or all of it."""
     problem = shared.problem
     f = np.column_stack([_of_dofs(problem, name, load) for name, load in loads.items()])
     slaves = f[shared.slaves]
     carried = f[problem.boundary_rows] + shared.interior.restrict(slaves)
     faces, masters = carried[: shared.faces], carried[shared.faces :]
-    if sector is not None:
-        masters = masters + sector.moved().conj().T @ faces
-        slaves = np.concatenate([sector.follow.conj().T @ f[problem.face_rows], slaves])
+    if isinstance(held, _Sector):
+        masters = masters + held.moved().conj().T @ faces
+        slaves = np.concatenate([held.follow.conj().T @ f[problem.face_rows], slaves])
     return _HeldLoads(tuple(loads), masters, slaves)
 
 
@@ -225,38 +230,45 @@ def _of_dofs(problem: Problem, name: str, load: Floats) -> Floats:
     return given if problem.means is None else np.asarray(problem.means.T @ given)
 
 
-def cyclic_first(
+def reduced(
     shared: Condensed, selection: Selection, diameters: Iterable[int], loads: Loads | None = None
 ) -> Component:
-    """Reduce a cyclic part at nodal diameters; all keep equally many fixed-interface vectors.
+    """Reduce a part: a cyclic one at nodal diameters, one in one piece at 0 alone.
 
-    Static answers to loads at rest are among those of nodal diameter 0.
+    All keep equally many fixed-interface vectors. Static answers to loads at rest are among those
+    of nodal diameter 0.
     """
     problem = shared.problem
     parts, vectors, bands = {}, {}, []
     at_rest = None
     for k in diameters:
-        parts[k] = _at_diameter(shared, k)
+        parts[k] = _at_diameter(shared, k) if problem.cyclic else _in_one_piece(shared)
         vectors[k], band = selection.of(parts[k])
         bands.append(band)
         if k == 0 and loads:
-            sector = parts[k].held
-            assert isinstance(sector, _Sector)
-            at_rest = held_loads(shared, loads, sector)
+            at_rest = _held_loads(shared, loads, parts[k].held)
             vectors[k], answers = at_rest.answered(vectors[k], parts[k])
     count = max(found.count for found in vectors.values())
     products = {k: projected(part, vectors[k].filled(part, count)) for k, part in parts.items()}
+    own = {k: p.vectors() for k, p in products.items()}
     return Component(
         masters=problem.masters,
-        cyclic=True,
-        route="cyclic",
+        cyclic=problem.cyclic,
+        route="cyclic" if problem.cyclic else "whole",
         interface_modes=0,
         fixed_modes=count,
-        diameters={k: p.reduced(p.vectors()) for k, p in products.items()},
+        diameters={k: p.reduced(own[k] if problem.cyclic else None) for k, p in products.items()},
         boundary_nodes=problem.masters.nodes,
+        vectors=None if problem.cyclic else own[0],
         band=common_band(bands),
         loads=None if at_rest is None else at_rest.reduced(parts[0], products[0], answers),
     )
+
+
+def _in_one_piece(shared: Condensed) -> HeldPart:
+    """The part, its masters held."""
+    problem = shared.problem
+    return held_part(HeldMatrices(shared.matrix, shared.interior), problem.M, problem.rows)
 
 
 def _at_diameter(shared: Condensed, nodal_diameter: int) -> HeldPart:

@@ -26,7 +26,7 @@ import scipy.sparse as sp
 from vanelock.common.arrays import Booleans, Integers
 from vanelock.common.cyclic import phase_factor, turn
 from vanelock.common.errors import InputError
-from vanelock.fem import Interior, Model, SingularError, cyclic_faces, free_motion, schur_complement
+from vanelock.fem import Model, SingularError, cyclic_faces, free_motion
 from vanelock.mesh import Part
 from vanelock.rom.component import Masters
 from vanelock.rom.system.system import Matrix
@@ -184,17 +184,6 @@ def problem(model: Model, masters: Masters, cyclic: bool) -> Problem:
         )
     means, K, M = with_means(model, masters.averaged)
     return Problem(model, masters, K, M, rows.ravel(), left, right, means, cyclic)
-
-
-def condense(problem: Problem) -> tuple[Matrix, Interior]:
-    """Stiffness condensed to faces and masters, and the factors of the rest."""
-    rows = problem.boundary_rows
-    try:
-        S, interior = schur_complement(problem.K, rows)
-        return S, interior
-    except SingularError as error:
-        rest = np.setdiff1d(np.arange(problem.K.shape[0]), rows)
-        raise InputError(not_held(problem, error, rest)) from None
 
 
 def not_held(problem: Problem, error: SingularError, rest: Integers) -> str:

@@ -187,14 +187,7 @@ def reduce_sector(
 
 def _held_rows(K: sp.csc_array, M: sp.csc_array, rows: Integers) -> HeldPart:
     """The matrices with their kept rows held."""
-    return held_piece(HeldMatrices(*schur_complement(K, rows)), M, rows)
-
-
-def held_piece(held: HeldMatrices, M: sp.csc_array, rows: Integers) -> HeldPart:
-    """A part whose stiffness is condensed to its kept rows, with its mass."""
-    s = held.slaves.rest
-    M_s, M_m = M[s], M[rows]
-    return held_part(held, M_s[:, rows].tocsc(), M_s[:, s].tocsc(), M_m[:, rows])
+    return held_part(HeldMatrices(*schur_complement(K, rows)), M, rows)
 
 
 def _kept(

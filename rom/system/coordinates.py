@@ -66,16 +66,21 @@ def _check_contacts(contacts: Contacts, where: str) -> None:
     shapes: dict[str, tuple[int, ...]] = {"kn": (c,), "kt": (c, 2), "mu": (c,), "v0": (c,)}
     for name, shape in {**shapes, "slider": (c, 2)}.items():
         value = getattr(contacts, name)
-        if value.shape != shape:
-            raise InputError(f"{where}: contact/{name} has shape {value.shape}, not {shape}")
-        if not np.all(np.isfinite(value)):
-            raise InputError(f"{where}: contact/{name} holds values that are not finite")
+        _check_array(value, shape, f"{where}: contact/{name}")
         if name in ("kn", "kt") and np.any(value <= 0):
             raise InputError(f"{where}: contact/{name}: stiffness must be > 0")
         if name == "mu" and np.any(value < 0):
             raise InputError(f"{where}: contact/mu: friction coefficient must be >= 0")
     if contacts.joint and len(contacts.joint) != c:
         raise InputError(f"{where}: contact/joint has {len(contacts.joint)} names, not {c}")
+
+
+def _check_array(value: Matrix, shape: tuple[int, ...], name: str) -> None:
+    """Refuse another shape than this, and values that are not finite."""
+    if value.shape != shape:
+        raise InputError(f"{name} has shape {value.shape}, not {shape}")
+    if not np.all(np.isfinite(value)):
+        raise InputError(f"{name} holds values that are not finite")
 
 
 def _check_presence(system: System, where: str) -> None:
@@ -96,10 +101,7 @@ def _check_matrices(matrices: Diameter, c: int, outputs: int, where: str) -> Non
         value = getattr(matrices, name)
         if value is None:
             continue
-        if value.shape != shape:
-            raise InputError(f"{where}/{name} has shape {value.shape}, not {shape}")
-        if not np.all(np.isfinite(value)):
-            raise InputError(f"{where}/{name} holds values that are not finite")
+        _check_array(value, shape, f"{where}/{name}")
         if name in ("K", "M", "C"):
             if _largest(value - value.conj().T) > ROUND_OFF * _largest(value):
                 raise InputError(f"{where}/{name} is not Hermitian")
@@ -120,10 +122,7 @@ def _check_forces(system: System, where: str) -> None:
         if h < 0:
             raise InputError(f"{where}: force/{h}: harmonics are 0, 1, 2, ...")
         n = len(system.at(system.nodal_diameter(h)).K)
-        if force.vector.shape != (n,):
-            raise InputError(f"{where}: force/{h} has shape {force.vector.shape}, not {(n,)}")
-        if not np.all(np.isfinite(force.vector)):
-            raise InputError(f"{where}: force/{h} holds values that are not finite")
+        _check_array(force.vector, (n,), f"{where}: force/{h}")
         if h == 0 and np.any(np.imag(force.vector)):
             raise InputError(f"{where}: force/0 is complex: a static load is real")
 

@@ -10,7 +10,6 @@ from drawings.captions import caption, millimetres
 from drawings.drafting import DrawingView, Label
 from drawings.sections import box, polar, revolved, ring_piece
 from vanelock.mesh import CasingDimensions, VaneDimensions
-from vanelock.mesh.generate.bosses import boss_angles
 from vanelock.mesh.geometry import contact_places
 from vanelock.mesh.geometry.revolved import casing_outline, hooks_outline
 from vanelock.render import style
@@ -218,7 +217,7 @@ def _outside(figure: Figure, casing: CasingDimensions, sectors: int) -> None:
 
 def _bosses(view: DrawingView, casing: CasingDimensions, sectors: int) -> list[Label]:
     """The bosses from outside; one, dashed, where the sector has none."""
-    angles = boss_angles(casing, sectors) if casing.bosses else np.zeros(1)
+    angles = contact_places.boss_angles(casing, sectors) if casing.bosses else np.zeros(1)
     around = np.linspace(0, 2 * np.pi, 73)
     radius = 500 * casing.boss_diameter
     circle = radius * np.stack([np.cos(around), np.sin(around)], -1)

@@ -29,7 +29,7 @@ from vanelock.stages.response.summary import Peak, Summary
 if TYPE_CHECKING:
     from vanelock.analyses.analysis import Analysis
 
-MESHES = 2
+_MESHES = 2
 """Of so many meshes the places of nodes are remembered."""
 Numbers: TypeAlias = Mapping[str, tuple[float | str | list[float], str]]
 
@@ -291,7 +291,7 @@ class CaseResult:
             return {part.name: locations_of(self.study, part) for part in self.parts}
 
         known = self.products.shared.setdefault("locations", {})
-        return latest(known, " ".join(self.mesh_keys), made, MESHES)
+        return latest(known, " ".join(self.mesh_keys), made, _MESHES)
 
     @property
     def margins(self) -> Margins | None:

@@ -44,7 +44,7 @@ from vanelock.common.arrays import Floats
 from vanelock.nonlinear import ELEMENT, Response, contact_loop
 from vanelock.rom import System
 
-TURN = 2 * np.pi
+_TURN = 2 * np.pi
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class EnergyBalance:
 
 def balance(system: System, response: Response, point: int = 0) -> EnergyBalance:
     """Energies in a period at a point of a response of a system."""
-    omega = TURN * float(response.frequency[point])
+    omega = _TURN * float(response.frequency[point])
     given = stored = 0.0
     for h in range(1, response.harmonics + 1):
         x = response.x[h][point]
@@ -119,7 +119,7 @@ def bandwidth_ratio(frequency: Floats, amplitude: Floats) -> float:
     return float((ends[1] - ends[0]) / (2 * peak))
 
 
-SAMPLES = 2048
+_SAMPLES = 2048
 """Steps of a period; an event inside a step misplaces a part of that step's slip."""
 HOUR = 3600.0
 
@@ -202,7 +202,7 @@ def wear(response: Response, area: Floats, coefficient: Floats) -> Wear:
     if exact(response):
         slip[touching] = 0.0
         for i in np.flatnonzero(touching & (energy > 0)):  # the others only round off
-            displacement, force = contact_loop(response, 0, i, SAMPLES)
+            displacement, force = contact_loop(response, 0, i, _SAMPLES)
             slip[i] = _travel(displacement, force, response.stiffness[i])
             mean[i], largest[i] = force[:, 0].mean(), force[:, 0].max()
     frequency = float(response.frequency[0])

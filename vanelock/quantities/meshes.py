@@ -12,12 +12,8 @@ from vanelock.common.cyclic import turn
 from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.fem.elements import reference_element
 from vanelock.mesh import Part
-from vanelock.mesh.cells import linear_type, solid
+from vanelock.mesh.cells import REGULAR, inverse_condition, linear_type, solid
 
-# Edges of a perfect element over those of the reference one, as columns.
-_REGULAR: Final = np.array(
-    [[1, 0.5, 0.5], [0, np.sqrt(3) / 2, np.sqrt(3) / 6], [0, 0, np.sqrt(2 / 3)]]
-)
 _PAIRS: Final = {  # corners at the ends of each edge
     "tetra": [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)],
     "hexahedron": [(i, (i + 1) % 4) for i in range(4)]
@@ -69,9 +65,8 @@ def figures(part: Part) -> Figures:
     kind, reference = linear_type(part.cell_type), reference_element(part.cell_type)
     weighed = np.linalg.det(_jacobians(part, reference.gradients)) * reference.weights
     corners = solid(kind).functions(solid(kind).nodes)[1]
-    condition = _inverse_condition(
-        _jacobians(part, corners), _REGULAR if kind == "tetra" else np.eye(3)
-    )
+    perfect = REGULAR if kind == "tetra" else np.eye(3)
+    worst = inverse_condition(_jacobians(part, corners), perfect).min(axis=1)
     if kind == "tetra":
         smallest = mesh.quality(part).smallest_jacobian
     else:
@@ -79,7 +74,6 @@ def figures(part: Part) -> Figures:
         at_nodes = _jacobians(part, cell.functions(cell.nodes)[1])
         mean = weighed.sum(axis=1) / reference.weights.sum()
         smallest = float((np.linalg.det(at_nodes) / mean[:, None]).min())
-    worst = condition.min(axis=1)
     first, second = part.cells[:, np.array(_PAIRS[kind])].transpose(2, 0, 1)
     edges = np.linalg.norm(part.points[first] - part.points[second], axis=-1)
     return Figures(
@@ -102,16 +96,7 @@ def _jacobians(part: Part, gradients: Floats) -> Floats:
     return np.asarray(np.einsum("eia,qib->eqab", points, gradients, optimize=True))
 
 
-def _inverse_condition(jacobians: Floats, perfect: Floats) -> Floats:
-    """3 det A / (|A| |adj A|), Frobenius norms, A from the perfect element; 0 if it is flat."""
-    A = jacobians @ np.linalg.inv(perfect)
-    adjugate = np.stack([np.cross(A[..., (k + 1) % 3], A[..., (k + 2) % 3]) for k in range(3)])
-    norms = np.linalg.norm(A, axis=(-2, -1)) * np.sqrt((adjugate**2).sum(axis=(0, -1)))
-    flat = np.zeros_like(norms)
-    return np.asarray(np.divide(3 * np.linalg.det(A), norms, out=flat, where=norms > 0))
-
-
-SETS = (
+_SETS = (
     "left",
     "right",
     "fixed",
@@ -185,7 +170,7 @@ def quality_table(
 
 def sets_table(parts: Mapping[str, Part], face_nodes: int | None) -> Table:
     """Number of nodes in every set of every part, and how well they match."""
-    names = [name for name in SETS if any(name in part.node_sets for part in parts.values())]
+    names = [name for name in _SETS if any(name in part.node_sets for part in parts.values())]
     every = {name for part in parts.values() for name in part.node_sets}
     names += sorted(every.difference(names))
     rows = []

@@ -41,9 +41,9 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-ALWAYS = ("response", "lower", "preload", "system", "limits", "mesh/", "rom/", "component/")
+_ALWAYS = ("response", "lower", "preload", "system", "limits", "mesh/", "rom/", "component/")
 """How places begin that are stored of every case."""
-AUDITED = 2**14
+_AUDITED = 2**14
 """Samples of the period at which a peak is marched again."""
 
 
@@ -121,7 +121,7 @@ class StepProducts(Products):
 
     def stored(self) -> list[str]:
         """Places of all that is known before the peak, and of what was asked for."""
-        solved = [e for e in self._steps if e.startswith(ALWAYS) or "." in e]
+        solved = [e for e in self._steps if e.startswith(_ALWAYS) or "." in e]
         return [*dict.fromkeys([*solved, *self._asked]), *self._given]
 
     def get(self, path: str) -> Any:
@@ -150,8 +150,8 @@ class StepProducts(Products):
         self._given[path] = product
 
     def _step(self, path: str) -> Step[Any] | None:
-        if path not in self._steps and path in DERIVED:
-            self._steps[path] = DERIVED[path](self)
+        if path not in self._steps and path in _DERIVED:
+            self._steps[path] = _DERIVED[path](self)
         return self._steps.get(path)
 
     def _fields(self) -> Step[Any] | None:
@@ -172,9 +172,9 @@ class StepProducts(Products):
         planned, stages = self.planned, self.stages
 
         def compute() -> Audit:
-            return nonlinear.audit_response(stages.get(planned.system), top, [0], AUDITED)
+            return nonlinear.audit_response(stages.get(planned.system), top, [0], _AUDITED)
 
-        inputs = {"point": self._peak.point, "samples": AUDITED}
+        inputs = {"point": self._peak.point, "samples": _AUDITED}
         key = key_of("check", "nonlinear", inputs, (planned.response.key, planned.system.key))
         return Step("check", f"check {planned.case.name}", key, Audit, (), compute)
 
@@ -184,7 +184,7 @@ class StepProducts(Products):
         return sensitivities_step(self.planned, self._peak, self._monitor)
 
 
-DERIVED: dict[str, Callable[[StepProducts], Step[Any] | None]] = {
+_DERIVED: dict[str, Callable[[StepProducts], Step[Any] | None]] = {
     "fields": StepProducts._fields,
     "audit": StepProducts._audit,
     "sensitivities": StepProducts._sensitivities,

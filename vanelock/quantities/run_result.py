@@ -185,9 +185,9 @@ MANY = 24
 DETAILED = 8
 """More cases than that have no pictures of their own but for a few, nor are looked into."""
 PERCENT = (5, 25, 50, 75, 95)
-POINTS = 400
+_POINTS = 400
 """Frequencies of a band, where the cases' own differ."""
-SHARE = 0.5
+_SHARE = 0.5
 """Of the cases, how many a band needs at a frequency."""
 
 
@@ -258,9 +258,9 @@ def band(run: RunResult) -> Band | None:
     if all(np.array_equal(f, first) for f, _ in curves):
         at = first
     else:
-        at = np.linspace(min(f[0] for f, _ in curves), max(f[-1] for f, _ in curves), POINTS)
+        at = np.linspace(min(f[0] for f, _ in curves), max(f[-1] for f, _ in curves), _POINTS)
     table = np.array([np.interp(at, f, a, left=np.nan, right=np.nan) for f, a in curves])
-    enough = np.isfinite(table).sum(axis=0) >= SHARE * len(run.cases)
+    enough = np.isfinite(table).sum(axis=0) >= _SHARE * len(run.cases)
     at, table = at[enough], table[:, enough]
     if not len(at):
         return None

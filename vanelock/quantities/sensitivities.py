@@ -26,7 +26,7 @@ Moduli: TypeAlias = dict[str, dict[int, Array]]
 
 EXCITATION = "excitation"
 """The key of a factor on all that excites."""
-NARROW = 1e-3
+_NARROW = 1e-3
 """Half-width of a peak, of its frequency, where its curve does not show it."""
 
 
@@ -94,7 +94,7 @@ def _half_width(response: Response, watched: Monitor, point: int) -> float:
             bend = 2 * np.polyfit(f, size[beside] / size[point], 2)[0]
             if bend < 0:
                 return float((-bend) ** -0.5)
-    return NARROW * float(response.frequency[point])
+    return _NARROW * float(response.frequency[point])
 
 
 def _relative(peak_gradient: PeakGradient, planned: Planned, moduli: Moduli) -> Sensitivities:

@@ -16,6 +16,8 @@ from vanelock.rom.system.system import System
 
 _FREE = 1e-12  # of a part's largest ω²: what modes that nothing holds are below
 _RELATIVE = ("mu", "kn", "kt", "frequency")
+_BEHIND = {"interference": (), "slider": (2,), "mu": (), "kn": (), "kt": (2,), "frequency": ()}
+"""Dimensions of the deviations behind sectors and contacts, or modes."""
 
 
 @dataclass(frozen=True)
@@ -119,8 +121,7 @@ class Mistuning(OfKind, Product):
     modes: SectorModes | None = None
 
     def __post_init__(self) -> None:
-        wanted = {"interference": 2, "slider": 3, "mu": 2, "kn": 2, "kt": 3, "frequency": 2}
-        hold_arrays(self, wanted)
+        hold_arrays(self, {name: 2 + len(behind) for name, behind in _BEHIND.items()})
         super().__post_init__()
 
     @classmethod
@@ -194,19 +195,11 @@ class Mistuning(OfKind, Product):
         """
         N, c = system.sectors, system.contacts.count
         r = 0 if self.modes is None else len(self.modes.stiffness)
-        shapes: dict[str, tuple[int, ...]] = {
-            "interference": (N, c),
-            "slider": (N, c, 2),
-            "mu": (N, c),
-            "kn": (N, c),
-            "kt": (N, c, 2),
-            "frequency": (N, r),
-        }
         if self.sectors != N:
             raise InputError(f"mistuning: of {self.sectors} sectors: the system has {N}")
         whole: dict[str, Any] = {}
-        for name, shape in shapes.items():
-            given = getattr(self, name)
+        for name, behind in _BEHIND.items():
+            given, shape = getattr(self, name), (N, r if name == "frequency" else c, *behind)
             whole[name] = given if given.size else np.zeros(shape)
             if whole[name].shape != shape:
                 raise InputError(f"mistuning.{name}: given shape {given.shape}: needs {shape}")
@@ -223,8 +216,7 @@ class Mistuning(OfKind, Product):
 
     def share(self, part: float) -> Self:
         """All deviations times a number."""
-        names = ("interference", "slider", *_RELATIVE)
-        return replace(self, **{name: part * getattr(self, name) for name in names})
+        return replace(self, **{name: part * getattr(self, name) for name in _BEHIND})
 
 
 def _shares(

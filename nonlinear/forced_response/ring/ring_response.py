@@ -25,7 +25,6 @@ from vanelock.nonlinear.forced_response.options import (
 from vanelock.nonlinear.forced_response.response import STATES, half_peak_to_peak
 from vanelock.nonlinear.forced_response.ring.mistuning import Mistuning
 from vanelock.nonlinear.forced_response.ring.ring_source import (
-    RingContacts,
     RingSource,
     ring_contacts,
     ring_source,
@@ -220,7 +219,6 @@ def ring_response(
         if (given := getattr(options, name)) != wanted:
             raise InputError(f"{name}: given {given!r}: mistuned rings have {wanted!r}")
     H = options.highest
-    options = replace(options, harmonics=H)
     whole = mistuning.of(system)
     check_forces(system, H)
     check_band(system, hertz)
@@ -230,12 +228,8 @@ def ring_response(
     source = ring_source(system, H, limits, points, whole.modes, shared or modes)
 
     @lru_cache
-    def contacts(part: float) -> RingContacts:
-        return ring_contacts(system.contacts, whole.share(part))
-
-    @lru_cache
     def family(part: float, harmonics: int = H) -> Frequencies:
-        own = contacts(part)
+        own = ring_contacts(system.contacts, whole.share(part))
         law = own.law(harmonics, options.samples, options.friction)
         return Frequencies(replace(source, offset=own.offset), law)
 
@@ -243,7 +237,7 @@ def ring_response(
         return family(1.0, harmonics).friction
 
     solver = _RingSolver(family(1.0), law, options.tolerance, effort=options.effort, parts=family)
-    first = replace(options, harmonics=H).prepare(system, hertz, points, modes)
+    first = options.prepare(system, hertz, points, modes)
     alike, _ = swept(first.solver, frequencies, options.direction, progress)
     alike = [each for each in alike if each.converged]
     found, _ = swept(replace(solver, alike=alike), frequencies, options.direction, progress)
@@ -251,7 +245,8 @@ def ring_response(
     for each in alike:
         moved = first.structure.output(first.structure.amplitudes(each.omega, each.w))
         largest = np.fmax(largest, half_peak_to_peak(moved))
-    return _assembled(replace(source, offset=contacts(1.0).offset), system, found, largest)
+    source = replace(source, offset=ring_contacts(system.contacts, whole).offset)
+    return _assembled(source, system, found, largest)
 
 
 def _assembled(

@@ -210,7 +210,7 @@ def _with_rows(stuck: StuckModes, modes: SectorModes, k: int) -> StuckModes:
 
 
 @dataclass(frozen=True)
-class RingContacts:
+class _RingContacts:
     """The contacts of all sectors, one behind the other, and the modes' rows among them.
 
     `contacts`: (N c,), mistuned; `stiffer` (N c, 3): κ; `bonded` (N c,): which are modes; `offset`
@@ -229,7 +229,7 @@ class RingContacts:
         return replace(law, stiffer=self.stiffer if self.stiffer.any() else None, bonded=bonded)
 
 
-def ring_contacts(alike: Contacts, mistuning: Mistuning) -> RingContacts:
+def ring_contacts(alike: Contacts, mistuning: Mistuning) -> _RingContacts:
     """Contacts of a ring."""
     N, modes = mistuning.sectors, mistuning.modes
     each = _with_modes(alike, modes)
@@ -255,4 +255,4 @@ def ring_contacts(alike: Contacts, mistuning: Mistuning) -> RingContacts:
         elements={j * c + i: element for j in range(N) for i, element in each.elements.items()},
     )
     bonded = np.tile(np.arange(c) >= own, N)
-    return RingContacts(contacts, stiffer.reshape(-1, 3), bonded, offset.reshape(N, -1))
+    return _RingContacts(contacts, stiffer.reshape(-1, 3), bonded, offset.reshape(N, -1))

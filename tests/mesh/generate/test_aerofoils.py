@@ -7,12 +7,12 @@ from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions, quality, vane_segment
 from vanelock.mesh.element_size import SLENDER
-from vanelock.mesh.generate.aerofoils import arc_rows, divide_filleted, divisions
+from vanelock.mesh.generate.aerofoils import _divide_filleted, arc_rows, divisions
 from vanelock.mesh.generate.vane import _vane_solid
 from vanelock.mesh.geometry import aerofoil
-from vanelock.mesh.geometry.aerofoil import aerofoil_faces
 from vanelock.mesh.geometry.root_fillet import _PLACES, _SLANT, feet, strips, sweep, volume
 from vanelock.mesh.gmsh_session import session
+from vanelock.stages.parts.loads import _aerofoil_faces
 
 # Thin aerofoils, 320 in the ring: between them coarse elements would find no way of their own.
 THIN = VaneDimensions(
@@ -120,7 +120,7 @@ def test_faces_that_are_missing_are_reported() -> None:
         _vane_solid(gmsh, VaneDimensions(), 16)
         gmsh.model.occ.synchronize()
         with pytest.raises(InputError, match=expected):
-            divide_filleted(gmsh, vane, 16, 0.025)
+            _divide_filleted(gmsh, vane, 16, 0.025)
 
 
 STRAIGHT = VaneDimensions(aerofoils=2, twist=0.0, lean=0.0, root_fillet=0.0)
@@ -142,7 +142,7 @@ def test_each_is_a_prism_s_mantle_by_ascending_angle(straight):
     outline = aerofoil.around(STRAIGHT, pieces=400)
     perimeter = np.linalg.norm(np.diff(outline, axis=0, append=outline[:1]), axis=1).sum()
     span = STRAIGHT.outer_shroud_inner_radius - STRAIGHT.inner_shroud_outer_radius
-    found = aerofoil_faces(part, STRAIGHT)
+    found = _aerofoil_faces(part, STRAIGHT)
     angle = [np.arctan2(*part.points[faces].mean(axis=(0, 1))[1::-1]) for faces in found]
     assert len(found) == 2
     assert angle[0] < angle[1]
@@ -154,7 +154,7 @@ def test_root_fillets_are_counted_in(straight):
     filleted = STRAIGHT.model_copy(update={"root_fillet": 0.003})
     both = ((STRAIGHT, straight), (filleted, vane_segment(filleted, sectors=16, size="coarse")))
     areas = [
-        sum(area(part, faces) for faces in aerofoil_faces(part, dimensions))
+        sum(area(part, faces) for faces in _aerofoil_faces(part, dimensions))
         for dimensions, part in both
     ]
     assert areas[0] * 0.97 < areas[1] < areas[0] * 1.03
@@ -162,7 +162,7 @@ def test_root_fillets_are_counted_in(straight):
 
 def test_another_number_of_aerofoils_is_refused(straight):
     with pytest.raises(InputError, match="2 surfaces between the shrouds, not one an aerofoil"):
-        aerofoil_faces(straight, STRAIGHT.model_copy(update={"aerofoils": 3}))
+        _aerofoil_faces(straight, STRAIGHT.model_copy(update={"aerofoils": 3}))
 
 
 EVEN = {"camber": 0.0, "stagger": 0.0, "aerofoils": 1}

@@ -21,7 +21,8 @@ from vanelock.mesh import (
     vane_segment,
 )
 from vanelock.mesh.generate import occ_solids
-from vanelock.mesh.generate.bosses import add_bosses, boss_angles
+from vanelock.mesh.generate.casing import _add_bosses
+from vanelock.mesh.geometry.contact_places import boss_angles
 from vanelock.mesh.geometry.revolved import Corner
 from vanelock.mesh.gmsh_session import session
 from vanelock.mesh.refinement import _casing_plates, check_size
@@ -164,7 +165,7 @@ def test_bosses_add_the_cylinders_outside_the_shell(count: int, changes: dict[st
     with session("casing") as gmsh:
         shell = occ_solids.revolve(gmsh, tube, np.pi / 16)
         before = gmsh.model.occ.getMass(*shell)
-        after = gmsh.model.occ.getMass(*add_bosses(gmsh, casing, 16, shell))
+        after = gmsh.model.occ.getMass(*_add_bosses(gmsh, casing, 16, shell))
     assert before == pytest.approx(np.pi * (0.604**2 - 0.600**2) * 0.2 / 16, rel=1e-9)
     each = outside(casing.boss_diameter / 2, casing.boss_height, 0.604)
     # The kernel integrates faces with curved borders to some 1e-5; a flat shell would be 3e-3 off.

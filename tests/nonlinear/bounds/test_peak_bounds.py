@@ -26,7 +26,7 @@ from vanelock.nonlinear import (
     time_response,
 )
 from vanelock.nonlinear.bounds.rest_states import RestStates
-from vanelock.nonlinear.bounds.slider_search import Search, Tally, _PlacedPeak
+from vanelock.nonlinear.bounds.slider_search import Search, _PlacedPeak
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
 from vanelock.nonlinear.peaks.amplitude_gradient import amplitude_gradient
 from vanelock.nonlinear.peaks.peak import CurvePoint, Resonance
@@ -179,7 +179,7 @@ def test_every_place_that_may_be_better_is_swept(monkeypatch, seen):
     monkeypatch.setattr(Search, "exact", exact)
     monkeypatch.setattr(Search, "_seen", hidden)
     known = [_PlacedPeak(np.zeros((1, 2)), point, "assembled at zero", swept=True), *places]
-    search = Search(cast(Any, None), cast(Any, None), np.array([0.0, 1.0]), (0, 0), Tally(None))
+    search = Search(cast(Any, None), cast(Any, None), np.array([0.0, 1.0]), (0, 0))
     best = search._best(known, -1.0, [])
     assert best.peak.amplitude == 1.5
     assert len(tried) == (4 if seen else 10)

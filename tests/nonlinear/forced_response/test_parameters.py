@@ -111,7 +111,7 @@ def test_derivative_to_each_parameter_is_exact(name, coupling):
     hertz = 1.3 * first_frequency(system)
     ready = Options(3, coupling=coupling).prepare(system, [hertz], 1)
     joint = None if name == "force" else "rim"
-    varied = checked_parameter(name, system, np.array([0.5, 2.0]), joint)
+    varied, _ = checked_parameter(name, system, [0.5, 2.0], joint)
     family = varied.family(ready, TURN * hertz)
     w = 0.1 * np.random.default_rng(0).normal(size=(6, 3, 7))
     place, step = varied.coordinate(0.7), 1e-6

@@ -35,7 +35,7 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import fixed
-from vanelock.nonlinear.forced_response.options import with_static_mean
+from vanelock.nonlinear.forced_response.options import _with_static_mean
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.rom.system.coordinates import check
@@ -206,7 +206,7 @@ def test_an_unconverged_state_at_rest_marks_every_point():
     moving = solve(fixed(prepared.balance(1.0), law), np.zeros((6, 3, 3)), 0.0)
     assert moving.converged
     rest = replace(moving, converged=False, residual=0.5)
-    joined = with_static_mean(moving, rest)
+    joined = _with_static_mean(moving, rest)
     assert not joined.converged
     assert joined.residual == 0.5
 

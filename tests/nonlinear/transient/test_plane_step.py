@@ -7,7 +7,7 @@ from tests.nonlinear.systems import even, planar, random_system, with_contacts
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import SLIP, SLIP_OPEN, STUCK, Options, frequency_response, time_response
 from vanelock.nonlinear.contact.disc_slider import RATES, pursue
-from vanelock.nonlinear.transient.full_ring import _slider_in_plane
+from vanelock.nonlinear.transient.time_marching import _slider_in_plane
 
 
 def test_place_at_the_end_of_a_step_solves_its_equations():

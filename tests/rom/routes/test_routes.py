@@ -1,5 +1,7 @@
 """The routes against one another, dense definitions, and solvers of another kind."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 import scipy.linalg as sl
@@ -7,7 +9,7 @@ import scipy.linalg as sl
 from benchmarks.rom.direct import direct
 from vanelock import rom
 from vanelock.fem import factorise, schur_complement
-from vanelock.rom.routes import problem, tran
+from vanelock.rom.routes import condensed, tran
 from vanelock.rom.routes.condensed import definite_factor
 
 N = 8
@@ -147,7 +149,7 @@ def test_other_solvers_give_the_same_model(ring_sector, monkeypatch, options):
         return factorise(K, backend="superlu")
 
     usual = reduced()
-    monkeypatch.setattr(problem, "schur_complement", by_solves)
+    monkeypatch.setattr(condensed, "schur_complement", by_solves)
     monkeypatch.setattr(tran, "factorise", by_superlu)
     other = reduced()
     assert len(used) == 1  # one factorisation for both diameters
@@ -162,9 +164,7 @@ def test_other_solvers_give_the_same_model(ring_sector, monkeypatch, options):
 def test_a_part_in_one_piece_by_another_solver(bar, exact, monkeypatch):
     model = bar()
     usual = rom.reduce(model, ("held",), accuracy=1e-5, band=3000.0).at(0)
-    monkeypatch.setattr(
-        problem, "schur_complement", lambda K, rows: schur_complement(K, rows, backend="superlu")
-    )
+    monkeypatch.setattr(condensed, "schur_complement", partial(schur_complement, backend="superlu"))
     other = rom.reduce(model, ("held",), accuracy=1e-5, band=3000.0).at(0)
     a, b = (exact.frequencies(part.K, part.M, 20) for part in (usual, other))
     np.testing.assert_allclose(a[6:], b[6:], rtol=1e-9)

@@ -10,6 +10,7 @@ import pytest
 from tests.vanelock.pipeline.test_progress import summary
 from vanelock.analyses.bounds import BOUNDS, BoundedPeak
 from vanelock.analyses.wear import WEAR, WornCase
+from vanelock.commands.run import doubts
 from vanelock.input.schema.response import ResponseKeys
 from vanelock.nonlinear import (
     OPEN,
@@ -74,15 +75,15 @@ def test_motion_that_is_not_small_is_reported():
     hertz = np.linspace(45, 60, 16)
     found = frequency_response(oscillator(force=3000.0), hertz, Options(1))
     top = found.amplitude[peak(found).point, 0, 1]
-    lines = warnings.large(found, peak(found), 4.5e-3, "the thickness", places)
+    lines = doubts._large(found, peak(found), 4.5e-3, "the thickness", places)
     assert top > 4.5e-3
     assert f"{1e3 * top:.3g} mm, is more than the thickness, 4.5 mm" in lines[0]
     assert f"slide by up to {2e3 * top:.3g} mm" in lines[1]
     assert "further than to the next node, 3 mm" in lines[1]
     small = frequency_response(oscillator(force=3.0), hertz, Options(1))
     assert small.amplitude.max() < 4.5e-3
-    assert warnings.large(small, peak(small), 4.5e-3, "the thickness", places) == []
-    assert warnings.large(small, peak(small), np.nan, "unknown", None) == []
+    assert doubts._large(small, peak(small), 4.5e-3, "the thickness", places) == []
+    assert doubts._large(small, peak(small), np.nan, "unknown", None) == []
 
 
 def test_hooks_open_at_rest_and_a_state_at_rest_that_is_not_solved_are_reported(ring):
@@ -90,16 +91,16 @@ def test_hooks_open_at_rest_and_a_state_at_rest_that_is_not_solved_are_reported(
     open_hook = replace(ring, contacts=replace(ring.contacts, v0=np.array([-1e-5, 3e-5])))
     static = static_response(open_hook)
     joints = ring.contacts.joint
-    (line,) = warnings.open_at_rest(static, joints, ["hook"])
+    (line,) = doubts._open_at_rest(static, joints, ["hook"])
     assert line.startswith("1 of 1 contacts of hook are open at rest: the linear limits")
-    assert warnings.open_at_rest(static_response(ring), joints, ["hook", "interlock"]) == []
+    assert doubts._open_at_rest(static_response(ring), joints, ["hook", "interlock"]) == []
     off = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
     rest = static_response(off)
-    assert warnings.at_rest(rest, False) == []
-    assert warnings.at_rest(rest, True) == [warnings.LOOSE]
+    assert doubts._at_rest(rest, False) == []
+    assert doubts._at_rest(rest, True) == [doubts._LOOSE]
     lost = replace(rest, converged=np.zeros(1, bool), residual=np.array([3e-2]))
-    _, line = warnings.at_rest(lost, True)
-    assert [line] == warnings.at_rest(lost, False)
+    _, line = doubts._at_rest(lost, True)
+    assert [line] == doubts._at_rest(lost, False)
     assert line.startswith("the state at rest DID NOT CONVERGE (residual 3.0e-02)")
 
 
@@ -109,7 +110,7 @@ def test_a_correction_is_doubted_where_what_is_held_moves():
 
     def warned(states):
         response: Any = SimpleNamespace(state=np.array([[STUCK] * 5, states]))
-        return warnings.corrected(response, at, joints, ("hook",))
+        return doubts._corrected(response, at, joints, ("hook",))
 
     (line,) = warned([STUCK, SLIP, OPEN, STUCK, SLIP])
     assert line.startswith("2 of 4 contacts of hook slip or open at the peak: mesh.correction")
@@ -130,7 +131,7 @@ def test_loads_that_static_friction_leaves_open_are_reported_of_joints_that_slip
         still[0, 0, 1] |= across
         response: Any = SimpleNamespace(state=state, undetermined=still)
         found = bounds and replace(bounds, rest_load=loads)
-        return warnings.static_friction(found, joints, response, at)
+        return doubts._static_friction(found, joints, response, at)
 
     (line,) = warned([SLIP, STUCK])
     assert "it can hold pad at rest at 0 N to 229 N a sector (12.2 N if assembled" in line
@@ -186,8 +187,8 @@ def test_modes_of_interest_that_differ_are_reported(ring):
 def test_frequencies_that_no_solid_has_are_reported(frequency, size, fits):
     """A vane in m; the same in mm; E in GPa instead of Pa; rho in t/mm^3 instead of kg/m^3."""
     nodes = np.array([[0, 0, 0], [0.1 * size, size, 0.1 * size]])
-    assert (warnings.implausible(frequency, nodes) == []) == fits
-    assert warnings.implausible(frequency, np.empty((0, 3))) == []
+    assert (doubts._implausible(frequency, nodes) == []) == fits
+    assert doubts._implausible(frequency, np.empty((0, 3))) == []
 
 
 def test_harmonics_beyond_the_band_are_reported_where_they_count():
@@ -195,11 +196,11 @@ def test_harmonics_beyond_the_band_are_reported_where_they_count():
     found = frequency_response(oscillator(v0=2e-5, force=50.0), np.linspace(45, 60, 16), Options(3))
     at = peak(found)
     share = np.linalg.norm(found.contact[at.point, 2:]) / np.linalg.norm(found.contact[at.point, 1])
-    assert (warnings.beyond_band(found, at, 70.0) != []) == (share > warnings.HARMONICS)
-    assert warnings.beyond_band(found, at, 1000.0) == warnings.beyond_band(found, at, None) == []
+    assert (doubts._beyond_band(found, at, 70.0) != []) == (share > doubts._HARMONICS)
+    assert doubts._beyond_band(found, at, 1000.0) == doubts._beyond_band(found, at, None) == []
     contact = found.contact.copy()
     contact[:, 2:] = np.stack([0.5 * contact[:, 1], 0 * contact[:, 1]], axis=1)
-    (line,) = warnings.beyond_band(replace(found, contact=contact), at, 70.0)
+    (line,) = doubts._beyond_band(replace(found, contact=contact), at, 70.0)
     assert line.startswith("harmonics from 2 on, beyond the 70 Hz")
     assert "50 % of the contacts' motion" in line
 

@@ -9,6 +9,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from vanelock.common.errors import InputError
+from vanelock.common.process import missing_libraries
 from vanelock.mesh import Part, read_mesh
 from vanelock.render import style, write_vtu
 from vanelock.render.scenes import annulus, offscreen, scene
@@ -172,7 +173,7 @@ def unknown():
 
 
 def test_this_machine_draws_and_a_trial_that_crashes_or_errs_does_not_count(unknown):
-    assert offscreen._missing(["libc.so.6", "libNoSuchThing.so.1"]) == ["libNoSuchThing.so.1"]
+    assert missing_libraries(["libc.so.6", "libNoSuchThing.so.1"]) == ["libNoSuchThing.so.1"]
     assert offscreen._render_window() in ("vtkEGLRenderWindow", "")
     crash = "import ctypes; ctypes.string_at(0)"  # a segmentation fault, as VTK's
     assert offscreen._draws("", "pass")
@@ -184,7 +185,7 @@ def test_this_machine_draws_and_a_trial_that_crashes_or_errs_does_not_count(unkn
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("_missing", lambda libraries: list(libraries)), ("_draws", lambda window: False)],
+    [("missing_libraries", lambda libraries: list(libraries)), ("_draws", lambda window: False)],
 )
 def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
     monkeypatch.setattr(sys, "platform", "linux")
@@ -198,7 +199,7 @@ def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
 
 def test_one_library_of_the_two_is_worth_a_trial(unknown, monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(offscreen, "_missing", lambda libraries: ["libGL.so.1"])
+    monkeypatch.setattr(offscreen, "missing_libraries", lambda libraries: ["libGL.so.1"])
     monkeypatch.setattr(offscreen, "_draws", lambda window: window == "vtkEGLRenderWindow")
     assert offscreen._render_window() == "vtkEGLRenderWindow"
 

@@ -21,6 +21,7 @@ from vanelock.input.measured.units import DISPLACEMENT
 from vanelock.input.schema.study import Study
 from vanelock.nonlinear import PeakBounds, Response, System, amplitude_gradient
 from vanelock.nonlinear.forced_response.options import PreparedSystem
+from vanelock.nonlinear.forced_response.parameter_response import Parameter
 from vanelock.nonlinear.peaks.amplitude_gradient import (
     modal_stiffness,
     prepared_again,
@@ -101,11 +102,7 @@ class Rejoined:
             return self._known[asked]
         system = self.system(values)
         if load != 1:
-            forces = {  # of the excitation; what acts at rest stays
-                h: replace(force, vector=load * force.vector) if h else force
-                for h, force in system.force.items()
-            }
-            system = replace(system, force=forces)
+            system = Parameter("force", system.contacts.springs, True).system(system, load)
         modes, options = self._stuck(system), self._options(direction)
         response = nonlinear.frequency_response(
             system, hertz, options, modes=modes, find_jumps=jumps

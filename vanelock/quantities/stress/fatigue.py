@@ -24,38 +24,17 @@ loading modes); both are kept.
 """
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from vanelock import fem
 from vanelock.common.arrays import Complex, Floats
 from vanelock.common.product import Product
 
-Stress = Complex
+_Stress = Complex
 
-BLOCK = 64
+_BLOCK = 64
 """Nodes whose pairs of instants are looked at together."""
-
-
-@dataclass(frozen=True)
-class Strength:
-    """What a material bears: fatigue limit at no mean stress and tensile strength, Pa."""
-
-    limit: float
-    tensile: float
-
-    def reserve(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
-        """Safety factor n on both stresses; infinite where there are none."""
-        used = np.asarray(amplitude) / self.limit + np.maximum(mean, 0.0) / self.tensile
-        return np.divide(1.0, used, out=np.full(used.shape, np.inf), where=used > 0)[()]
-
-    def growth(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
-        """Vibratory stress margin: the factor on the vibration; 0 where the mean breaks it."""
-        left = self.limit * (1 - np.maximum(mean, 0.0) / self.tensile)
-        a = np.asarray(amplitude, float)
-        return np.divide(left.clip(0), a, out=np.full(a.shape, np.inf), where=a > 0)[()]
 
 
 @dataclass(frozen=True)
@@ -80,7 +59,7 @@ class Cycle(Product):
     chord: Floats = field(metadata={"unit": "Pa"})
 
 
-def cycle(harmonics: Stress) -> Cycle:
+def cycle(harmonics: _Stress) -> Cycle:
     """Equivalent stresses of a period."""
     mean = harmonics[0].real
     alternating = harmonics.copy()
@@ -94,15 +73,15 @@ def cycle(harmonics: Stress) -> Cycle:
     )
 
 
-def _half_chord(harmonics: Stress) -> Floats:
+def _half_chord(harmonics: _Stress) -> Floats:
     """Half of the largest von Mises stress of σ(t) - σ(s) over all t and s, (n,) Pa.
 
     Taken from 16 H samples of the period, which miss no more than 2 % of harmonic H.
     """
     count = 16 * max(len(harmonics) - 1, 1)
     found = np.empty(harmonics.shape[1])
-    for start in range(0, len(found), BLOCK):
-        block = slice(start, start + BLOCK)
+    for start in range(0, len(found), _BLOCK):
+        block = slice(start, start + _BLOCK)
         s = np.moveaxis(fem.deviators(harmonics[:, block], count), 1, 0)
         square = np.sum(s**2, axis=2, keepdims=True)
         one = np.ones_like(square)  # |s - t|^2 = |s|^2 + |t|^2 - 2 s.t

@@ -25,9 +25,9 @@ from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import LIMITS, Limit, Limits
 from vanelock.stages.response.responses import as_solved
 
-Get = Callable[[Step[Any]], Any]
+_Get = Callable[[Step[Any]], Any]
 
-CASING_HARMONICS = 1
+_CASING_HARMONICS = 1
 """Highest harmonic whose stress in the casing is recovered: each costs a factorisation at its nodal
 diameter, and the vane's own take none."""
 
@@ -89,10 +89,10 @@ def fields_step(
     if planned.gauges is not None:
         needs.append(planned.gauges)
 
-    def compute(get: Get) -> NodalFields:
+    def compute(get: _Get) -> NodalFields:
         at_point = as_solved(get(top), point)
         vane, vane_shape = _recovered(get, planned, at_point, "vane", at_point.harmonics, shown)
-        casing, shape = _recovered(get, planned, at_point, "casing", CASING_HARMONICS, shown)
+        casing, shape = _recovered(get, planned, at_point, "casing", _CASING_HARMONICS, shown)
         gauges = None
         if planned.gauges is not None:
             mesh = get(mesh_step(planned.case.study, "vane"))
@@ -105,7 +105,7 @@ def fields_step(
 
 
 def _recovered(
-    get: Get, planned: Planned, top: Response, part: str, highest: int, shown: int
+    get: _Get, planned: Planned, top: Response, part: str, highest: int, shown: int
 ) -> tuple[Complex, Complex]:
     """Stress (H+1, n, 6), Pa, to a highest harmonic, and displacement (h, n, 3), m, of a part."""
     stresses, shapes, system = list[Any](), list[Any](), get(planned.system)
@@ -123,7 +123,7 @@ def _recovered(
     return np.stack(stresses), np.array(shapes, complex).reshape(-1, nodes, 3)
 
 
-def _recovery(get: Get, planned: Planned, part: str, k: int) -> rom.Recovery:
+def _recovery(get: _Get, planned: Planned, part: str, k: int) -> rom.Recovery:
     """What takes a part's reduced coordinates to its nodes; too large to be remembered."""
     recovery = recovery_step(planned.case.study, part, planned.structure.folded(k))
     found: rom.Recovery = recovery.compute(*map(get, recovery.needs))
@@ -146,7 +146,7 @@ def mode_shapes_step(planned: Planned) -> Step[ModeShapes]:
     needs = [linear.system, linear.limits, *planned.structure.reduced(planned.structure.loaded)]
     needs += [model_step(planned.case.study, part) for part in PARTS]
 
-    def compute(get: Get) -> ModeShapes:
+    def compute(get: _Get) -> ModeShapes:
         system, limits = get(linear.system), get(linear.limits)
         k = limits.nodal_diameter
         shapes = list(_modes(system, limits))

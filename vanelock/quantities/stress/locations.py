@@ -24,7 +24,7 @@ from vanelock.mesh import CasingDimensions, HookDimensions, Part, VaneDimensions
 from vanelock.mesh.geometry.aerofoil import angles, around, ends, outline
 from vanelock.render.scenes.surface import BEND, skin_edges, surface
 
-READ_OUT = 0.4
+_READ_OUT = 0.4
 """Of the wall's thickness, the least distance from a corner at which a stress is read."""
 
 
@@ -65,8 +65,8 @@ def _within(points: Floats, edges: Floats, distance: float) -> Booleans:
     return found
 
 
-CONTACTS = ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "force")
-ON = 1e-5
+_CONTACTS = ("hook_front", "hook_rear", "interlock_left", "interlock_right", "key", "force")
+_ON = 1e-5
 """Nodes lie on a cylinder within this, m."""
 
 
@@ -140,7 +140,7 @@ def locations_of(study: Study, part: Part) -> SurfaceLocations:
         dimensions = None
     edges = _reentrant_edges(part)
     if isinstance(dimensions, VaneDimensions):
-        feature = _of_vane(dimensions, part, _within(part.points, edges, ON))
+        feature = _of_vane(dimensions, part, _within(part.points, edges, _ON))
         wall = min(dimensions.thickness, dimensions.leg_rear - dimensions.leg_front)
     elif isinstance(dimensions, CasingDimensions):
         feature = _of_casing(dimensions, study.vane.hook, part)
@@ -149,9 +149,9 @@ def locations_of(study: Study, part: Part) -> SurfaceLocations:
         feature = np.full(len(part.points), part.name)
         corners = part.points[part.cells[:, :4]]
         wall = float(np.median(np.linalg.norm(corners[:, 0] - corners[:, 1], axis=1)))
-    distance = READ_OUT * wall
+    distance = _READ_OUT * wall
     corner = _within(part.points, edges, distance)
-    held = [part.node_sets[name] for name in CONTACTS if name in part.node_sets]
+    held = [part.node_sets[name] for name in _CONTACTS if name in part.node_sets]
     chosen = part.points[np.unique(np.concatenate([np.empty(0, np.int64), *held]))]
     loaded = np.zeros(len(part.points), bool)
     if len(chosen):
@@ -165,14 +165,14 @@ def _of_vane(vane: VaneDimensions, part: Part, sharp: Booleans) -> NDArray[np.st
     radius, front = np.hypot(x, y), z < vane.hook.mid_plane
     inner, outer = vane.inner_shroud_outer_radius, vane.outer_shroud_inner_radius
     names = np.full(len(z), "outer shroud", dtype="U32")
-    names[radius <= inner + ON] = "inner shroud"
+    names[radius <= inner + _ON] = "inner shroud"
     base = vane.outer_shroud_outer_radius
-    leg = (radius > base + ON) | sharp & (radius > base - ON)
-    foot = radius >= vane.hook.lip_radius - ON
+    leg = (radius > base + _ON) | sharp & (radius > base - _ON)
+    foot = radius >= vane.hook.lip_radius - _ON
     names[leg & front], names[leg & ~front] = "front hook, leg", "rear hook, leg"
     names[foot & front], names[foot & ~front] = "front hook, foot", "rear hook, foot"
-    on = (radius > inner + ON) & (radius < outer - ON)
-    on |= sharp & (radius > inner - ON) & (radius < outer + ON)
+    on = (radius > inner + _ON) & (radius < outer - _ON)
+    on |= sharp & (radius > inner - _ON) & (radius < outer + _ON)
     samples, number = _aerofoils(vane, part.sectors)
     nearest = cKDTree(samples).query(part.points[on])[1]
     names[on] = [f"aerofoil {k + 1}" for k in number[nearest]]
@@ -198,13 +198,13 @@ def _of_casing(casing: CasingDimensions, hook: HookDimensions, part: Part) -> ND
     x, y, z = part.points.T
     radius, front = np.hypot(x, y), z < hook.mid_plane
     names = np.full(len(z), "shell", dtype="U32")
-    rail = radius < casing.inner_radius - ON
+    rail = radius < casing.inner_radius - _ON
     names[rail & front], names[rail & ~front] = "front rail", "rear rail"
-    flange = (z <= casing.flange_thickness + ON) | (
-        z >= casing.length - casing.flange_thickness - ON
+    flange = (z <= casing.flange_thickness + _ON) | (
+        z >= casing.length - casing.flange_thickness - _ON
     )
     names[flange & ~rail] = "end flange"
-    boss = (radius > casing.outer_radius + ON) & ~flange
+    boss = (radius > casing.outer_radius + _ON) & ~flange
     names[boss] = "strut boss"
     return names
 

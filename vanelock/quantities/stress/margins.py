@@ -1,18 +1,39 @@
 """How far the stress of a case is from what its parts bear: the worst places, by part."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vanelock.common.arrays import Booleans
 from vanelock.input.schema.study import Study
-from vanelock.quantities.stress.fatigue import Cycle, Strength
+from vanelock.quantities.stress.fatigue import Cycle
 from vanelock.quantities.stress.fields import NodalFields
 from vanelock.quantities.stress.locations import SurfaceLocations
 from vanelock.stages.parts.components import PARTS
 
 _ALIKE = 1e-9
 """Reserves that differ by round-off, as of mates on the cyclic faces: the first node counts."""
+
+
+@dataclass(frozen=True)
+class _Strength:
+    """What a material bears: fatigue limit at no mean stress and tensile strength, Pa."""
+
+    limit: float
+    tensile: float
+
+    def reserve(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
+        """Safety factor n on both stresses; infinite where there are none."""
+        used = np.asarray(amplitude) / self.limit + np.maximum(mean, 0.0) / self.tensile
+        return np.divide(1.0, used, out=np.full(used.shape, np.inf), where=used > 0)[()]
+
+    def growth(self, amplitude: ArrayLike, mean: ArrayLike) -> Any:
+        """Vibratory stress margin: the factor on the vibration; 0 where the mean breaks it."""
+        left = self.limit * (1 - np.maximum(mean, 0.0) / self.tensile)
+        a = np.asarray(amplitude, float)
+        return np.divide(left.clip(0), a, out=np.full(a.shape, np.inf), where=a > 0)[()]
 
 
 @dataclass(frozen=True)
@@ -41,7 +62,7 @@ class Margin:
     mean: float
     mean_mises: float
     chord: float
-    strength: Strength
+    strength: _Strength
 
     @property
     def reserve(self) -> float:
@@ -108,79 +129,56 @@ def margins(
     """Margins of a study's parts; its `gauges` by their names."""
     worst, features = {}, {}
     for part in PARTS:
-        of = part, locations[part], getattr(cycles, part), _strength(study, part)
-        worst[part], features[part] = _margins(*of), _features(*of)
-    if cycles.gauges is not None:
-        bears = _strength(study, "vane")
-        worst["vane"] += tuple(
-            _margin("vane", f"gauge {i + 1}", None, name, "", cycles.gauges, i, bears)
-            for i, name in enumerate(gauges)
-        )
+        own = getattr(study.material, part)
+        strength = _Strength(own.fatigue_limit, own.tensile_strength)
+        places = _Places(part, locations[part], getattr(cycles, part), strength)
+        worst[part], features[part] = places.groups(), places.features()
+        if part == "vane" and cycles.gauges is not None:
+            read = replace(places, cycle=cycles.gauges)
+            named = enumerate(gauges)
+            worst[part] += tuple(read.margin(f"gauge {i + 1}", i, None, name) for i, name in named)
     return Margins(cycles, locations, worst, features)
 
 
-def _strength(study: Study, part: str) -> Strength:
-    """What a part of a study bears."""
-    own = getattr(study.material, part)
-    return Strength(own.fatigue_limit, own.tensile_strength)
+@dataclass(frozen=True)
+class _Places:
+    """Places of a part, their stress cycles, and what they bear."""
 
+    part: str
+    locations: SurfaceLocations
+    cycle: Cycle
+    strength: _Strength
 
-def _margin(
-    part: str,
-    what: str,
-    node: int | None,
-    where: str,
-    doubt: str,
-    cycle: Cycle,
-    i: int,
-    bears: Strength,
-) -> Margin:
-    stresses = cycle.amplitude, cycle.mean, cycle.mean_mises, cycle.chord
-    amplitude, mean, mean_mises, chord = (float(each[i]) for each in stresses)
-    return Margin(part, what, node, where, doubt, amplitude, mean, mean_mises, chord, bears)
+    def margin(self, what: str, i: int, node: int | None, where: str, doubt: str = "") -> Margin:
+        """That of the i-th cycle."""
+        of = self.cycle
+        a, m, mises, chord = (float(x[i]) for x in (of.amplitude, of.mean, of.mean_mises, of.chord))
+        return Margin(self.part, what, node, where, doubt, a, m, mises, chord, self.strength)
 
+    def worst(self, what: str, chosen: Booleans) -> list[Margin]:
+        """The worst of some nodes, if there are any."""
+        nodes = np.flatnonzero(chosen)
+        if not len(nodes):
+            return []
+        n = self.strength.reserve(self.cycle.amplitude[nodes], self.cycle.mean[nodes])
+        node = int(nodes[np.argmax(n <= n.min() + _ALIKE * abs(n.min()))])
+        where, doubt = self.locations.words(node), self.locations.doubt(node)
+        return [self.margin(what, node, node, where, doubt)]
 
-def _worst(
-    part: str,
-    locations: SurfaceLocations,
-    cycle: Cycle,
-    bears: Strength,
-    what: str,
-    chosen: Booleans,
-) -> list[Margin]:
-    """The worst of some nodes, if there are any."""
-    nodes = np.flatnonzero(chosen)
-    if not len(nodes):
-        return []
-    n = bears.reserve(cycle.amplitude[nodes], cycle.mean[nodes])
-    node = int(nodes[np.argmax(n <= n.min() + _ALIKE * abs(n.min()))])
-    return [
-        _margin(part, what, node, locations.words(node), locations.doubt(node), cycle, node, bears)
-    ]
+    def groups(self) -> tuple[Margin, ...]:
+        """The worst anywhere, clear of corners and point forces, and of aerofoils."""
+        aerofoil = np.char.startswith(self.locations.feature, "aerofoil")
+        groups = {
+            "all nodes": np.ones(len(aerofoil), bool),
+            "clear of corners and point forces": self.locations.clear,
+            "aerofoils with their roots": aerofoil,
+            "aerofoils, clear": aerofoil & self.locations.clear,
+        }
+        return tuple(m for what, chosen in groups.items() for m in self.worst(what, chosen))
 
-
-def _margins(
-    part: str, locations: SurfaceLocations, cycle: Cycle, bears: Strength
-) -> tuple[Margin, ...]:
-    aerofoil = np.char.startswith(locations.feature, "aerofoil")
-    groups = {
-        "all nodes": np.ones(len(aerofoil), bool),
-        "clear of corners and point forces": locations.clear,
-        "aerofoils with their roots": aerofoil,
-        "aerofoils, clear": aerofoil & locations.clear,
-    }
-    return tuple(
-        m for what in groups for m in _worst(part, locations, cycle, bears, what, groups[what])
-    )
-
-
-def _features(
-    part: str, locations: SurfaceLocations, cycle: Cycle, bears: Strength
-) -> tuple[Margin, ...]:
-    """The worst clear place of each feature, the worst first."""
-    made: list[Margin] = []
-    for name in dict.fromkeys(sorted(locations.feature.tolist())):
-        made += _worst(
-            part, locations, cycle, bears, name, locations.clear & (locations.feature == name)
-        )
-    return tuple(sorted(made, key=lambda m: m.reserve))
+    def features(self) -> tuple[Margin, ...]:
+        """The worst clear place of each feature, the worst first."""
+        clear, feature = self.locations.clear, self.locations.feature
+        names = dict.fromkeys(sorted(feature.tolist()))
+        made = (m for name in names for m in self.worst(name, clear & (feature == name)))
+        return tuple(sorted(made, key=lambda m: m.reserve))

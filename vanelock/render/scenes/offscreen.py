@@ -5,11 +5,10 @@ picture, so the libraries are looked for first, then one small picture is drawn 
 its own: a library may be there and its driver not. Software drawing (Mesa) is enough.
 """
 
-import ctypes
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
@@ -17,6 +16,7 @@ from types import ModuleType
 from typing import Final
 
 from vanelock.common.errors import InputError
+from vanelock.common.process import missing_libraries
 
 INSTALL: Final = "apt-get install libgl1 libegl1 libgl1-mesa-dri"
 LIBRARIES: Final = ("libGL.so.1", "libEGL.so.1")
@@ -60,7 +60,7 @@ def trial() -> Future[str]:
 def _tried() -> str:
     if sys.platform != "linux":
         return ""
-    if _missing(LIBRARIES) == list(LIBRARIES):
+    if missing_libraries(LIBRARIES) == list(LIBRARIES):
         raise InputError(
             f"pictures: neither {' nor '.join(LIBRARIES)} can be loaded: "
             f"install OpenGL by `{INSTALL}`"
@@ -72,17 +72,6 @@ def _tried() -> str:
         "pictures: VTK cannot draw off-screen with the OpenGL libraries found here: "
         f"install software drawing by `{INSTALL}`"
     )
-
-
-def _missing(libraries: Sequence[str]) -> list[str]:
-    """Those shared libraries that the loader does not find."""
-    absent = []
-    for library in libraries:
-        try:
-            ctypes.CDLL(library)
-        except OSError:
-            absent.append(library)
-    return absent
 
 
 def _draws(window: str, program: str = _PROBE) -> bool:

@@ -10,6 +10,15 @@ loads nor other temperatures reduce anything again, but for those that a file ho
 without them change.
 
 Young's modulus of the parts at their temperatures.
+
+A field over a part's surface, such as a flow's pressure, comes from a CSV file of points:
+
+    x (mm), y (mm), z (mm), pressure (kPa)
+
+The first line that is not blank and does not begin with # names the columns, in whatever order and
+with units, of which SI is meant where there is none. Between points: the mean of the nearest, the
+nearer the more (D. Shepard, A two-dimensional interpolation function for irregularly-spaced data,
+Proceedings of the 23rd ACM National Conference 1968, 517-524).
 """
 
 from collections.abc import Iterable, Iterator
@@ -17,21 +26,28 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from vanelock import fem
-from vanelock.common.arrays import Floats
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
+from vanelock.common.files.files import contents
+from vanelock.common.quantities import si
 from vanelock.fem import Model
 from vanelock.fem.loads import centroid, faces_of
 from vanelock.input.schema.structure.loads import GAS, grows
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
-from vanelock.mesh.files.nodal_field import nodal_field
-from vanelock.mesh.geometry.aerofoil import aerofoil_faces
+from vanelock.mesh.cells import exterior, solid
 from vanelock.pipeline.cache import content_digest
 
 HEAT = "heat"
+_NEAREST = 4  # points whose mean is taken
+_FAR = 0.1  # distance of a node from the nearest point, over the nodes' extent, that is refused
+_ON = 1e-5  # nodes lie on a shroud's surface within this, m
 
 
 @dataclass(frozen=True)
@@ -107,7 +123,7 @@ def growth(study: Study, name: str, part: Part) -> float | Floats | None:
 
 
 def _temperatures(file: str, part: Part) -> Floats:
-    return nodal_field(Path(file), "temperature", "degC", part.points)
+    return _nodal_field(Path(file), "temperature", "degC", part.points)
 
 
 def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -> Floats:
@@ -122,7 +138,7 @@ def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -
         value: float | Floats = 1.0
         if load.file:
             value, on = np.zeros(len(part.points)), np.unique(faces_of(part, load.faces))
-            value[on] = nodal_field(Path(load.file), "pressure", "Pa", part.points[on])
+            value[on] = _nodal_field(Path(load.file), "pressure", "Pa", part.points[on])
         found = fem.pressure(model, load.faces, value)
     else:
         assert dimensions is not None
@@ -134,7 +150,7 @@ def unit_load(model: Model, dimensions: VaneDimensions | None, load: RestLoad) -
 
 def _on_aerofoils(model: Model, dimensions: VaneDimensions, name: str) -> Floats:
     found, none = np.zeros(model.K.shape[0]), np.zeros(3)
-    for faces in aerofoil_faces(model.part, dimensions):
+    for faces in _aerofoil_faces(model.part, dimensions):
         x, y, _ = centroid(model, faces)
         radial, axial = np.array([x, y, 0.0]) / np.hypot(x, y), np.array([0.0, 0.0, 1.0])
         across = {"axial": axial, "tangential": np.cross(axial, radial)}
@@ -185,3 +201,80 @@ def described(study: Study) -> str:
         )
     where = "" if heat.speed is None else f" at {heat.speed:,.0f} rpm"
     return f"temperatures of the response{where}: {'; '.join(words)}"
+
+
+def _nodal_field(path: Path, name: str, unit: str, places: Floats) -> Floats:
+    """Values of a field at nodes."""
+    columns = {"x": "m", "y": "m", "z": "m", name: unit}
+    table = _numbers(path, columns)
+    points, values = table[:, :3], table[:, 3]
+    distance, near = KDTree(points).query(places, min(_NEAREST, len(points)))
+    distance, near = (np.reshape(each, (len(places), -1)) for each in (distance, near))
+    extent = float(np.linalg.norm(np.ptp(places, axis=0)))
+    if (worst := int(np.argmax(distance[:, 0]))) >= 0 and distance[worst, 0] > _FAR * extent:
+        where = ", ".join(f"{1e3 * each:.4g}" for each in places[worst])
+        raise InputError(
+            f"{path}: the node at {where} mm lies {1e3 * distance[worst, 0]:.3g} mm from the "
+            "nearest point: are the units and axes those of the mesh?"
+        )
+    weight = 1 / np.maximum(distance, 1e-9 * (extent or 1.0)) ** 2
+    return np.asarray((weight * values[near]).sum(axis=1) / weight.sum(axis=1))
+
+
+def _numbers(path: Path, columns: dict[str, str]) -> Floats:
+    """(p, len(columns)) numbers of the columns, in their units."""
+    try:
+        text = contents(path, "a CSV file").decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
+    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.split("#")[0].strip()]
+    if len(lines) < 2:
+        raise InputError(f"{path}: needs a line of names and one of numbers at least")
+    mark = max(",;\t", key=lines[0][1].count)
+    (number, heads), *rows = [
+        (i, [cell.strip().strip('"') for cell in line.split(mark)]) for i, line in lines
+    ]
+    where, scales = f"{path}: line {number}", []
+    named = [head.replace("[", "(").partition("(") for head in heads]
+    names = [each[0].strip().lower() for each in named]
+    for name, unit in columns.items():
+        if names.count(name) != 1:
+            needed = ", ".join(f"{each} ({own})" for each, own in columns.items())
+            raise InputError(f"{where}: {names.count(name)} columns {name}: needed are {needed}")
+        given = named[names.index(name)][2].rstrip("]) ") or unit
+        try:
+            of = [n if given == unit else si(f"{n} {given}", unit) for n in (0, 1)]
+        except ValueError:
+            raise InputError(f"{where}: {name} ({given}): not a unit like {unit}") from None
+        scales.append(np.array(of, float))
+    order = [names.index(name) for name in columns]
+    numbers = np.empty((len(rows), len(order)))
+    for k, (i, row) in enumerate(rows):
+        try:
+            numbers[k] = [float(row[j]) for j in order]
+        except (ValueError, IndexError):
+            raise InputError(f"{path}: line {i}: needs a number in each column") from None
+    if not np.isfinite(numbers).all():
+        bad = rows[int(np.flatnonzero(~np.isfinite(numbers).all(axis=1))[0])][0]
+        raise InputError(f"{path}: line {bad}: numbers must be finite")
+    none, one = np.array(scales).T
+    return np.asarray(numbers * (one - none) + none)
+
+
+def _aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[Integers, ...]:
+    """(f, 6) nodes of the faces of each aerofoil, by ascending angle, root fillets included."""
+    inner, outer = dimensions.inner_shroud_outer_radius, dimensions.outer_shroud_inner_radius
+    faces = exterior(part.cells, solid(part.cell_type))
+    radius = np.hypot(*part.points.T[:2])[faces]
+    between = ((radius > inner - _ON) & (radius < outer + _ON)).all(axis=1)
+    shroud = (radius < inner + _ON).all(axis=1) | (radius > outer - _ON).all(axis=1)
+    faces = faces[between & ~shroud]
+    rows = np.repeat(np.arange(len(faces)), faces.shape[1])
+    shape = len(faces), len(part.points)
+    touches = csr_array((np.ones(faces.size), (rows, faces.ravel())), shape=shape)
+    count, piece = connected_components(touches @ touches.T, directed=False)
+    if count != dimensions.aerofoils:
+        raise InputError(f"{part.name}: {count} surfaces between the shrouds, not one an aerofoil")
+    middle = [part.points[faces[piece == i, :3]].mean(axis=(0, 1)) for i in range(count)]
+    order = np.argsort([np.arctan2(y, x) for x, y, _ in middle])
+    return tuple(faces[piece == i] for i in order)

@@ -31,7 +31,6 @@ from vanelock.rom import (
     tied_nodes,
     travelling_load,
 )
-from vanelock.rom.component import carrying
 from vanelock.rom.joining.connections import HasMasters, Joinable, Touching
 from vanelock.rom.joining.mesh_excess import MODES
 from vanelock.rom.system.system import Matrix
@@ -144,7 +143,7 @@ class Segment:
 
     def loaded(self, vane: Component) -> Component:
         """The vane with the loads at rest."""
-        return carrying(vane, self.at_rest) if self.at_rest else replace(vane, loads=None)
+        return vane.carrying(self.at_rest) if self.at_rest else replace(vane, loads=None)
 
 
 def segment_of(study: Study) -> Segment:

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from vanelock.quantities.stress.fatigue import Strength, _half_chord, cycle
+from vanelock.quantities.stress.fatigue import _half_chord, cycle
+from vanelock.quantities.stress.margins import _Strength
 
-STEEL = Strength(limit=200e6, tensile=800e6)
+STEEL = _Strength(limit=200e6, tensile=800e6)
 
 
 def tension(value):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.mesh.files.nodal_field import nodal_field
+from vanelock.stages.parts.loads import _nodal_field
 
 
 def smooth(x):
@@ -25,7 +25,7 @@ def written(path: Path, points, values) -> Path:
 def test_points_keep_their_values_whatever_the_order_and_units_of_columns(tmp_path):
     points = np.random.default_rng(2).uniform(0, 0.1, (50, 3))
     path = written(tmp_path / "p.csv", points, smooth(points))
-    found = nodal_field(path, "pressure", "Pa", points)
+    found = _nodal_field(path, "pressure", "Pa", points)
     np.testing.assert_allclose(found, smooth(points), rtol=1e-9)
 
 
@@ -35,7 +35,7 @@ def test_between_points_the_error_falls_with_their_distance(tmp_path):
     for count in (10, 40):
         x, y = np.meshgrid(*[np.linspace(0, 0.1, count)] * 2)
         points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        found = nodal_field(
+        found = _nodal_field(
             written(tmp_path / "p.csv", points, smooth(points)), "pressure", "Pa", nodes
         )
         errors.append(np.abs(found / smooth(nodes) - 1).mean())
@@ -57,4 +57,4 @@ def test_what_cannot_be_read_is_refused(tmp_path, text, message):
     path = tmp_path / "p.csv"
     path.write_text(text)
     with pytest.raises(InputError, match=message):
-        nodal_field(path, "pressure", "Pa", np.array([[0.0, 0, 0], [0.1, 0, 0]]))
+        _nodal_field(path, "pressure", "Pa", np.array([[0.0, 0, 0], [0.1, 0, 0]]))
