@@ -18,8 +18,8 @@ import h5py
 import numpy as np
 
 from vanelock.common.errors import InputError, printable
-from vanelock.common.files.digests import NAMED
-from vanelock.common.files.files import Fallen, limited, regular
+from vanelock.common.files.digests import NAMED, State, file_state
+from vanelock.common.files.files import limited, regular
 from vanelock.common.process import held
 
 UNPACKED = 256_000_000
@@ -45,8 +45,6 @@ def opened(
     _refuse_unreadable(path, beside, follow)
     try:
         file = h5py.File(path, "r")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({_said(error)})") from None
     with file:
@@ -64,8 +62,7 @@ def written(
     said is raised when it is done. Nor can a signal's exception pass through it: signals wait while
     the file is opened and closed, and should wait while it is written (`signals.held`).
     """
-    with open(path, "w+b" if mode == "w" else "r+b", buffering=0) as place:
-        sink = _Sink(place)
+    with _Sink(path, "w+" if mode == "w" else "r+") as sink:
         with held():
             file = h5py.File(sink, mode, userblock_size=block if mode == "w" else None)
         try:
@@ -77,56 +74,39 @@ def written(
             raise sink.error
 
 
-class _Sink:
+class _Sink(io.FileIO):
     """A file for the HDF5 library whose writes never fail; the first error is kept."""
 
-    def __init__(self, file: io.FileIO) -> None:
-        self._file = file
-        self.error: OSError | None = None
+    error: OSError | None = None
 
-    def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place."""
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        """The place."""
-        return self._file.tell()
-
-    def read(self, size: int = -1) -> bytes:
-        """Some bytes."""
-        return self._file.read(size) or b""
-
-    def readinto(self, target: Any) -> int:
+    def readinto(self, target: Any, /) -> int:
         """Read as much as is asked for; zeros where nothing could be written."""
         view = memoryview(target).cast("B")
         done = 0
-        while done < len(view) and (more := self._file.readinto(view[done:])):
+        while done < len(view) and (more := super().readinto(view[done:])):
             done += more
         view[done:] = bytes(len(view) - done)
         return len(view)
 
-    def write(self, data: Any) -> int:
+    def write(self, data: Any, /) -> int:
         """Write all of it."""
         view = memoryview(data).cast("B")
         done = 0
         try:
             while done < len(view) and self.error is None:
-                done += self._file.write(view[done:]) or 0
+                done += super().write(view[done:]) or 0
         except OSError as error:
             self.error = error
         return len(view)
 
-    def truncate(self, size: int) -> int:
+    def truncate(self, size: int | None = None, /) -> int:
         """Make it so many bytes long."""
         try:
             if self.error is None:
-                self._file.truncate(size)
+                super().truncate(size)
         except OSError as error:
             self.error = error
-        return size
-
-    def flush(self) -> None:
-        """Nothing is held back."""
+        return size or 0
 
 
 def texts(dataset: h5py.Dataset) -> list[str]:
@@ -136,30 +116,23 @@ def texts(dataset: h5py.Dataset) -> list[str]:
 
 def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None, follow: bool) -> None:
     """Let a child read the file, unless one did and nothing has changed since."""
-    states = [Path(path).stat()]
+    states = [file_state(path)]
     if follow and beside is not None and (folder := Path(path).with_name(beside)).is_dir():
-        states += [each.stat() for each in os.scandir(folder) if each.is_file()]
-    known = tuple((s.st_size, s.st_mtime_ns, s.st_ino) for s in states)
-    _refuse(Path(path), beside, follow, known)
+        states += [file_state(each) for each in os.scandir(folder) if each.is_file()]
+    _refuse(Path(path), beside, follow, tuple(states))
 
 
 @lru_cache(maxsize=64)
-def _refuse(
-    path: Path, beside: str | None, follow: bool, states: tuple[tuple[int, int, int], ...]
-) -> None:
+def _refuse(path: Path, beside: str | None, follow: bool, states: tuple[State, ...]) -> None:
     """Report what the child says or that it fell; nothing where it read all."""
     size = sum(state[0] for state in states)
     seconds = SECONDS + size // 50_000_000 + len(states) // 50
-    try:
-        trouble = limited(lambda: _trouble(path, size, beside, follow), seconds, MEMORY + 2 * size)
-    except Fallen as fallen:
-        trouble = str(fallen)
-    if trouble != "fine":
-        raise InputError(f"{path}: not a readable HDF5 file ({trouble})")
+    if why := limited(lambda: _trouble(path, size, beside, follow), seconds, MEMORY + 2 * size):
+        raise InputError(f"{path}: not a readable HDF5 file ({why})")
 
 
 def _trouble(path: Path, size: int, beside: str | None, follow: bool) -> str:
-    """What is wrong with a file and those that it leads to, "fine" where nothing is."""
+    """What is wrong with a file and those that it leads to, "" where nothing is."""
     walk = _Walk(size, beside)
     waiting, seen = [path], {path}
     try:
@@ -177,7 +150,7 @@ def _trouble(path: Path, size: int, beside: str | None, follow: bool) -> str:
     except Exception as error:
         said = _said(error)
         return said if each == path else f"{each.parent.name}/{_plain(each.name)}: {said}"
-    return "fine"
+    return ""
 
 
 def _said(error: Exception) -> str:
@@ -187,8 +160,7 @@ def _said(error: Exception) -> str:
     if isinstance(error, OSError) and error.errno:
         return os.strerror(error.errno)
     first = (str(error.args[0] if error.args else error).splitlines() or [""])[0]
-    plain = printable(first)[:200]
-    return plain or type(error).__name__
+    return printable(first)[:200] or type(error).__name__
 
 
 class _Refused(Exception):
@@ -249,8 +221,7 @@ class _Walk:
         return True
 
     def _attributes(self, item: Any) -> None:
-        for name in item.attrs:
-            value = item.attrs[name]
+        for value in item.attrs.values():
             self._add_text(value)
 
     def _dataset(self, dataset: h5py.Dataset) -> None:

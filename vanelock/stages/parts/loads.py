@@ -21,6 +21,7 @@ import numpy as np
 from vanelock import fem
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
+from vanelock.common.files.digests import content_digest
 from vanelock.fem import Model
 from vanelock.fem.loads import centroid, faces_of
 from vanelock.input.schema.structure.loads import GAS, grows
@@ -29,7 +30,6 @@ from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.files.nodal_field import nodal_field
 from vanelock.mesh.geometry.aerofoil import aerofoil_faces
-from vanelock.pipeline.cache import content_digest
 
 HEAT = "heat"
 
