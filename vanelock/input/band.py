@@ -6,7 +6,7 @@ out of them is inertia alone (docs/theory/reduction.md has figures).
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from vanelock.common.errors import InputError
@@ -53,16 +53,6 @@ def softest(study: Any) -> float:
     ]
     cold = study.temperature.reference
     return min([1.0, *(float(E / m.modulus(cold)) for m in heated for _, E in m.moduli)])
-
-
-def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:
-    """A line for each key asked for that a band, Hz, does not hold."""
-    for asking, highest in asked.items():
-        if band is not None and highest > band:
-            yield (
-                f"{key} = {band:g}: {asking} reaches {highest:.6g} Hz, where the reduced model "
-                f'would be wrong: write "{wider_band(highest):g} Hz", or leave it out'
-            )
 
 
 def refuse_beyond(what: str, highest: float, band: float | None, advice: str) -> None:

@@ -15,7 +15,7 @@ from vanelock.input.cases.values import Problem
 from vanelock.input.schema.distributions import Distribution
 from vanelock.input.schema.structure.loads import grows
 from vanelock.input.schema.study import Study
-from vanelock.input.settings import SCATTERING, Setting, as_text, meaning, settings
+from vanelock.input.settings import SCATTERING, Setting, as_text, meaning_and_unit, settings
 from vanelock.quantities.meshes import figures, quality_table
 from vanelock.quantities.run_result import RunResult
 from vanelock.report import Section, Text
@@ -121,7 +121,7 @@ def _varied(problem: Problem) -> Iterator[Table]:
         rows = [
             (
                 key,
-                meaning(key, type(problem)),
+                meaning_and_unit(key, type(problem))[0],
                 as_text(f"{name}.{key}", list(values), type(problem)),
             )
             for key, values in lists.items()
@@ -131,7 +131,7 @@ def _varied(problem: Problem) -> Iterator[Table]:
     if problem.scatter is not None:
         caption = f"Scattering: {problem.scatter.samples:,} samples of a Latin hypercube"
         rows = [
-            (key, meaning(key, type(problem)), _distribution(key, each, type(problem)))
+            (key, meaning_and_unit(key, type(problem))[0], _distribution(key, each, type(problem)))
             for key, each in problem.scatter.keys.items()
         ]
         yield Table(caption, heads("key", "what it is", "distribution"), rows)
@@ -160,8 +160,9 @@ def all_inputs(problem: Problem) -> Section:
 def _rows(settings: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
     rows = []
     for each in settings:
-        row: tuple[str, ...] = (each.key, each.meaning, as_text(each.key, each.value, each.schema))
-        rows.append((*row, as_text(each.key, each.default, each.schema)) if with_default else row)
+        meaning, _ = meaning_and_unit(each.key, each.schema)
+        shown = [each.value, each.default] if with_default else [each.value]
+        rows.append((each.key, meaning, *(as_text(each.key, v, each.schema) for v in shown)))
     return rows
 
 
