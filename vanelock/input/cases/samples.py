@@ -6,13 +6,13 @@ Conover, Technometrics 21 (1979) 239), so that few of them cover each key's rang
 
 import math
 from functools import partial
-from typing import Any, get_args, get_origin
+from typing import Any
 
 import numpy as np
 from pydantic.fields import FieldInfo
 
 from vanelock.common.arrays import Floats
-from vanelock.common.checked import field_at, show, unknown
+from vanelock.common.checked import field_at, kinds_of, show, unknown
 from vanelock.common.errors import InputError, raised
 from vanelock.common.quantities import number
 from vanelock.input.cases.values import Problem, path_of
@@ -63,7 +63,7 @@ def _mistakes(key: str, field: FieldInfo | None, schema: type[Problem]) -> list[
     where = f'scatter.keys."{key}"'
     if field is None:
         return [f"{where}: {unknown(path_of(key), schema)}"]
-    if float not in _types(field) or key.startswith(("outputs.", "scatter.")):
+    if float not in kinds_of(field) or key.startswith(("outputs.", "scatter.")):
         return [f"{where}: only keys that hold a number with a fraction can scatter"]
     return []
 
@@ -114,8 +114,3 @@ def _numbers(where: str, pair: tuple[Any, Any], field: FieldInfo) -> tuple[float
     except ValueError as error:
         raise InputError(f"{where} = {show(pair)}: {error}") from None
     return one, other
-
-
-def _types(field: FieldInfo) -> list[Any]:
-    options = [field.annotation, *get_args(field.annotation)]
-    return options + [get_args(each)[0] for each in options if get_origin(each) and get_args(each)]
