@@ -113,9 +113,7 @@ class OngoingRun:
         alone = len(self.planned) + len(self.failed) == 1
         for i, each in enumerate(self.planned):
             try:
-                computed = (
-                    compute(each) if alone else attempt(compute, each, each.case.name, self.stages)
-                )
+                computed = compute(each) if alone else attempt(compute, each, self.stages)
             except TaskFailed as error:
                 self._fail(each, error.failure)
             else:
