@@ -55,21 +55,20 @@ def softest(study: Any) -> float:
     return min([1.0, *(float(E / m.modulus(cold)) for m in heated for _, E in m.moduli)])
 
 
-def refuse_beyond(what: str, highest: float, band: float | None, advice: str) -> None:
-    """Refuse a frequency, Hz, beyond what reduced models answer."""
+def refuse_beyond(what: str, highest: float, band: float | None, study: Any) -> None:
+    """Refuse a frequency, Hz, beyond what reduced models of a study or scene answer."""
     if band is not None and highest > band:
         raise InputError(
             f"{what} reaches {highest:.6g} Hz, and the reduced models answer up to {band:.6g} Hz: "
-            + advice.format(wider_band(highest))
+            + _advice(study, wider_band(highest))
         )
 
 
-def advice(study: Any) -> str:
-    """What to write into a study or scene for a wider band."""
+def _advice(study: Any, band: float) -> str:
+    """What to write into a study or scene for a wider band, Hz."""
     if not hasattr(study, "rom"):
-        return (
-            'write band = "{:g} Hz" for the reduced components, instead of modes or a cutoff if any'
-        )
+        where = "for the reduced components, instead of modes or a cutoff if any"
+        return f'write band = "{band:g} Hz" {where}'
     if study.rom.route != "cyclic":
         return 'give more rom.modes, or choose rom.route = "cyclic"'
     if study.rom.modes:

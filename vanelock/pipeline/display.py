@@ -110,7 +110,8 @@ class PlainLines:
                 pass
             case Done():
                 if self._times.add(event) not in COUNTED:
-                    self._say(_done(event))
+                    took = "unchanged" if event.cached else f"{event.seconds:.1f} s"
+                    self._say(f"{event.stage}: {took}")
             case Finished():
                 self._say(self._times.line(event))
                 self._say(_last(event))
@@ -202,10 +203,6 @@ def on_terminal() -> Generator[_Bar, None, None]:
     columns = name, BarColumn(20), TimeElapsedColumn(), said
     with Progress(*columns, console=console, transient=True) as bar:
         yield _Bar(bar)
-
-
-def _done(event: Done) -> str:
-    return f"{event.stage}: " + ("unchanged" if event.cached else f"{event.seconds:.1f} s")
 
 
 def _last(event: Finished) -> str:

@@ -58,6 +58,18 @@ def _harmless(text: str) -> str:
     return text
 
 
+def rows_of_cells(text: str) -> list[tuple[int, list[str]]]:
+    """Lines of a CSV file of the user with their numbers, as cells; the first names the columns.
+
+    Blank lines and those that begin with # are left out; a semicolon, tab or comma separates cells,
+    as the first line says.
+    """
+    numbered = enumerate(text.splitlines(), 1)
+    lines = [(i, line) for i, line in numbered if line.partition("#")[0].strip()]
+    mark = max(";\t,", key=lines[0][1].count) if lines else ","
+    return [(i, [cell.strip().strip('"').strip() for cell in s.split(mark)]) for i, s in lines]
+
+
 def short(values: ArrayLike) -> list[float]:
     """Numbers to six significant digits, for tables of all nodes."""
     return [float(f"{v:.6g}") for v in np.asarray(values, float).ravel()]

@@ -8,7 +8,7 @@ So a child of limited memory and time opens the file first, and looks at every o
 import errno
 import io
 import os
-from collections.abc import Generator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -19,7 +19,7 @@ import numpy as np
 
 from vanelock.common.errors import InputError, printable
 from vanelock.common.files.digests import NAMED, State, file_state
-from vanelock.common.files.files import limited, regular
+from vanelock.common.files.files import PathLike, limited, regular
 from vanelock.common.process import held
 
 UNPACKED = 256_000_000
@@ -37,12 +37,13 @@ SECONDS = 4
 
 
 @contextmanager
-def opened(
-    path: str | os.PathLike[str], beside: str | None = None, follow: bool = True
-) -> Generator[h5py.File, None, None]:
+def opened(path: PathLike, beside: str | None = None, follow: bool = True) -> Iterator[h5py.File]:
     """A file, open for reading, whose every object could be read."""
     regular(path, "an HDF5 file")
-    _refuse_unreadable(path, beside, follow)
+    states = [file_state(path)]
+    if follow and beside is not None and (folder := Path(path).with_name(beside)).is_dir():
+        states += [file_state(each) for each in os.scandir(folder) if each.is_file()]
+    _refuse(Path(path), beside, follow, tuple(states))
     try:
         file = h5py.File(path, "r")
     except (OSError, ValueError) as error:
@@ -52,9 +53,7 @@ def opened(
 
 
 @contextmanager
-def written(
-    path: str | os.PathLike[str], mode: str = "w", block: int = 0
-) -> Generator[h5py.File, None, None]:
+def written(path: PathLike, mode: str = "w", block: int = 0) -> Iterator[h5py.File]:
     """A file, open for writing, "w", or for additions, "a"; a new one may begin with a block.
 
     Where the disk is full the HDF5 library must not learn of it: it drops small data sets without a
@@ -114,17 +113,9 @@ def texts(dataset: h5py.Dataset) -> list[str]:
     return [str(each) for each in np.atleast_1d(dataset.asstr()[()]).tolist()]
 
 
-def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None, follow: bool) -> None:
-    """Let a child read the file, unless one did and nothing has changed since."""
-    states = [file_state(path)]
-    if follow and beside is not None and (folder := Path(path).with_name(beside)).is_dir():
-        states += [file_state(each) for each in os.scandir(folder) if each.is_file()]
-    _refuse(Path(path), beside, follow, tuple(states))
-
-
 @lru_cache(maxsize=64)
 def _refuse(path: Path, beside: str | None, follow: bool, states: tuple[State, ...]) -> None:
-    """Report what the child says or that it fell; nothing where it read all."""
+    """Report what a child says that reads the files, or that it fell, unless it did so before."""
     size = sum(state[0] for state in states)
     seconds = SECONDS + size // 50_000_000 + len(states) // 50
     if why := limited(lambda: _trouble(path, size, beside, follow), seconds, MEMORY + 2 * size):

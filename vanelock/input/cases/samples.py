@@ -52,20 +52,14 @@ def sample_mistakes(problem: Problem) -> list[str]:
     if problem.sweep or problem.rows:
         found.append("scatter: give either this, or sweep and rows, not both")
     for key, each in problem.scatter.keys.items():
-        field = field_at(path_of(key), type(problem))
-        found += _mistakes(key, field, type(problem)) or raised(
-            partial(_mapped, key, each, MIDDLE, field)
-        )
+        field, where = field_at(path_of(key), type(problem)), f'scatter.keys."{key}"'
+        if field is None:
+            found.append(f"{where}: {unknown(path_of(key), type(problem))}")
+        elif float not in kinds_of(field) or key.startswith(("outputs.", "scatter.")):
+            found.append(f"{where}: only keys that hold a number with a fraction can scatter")
+        else:
+            found += raised(partial(_mapped, key, each, MIDDLE, field))
     return found
-
-
-def _mistakes(key: str, field: FieldInfo | None, schema: type[Problem]) -> list[str]:
-    where = f'scatter.keys."{key}"'
-    if field is None:
-        return [f"{where}: {unknown(path_of(key), schema)}"]
-    if float not in kinds_of(field) or key.startswith(("outputs.", "scatter.")):
-        return [f"{where}: only keys that hold a number with a fraction can scatter"]
-    return []
 
 
 @np.errstate(all="ignore")  # what overflows is refused

@@ -18,6 +18,7 @@ import numpy as np
 from vanelock.common.arrays import Floats
 from vanelock.common.checked import show
 from vanelock.common.errors import InputError
+from vanelock.common.files.csv_table import rows_of_cells
 from vanelock.common.files.files import contents
 from vanelock.common.quantities import factor
 from vanelock.common.tables import counted
@@ -76,27 +77,18 @@ class _Columns:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        lines = [
-            (i, line)
-            for i, line in enumerate(_text(path).splitlines(), 1)
-            if line.strip() and not line.lstrip().startswith("#")
-        ]
+        lines = rows_of_cells(_text(path))
         if not lines:
             raise InputError(f"{path}: empty: a header and numbers are needed")
-        number, header = lines[0]
+        (number, header), *self._rows = lines
         self.where = f"{path}: line {number}"
-        self._mark = max(";\t,", key=header.count)
-        self._rows = [(i, self._split(line)) for i, line in lines[1:]]
-        self.heads = [_head(cell) for cell in self._split(header)]
+        self.heads = [_head(cell) for cell in header]
         for i, row in self._rows:
             if len(row) > len(self.heads) and any(row[len(self.heads) :]):
                 raise InputError(
                     f"{path}: line {i}: {counted(len(row), 'cell')} under "
                     f"{counted(len(self.heads), 'column')}"
                 )
-
-    def _split(self, line: str) -> list[str]:
-        return [cell.strip().strip('"').strip() for cell in line.split(self._mark)]
 
     def one_of(self, kind: str) -> int | None:
         """Place of the column of a kind, None where there is none."""

@@ -72,12 +72,10 @@ def ascending(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
     return value
 
 
-def _is_table(value: object) -> bool:
-    return isinstance(value, dict)
-
-
 def leaves(
-    table: dict[str, Any], prefix: str = "", nests: Callable[[Any], bool] = _is_table
+    table: dict[str, Any],
+    prefix: str = "",
+    nests: Callable[[Any], bool] = lambda value: isinstance(value, dict),
 ) -> list[tuple[str, Any]]:
     """Dotted key and value of everything in nested tables; `nests`: whether a value is one."""
     found = []
