@@ -13,7 +13,7 @@ from typing import Any, ClassVar, Self, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError, model_validator
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, PydanticCustomError
 
 from vanelock.common.errors import MOST_MISTAKES, InputError, cut_short, printable
 from vanelock.common.quantities import bounds, is_number, meant
@@ -55,12 +55,8 @@ _TYPES = {
 }
 
 
-class _Disagreement(ValueError):
-    """Keys of a table contradict one another: `lines` says how, each from the table's key on."""
-
-    def __init__(self, lines: list[str]) -> None:
-        super().__init__("\n".join(lines))
-        self.lines = lines
+_DISAGREE = "disagreement"
+"""The type of pydantic's error where keys of a table contradict one another."""
 
 
 class Checked(BaseModel):
@@ -71,7 +67,7 @@ class Checked(BaseModel):
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         if lines := disagreements(self, self.checks):
-            raise _Disagreement(lines)
+            raise PydanticCustomError(_DISAGREE, "{lines}", {"lines": "\n".join(lines)})
         return self
 
 
@@ -112,9 +108,8 @@ def mistakes(error: ValidationError) -> list[ErrorDetails]:
 def _lines(details: ErrorDetails, data: dict[str, Any], schema: Schema) -> list[str]:
     """One mistake, or each contradiction in a table."""
     location = details["loc"]
-    error = details.get("ctx", {}).get("error")
-    if isinstance(error, _Disagreement):
-        return [_within(location, line, schema) for line in error.lines]
+    if details["type"] == _DISAGREE:
+        return [_within(location, line, schema) for line in details["msg"].splitlines()]
     value = value_in(data, location, details["input"])
     text = reason(details, schema, value)
     if location and not isinstance(value, dict | BaseModel):

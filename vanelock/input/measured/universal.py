@@ -232,16 +232,13 @@ def _frequency(record: dict[str, Any], engine_order: int, where: str) -> Floats:
         raise InputError(f"{where}: not over frequency or speed (abscissa of type {kind})")
     if kind == 0 and label.lower() not in known and int(record.get("func_type", 0)) == 0:
         raise InputError(f"{where}: does not say what it is over: needs frequency or speed")
-    x = known.get(label.lower(), 1.0) * _abscissa(record)
+    if int(record.get("abscissa_spacing", 0)):  # evenly: the library may be one too far
+        steps = np.arange(len(np.atleast_1d(record["data"])))
+        x = np.asarray(float(record["abscissa_min"]) + float(record["abscissa_inc"]) * steps)
+    else:
+        x = np.asarray(record["x"]).real.astype(float)
+    x = known.get(label.lower(), 1.0) * x
     return x * engine_order / 60 if of == "speed" else x
-
-
-def _abscissa(record: dict[str, Any]) -> Floats:
-    """(p,) numbers; where they are evenly spaced the library may be one too far."""
-    if not int(record.get("abscissa_spacing", 0)):
-        return np.asarray(record["x"]).real.astype(float)
-    steps = np.arange(len(np.atleast_1d(record["data"])))
-    return np.asarray(float(record["abscissa_min"]) + float(record["abscissa_inc"]) * steps)
 
 
 def _scale(held: _RecordOrdinate, frequency: Floats, force: float | None, where: str) -> Floats:

@@ -117,13 +117,10 @@ def _varied(problem: Problem) -> Iterator[Table]:
         ("sweep", problem.sweep, "Swept: each case has one of the values"),
         ("rows", problem.rows, "Varied together: a case has the values of one place in all lists"),
     )
+    schema = type(problem)
     for name, lists, caption in kinds:
         rows = [
-            (
-                key,
-                meaning_and_unit(key, type(problem))[0],
-                as_text(f"{name}.{key}", list(values), type(problem)),
-            )
+            (key, meaning_and_unit(key, schema)[0], as_text(f"{name}.{key}", [*values], schema))
             for key, values in lists.items()
         ]
         if rows:
@@ -131,7 +128,7 @@ def _varied(problem: Problem) -> Iterator[Table]:
     if problem.scatter is not None:
         caption = f"Scattering: {problem.scatter.samples:,} samples of a Latin hypercube"
         rows = [
-            (key, meaning_and_unit(key, type(problem))[0], _distribution(key, each, type(problem)))
+            (key, meaning_and_unit(key, schema)[0], _distribution(key, each, schema))
             for key, each in problem.scatter.keys.items()
         ]
         yield Table(caption, heads("key", "what it is", "distribution"), rows)

@@ -24,13 +24,8 @@ def test_product_runs_the_last_key_fastest():
 
 
 def test_a_study_with_a_mesh_of_its_own_is_swept_too(tmp_path):
-    path = tmp_path / "vane.inp"
+    (path := tmp_path / "vane.inp").touch()
     text = f'[vane]\nmesh = "{path}"\n[sweep]\njoints.hook.mu = [0.1, 0.2]'
-    with pytest.raises(
-        InputError, match=r"^sweep: joints\.hook\.mu = 0\.1: vane\.mesh = .*: no such"
-    ):
-        cases(parse_study(text))
-    path.touch()
     assert [case.study.joints.hook.mu for case in cases(parse_study(text))] == [0.1, 0.2]
 
 
