@@ -71,7 +71,7 @@ class ResponseKeys(KeyTable):
     frequencies: FrequencyList | None = Field(
         default=None, min_length=1, description="excitation frequency [Hz]"
     )
-    range: Annotated[FrequencyList | None, AfterValidator(ascending)] = Field(
+    range: FrequencyList | None = Field(
         default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
     )
     points: int | None = Field(default=None, ge=2, le=100_000, description="number of frequencies")
@@ -86,10 +86,7 @@ class ResponseKeys(KeyTable):
         default="coupled", description="coupling of the static and the dynamic balance"
     )
     samples: int | None = Field(
-        default=None,
-        ge=8,
-        le=1_000_000,
-        description="number of samples of a period",
+        default=None, ge=8, le=1_000_000, description="number of samples of a period"
     )
 
     @field_validator("range", "points")
@@ -100,6 +97,8 @@ class ResponseKeys(KeyTable):
                 f"give either response.{info.field_name} or response.frequencies, not both"
             )
         return value
+
+    _low_high = field_validator("range")(ascending)
 
     @field_validator("frequencies")
     @classmethod
