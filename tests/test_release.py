@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import vanelock
-from vanelock.common.process import installed, release
+from vanelock.common.process import installed
 from vanelock.pipeline import cache
 from vanelock.pipeline.executor import _identity
 
@@ -68,7 +68,7 @@ def test_the_release_is_cited_described_and_fallen_back_on() -> None:
         r"^## \[(\d[^]]*)\]", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE
     )
     assert described[0] == cited
-    assert release(pyproject()["tool"]["setuptools_scm"]["fallback_version"]) == cited
+    assert pyproject()["tool"]["setuptools_scm"]["fallback_version"].partition(".dev")[0] == cited
     now = version_of(ROOT)
     if ".dev" not in now:  # at a tag, or in what was made of one
         assert now == cited

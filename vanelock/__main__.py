@@ -87,19 +87,24 @@ def run(
     Exit status 1 if some cases of a sweep could not be computed; they are listed.
     """
     from vanelock.files import load_given, read_text
-    from vanelock.pipeline.executor import cores
-    from vanelock.pipeline.progress import Counter, choose_listener
+    from vanelock.pipeline.progress import Event, Failed, choose_listener
 
     folder, text = output or default_folder(study), read_text(study)
-    computing = workers or cores(), scheduler, insecure_scheduler
+    computing = workers or len(os.sched_getaffinity(0)), scheduler, insecure_scheduler
     loaded = load_given(study, allow_outside)
     # What a mistake in the file need not wait for.
     from vanelock.commands.run.study import run_study
 
+    failed = 0
     with _going_on_later(folder), choose_listener(quiet, as_json) as listener:
-        counter = Counter(listener)
-        run_study(loaded, folder, counter, text, *computing, memory)
-        if counter.failed:
+
+        def counted(event: Event) -> None:
+            nonlocal failed
+            failed += isinstance(event, Failed)
+            listener(event)
+
+        run_study(loaded, folder, counted, text, *computing, memory)
+        if failed:
             raise typer.Exit(1)
 
 

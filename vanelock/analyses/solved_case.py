@@ -9,10 +9,10 @@ from typing import Any, TypeAlias, TypeVar
 from vanelock.analyses import ANALYSES
 from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
 from vanelock.common.arrays import Floats
+from vanelock.common.files.digests import content_digest
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Problem
 from vanelock.nonlinear import Options, Response
-from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.parts.outputs import Places, places

@@ -139,8 +139,8 @@ def _is(kind: Any) -> Test:
         return lambda value: sp.issparse(value) and value.format in ("csc", "csr")
     if not inner or not issubclass(origin, Iterable) or issubclass(origin, Mapping | np.ndarray):
         return lambda value: isinstance(value, origin)
-    fits, by_type = _fits(inner[0]), isinstance(inner[0], type)
-    return lambda value: _is_listed(value, origin) and all(map(fits, _items(value, by_type)))
+    fits = _fits(inner[0])
+    return lambda value: _is_listed(value, origin) and all(map(fits, _items(value)))
 
 
 def _is_array(value: Any) -> bool:
@@ -161,10 +161,8 @@ def _is_listed(value: Any, kind: Any) -> bool:
     return isinstance(value, kind) and not isinstance(value, str | bytes | Mapping)
 
 
-def _items(value: Any, by_type: bool) -> Iterable[Any]:
-    """Those to look at: one of a kind is enough; none of what can be read but once."""
+def _items(value: Any) -> Iterable[Any]:
+    """Those to look at: one of an array's numbers is enough; none of what can be read but once."""
     if isinstance(value, np.ndarray):
         return value[:1] if value.dtype.kind in "buifc" else value
-    if not isinstance(value, Collection):
-        return ()
-    return dict(zip(map(type, value), value, strict=True)).values() if by_type else value
+    return value if isinstance(value, Collection) else ()

@@ -7,16 +7,16 @@ are made where each of its keys is right in itself.
 
 import difflib
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
+from typing import Any, ClassVar, Self, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError, model_validator
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, PydanticCustomError
 
 from vanelock.common.errors import MOST_MISTAKES, InputError, cut_short, printable
-from vanelock.common.quantities import bounds, is_number, meant, typical
+from vanelock.common.quantities import bounds, is_number, meant
 from vanelock.common.tables import counted
 
 Location = tuple[int | str, ...]
@@ -55,12 +55,8 @@ _TYPES = {
 }
 
 
-class _Disagreement(ValueError):
-    """Keys of a table contradict one another: `lines` says how, each from the table's key on."""
-
-    def __init__(self, lines: list[str]) -> None:
-        super().__init__("\n".join(lines))
-        self.lines = lines
+_DISAGREE = "disagreement"
+"""The type of pydantic's error where keys of a table contradict one another."""
 
 
 class Checked(BaseModel):
@@ -71,7 +67,7 @@ class Checked(BaseModel):
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         if lines := disagreements(self, self.checks):
-            raise _Disagreement(lines)
+            raise PydanticCustomError(_DISAGREE, "{lines}", {"lines": "\n".join(lines)})
         return self
 
 
@@ -112,10 +108,9 @@ def mistakes(error: ValidationError) -> list[ErrorDetails]:
 def _lines(details: ErrorDetails, data: dict[str, Any], schema: Schema) -> list[str]:
     """One mistake, or each contradiction in a table."""
     location = details["loc"]
-    error = details.get("ctx", {}).get("error")
-    if isinstance(error, _Disagreement):
-        return [_within(location, line, schema) for line in error.lines]
-    value = _given(data, location, details["input"])
+    if details["type"] == _DISAGREE:
+        return [_within(location, line, schema) for line in details["msg"].splitlines()]
+    value = value_in(data, location, details["input"])
     text = reason(details, schema, value)
     if location and not isinstance(value, dict | BaseModel):
         return [f"{dotted(location)} = {show(value)}: {text}"]
@@ -131,13 +126,13 @@ def _within(location: Location, text: str, schema: Schema) -> str:
     return f"{dotted(location)}{'.' if inner else ': '}{text}"
 
 
-def _given(data: Any, location: Location, converted: Any) -> Any:
-    """The value as the file gives it, before its unit was converted."""
+def value_in(data: Any, location: Location, otherwise: Any = None) -> Any:
+    """The value at a place of nested tables, as a file gives it."""
     try:
         for item in location:
             data = data[item]
     except (KeyError, IndexError, TypeError):
-        return converted
+        return otherwise
     return data
 
 
@@ -170,7 +165,7 @@ def _suggested(value: object, unit: str, field: FieldInfo | None, bound: str, li
         allowed = replace(allowed, low=max(limit, allowed.low))
     else:
         allowed = replace(allowed, high=min(limit, allowed.high))
-    other = meant(value, unit, allowed, typical(field))
+    other = meant(value, unit, allowed, field)
     return f'; {value:.12g} is {value:.12g} {unit}: "{other}"?' if other else ""
 
 
@@ -182,7 +177,7 @@ def dotted(location: Location) -> str:
             text += f"[{item}]"
         else:
             bare = item.replace("_", "").replace("-", "").isalnum() and item.isascii()
-            shown = item if len(item) <= 60 else item[:57] + "..."
+            shown = cut_short(item, 60)
             text += ("." if text else "") + (shown if bare else f'"{printable(shown)}"')
     return text
 
@@ -197,8 +192,7 @@ def show(value: object) -> str:
         text = "[" + ", ".join(show(item) for item in value[:60]) + "]"
     else:
         text = str(value).replace("\n", " ")
-    text = printable(text)
-    return text if len(text) <= 60 else text[:57] + "..."
+    return cut_short(printable(text), 60)
 
 
 def _known_keys(schema: Schema, prefix: str = "") -> list[str]:
@@ -215,7 +209,7 @@ def _known_keys(schema: Schema, prefix: str = "") -> list[str]:
 def unknown(location: Location, schema: Schema) -> str:
     """Hint for an unknown key: a similar one beside it, else the same elsewhere, else its table."""
     *path, key = [item[:60] for item in location if isinstance(item, str)]
-    prefix = "".join(f"{item}." for item in _general(path, schema))
+    prefix = "".join(f"{name}." for name, _ in _way(path, schema))
     every = _known_keys(schema)
     beside = [k for k in every if k.startswith(prefix) and "." not in k[len(prefix) :]]
     names = {k[len(prefix) :].lower(): k for k in beside}
@@ -234,16 +228,6 @@ def unknown(location: Location, schema: Schema) -> str:
     return f"unknown key; nearest known key: {nearest}"
 
 
-def _general(path: list[str], schema: Schema) -> list[str]:
-    """A path of keys with the names that a user gives to tables replaced."""
-    found: list[str] = []
-    for i, item in enumerate(path):
-        above = field_at(tuple(path[:i]), schema) if i else None
-        given = above is not None and _names_tables(above) and (not found or found[-1] != ANY)
-        found.append(ANY if given else item)
-    return found
-
-
 def _names_tables(field: FieldInfo) -> bool:
     """Whether a field holds tables under names that the user gives."""
     return get_origin(field.annotation) is dict
@@ -251,30 +235,35 @@ def _names_tables(field: FieldInfo) -> bool:
 
 def _tables(field: FieldInfo) -> list[Schema]:
     """The tables that a field may hold."""
-    found = []
-    for option in (field.annotation, *get_args(field.annotation)):
-        kind = get_args(option)[0] if get_origin(option) is Annotated else option
-        if isinstance(kind, type) and issubclass(kind, BaseModel):
-            found.append(kind)
-    return found
+    kinds = (kind for kind in kinds_of(field) if isinstance(kind, type))
+    return list(dict.fromkeys(kind for kind in kinds if issubclass(kind, BaseModel)))
+
+
+def kinds_of(field: FieldInfo) -> list[Any]:
+    """What a field may hold, be it optional or annotated once more."""
+    options = [field.annotation, *get_args(field.annotation)]
+    return options + [inner for option in options for inner in get_args(option)[:1]]
 
 
 def field_at(location: Location, schema: Schema) -> FieldInfo | None:
     """The schema's field at a location; list entries and named tables belong to their field."""
+    fields = [field for _, field in _way(location, schema)]
+    return fields[-1] if fields else None
+
+
+def _way(location: Sequence[int | str], schema: Schema) -> Iterator[tuple[str, FieldInfo | None]]:
+    """Keys down to a location, `ANY` for names that the user gives to tables, and their fields."""
     tables: list[Schema] = [schema]
     field, named = None, False
     for item in location:
         if isinstance(item, int):
             continue
-        if field is not None and _names_tables(field) and not named:
-            named = True  # a name that the user gives
-            continue
-        fields = [table.model_fields[item] for table in tables if item in table.model_fields]
-        if not fields:
-            return None
-        field, named = fields[0], False
-        tables = [table for each in fields for table in _tables(each)]
-    return field
+        named = field is not None and _names_tables(field) and not named
+        if not named:
+            fields = [table.model_fields[item] for table in tables if item in table.model_fields]
+            field = fields[0] if fields else None
+            tables = [table for each in fields for table in _tables(each)]
+        yield ANY if named else item, field
 
 
 def subject_and_unit(field: FieldInfo | None, location: Location = ()) -> tuple[str, str]:

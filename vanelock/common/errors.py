@@ -33,9 +33,9 @@ LONGEST = 1000
 """Characters of a line that is reported; the longest list of known keys has half of that."""
 
 
-def cut_short(line: str) -> str:
-    """A line that quotes a file, cut where it quotes too much."""
-    return line if len(line) <= LONGEST else f"{line[: LONGEST - 3]}..."
+def cut_short(text: str, longest: int = LONGEST) -> str:
+    """What quotes a file, cut where it quotes too much."""
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
 def first_mistakes(lines: list[str]) -> list[str]:

@@ -135,16 +135,13 @@ def latest(cache: MutableMapping[K, V], key: K, make: Callable[[], V], most: int
 
 
 def _numbers(path: Path) -> dict[str, float]:
-    """Fields of a file of /proc in bytes."""
+    """Fields of a file of the kernel that are numbers, bytes."""
     found = {}
-    try:
+    with suppress(OSError, ValueError):
         for line in path.read_text().splitlines():
-            name, _, rest = line.partition(":")
-            number, _, unit = rest.strip().partition(" ")
-            if unit == "kB":
-                found[name] = 1024.0 * int(number)
-    except (OSError, ValueError):
-        pass
+            name, *rest = line.replace(":", " ").split() or [""]
+            if rest and rest[0].isdecimal():
+                found[name] = int(rest[0]) * (1024.0 if rest[1:] == ["kB"] else 1.0)
     return found
 
 
@@ -165,7 +162,9 @@ def _of_groups() -> Iterator[_Bound]:
         while root == place or root in place.parents:
             total, taken = _number(place / most), _number(place / used)
             if total is not None and taken is not None and total < 1 << 60:
-                yield _Bound(total, total - taken + _cached(place, cached), GROUP)
+                # files that the limit counts give way
+                left = total - taken + _numbers(place / "memory.stat").get(cached, 0.0)
+                yield _Bound(total, left, GROUP)
             place = place.parent
 
 
@@ -174,15 +173,6 @@ def _number(path: Path) -> float | None:
         return float(int(path.read_text()))
     except (OSError, ValueError):  # "max": none
         return None
-
-
-def _cached(path: Path, field: str) -> float:
-    """Bytes of files that the group's limit counts, and that give way."""
-    try:
-        lines = (path / "memory.stat").read_text().splitlines()
-        return float(dict(line.split() for line in lines)[field])
-    except (OSError, ValueError, KeyError):
-        return 0.0
 
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

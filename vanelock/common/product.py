@@ -42,13 +42,12 @@ class Summarised:
 def _one_line(product: Any) -> str:
     """What a product holds, arrays by their shapes; fields that hold nothing are left out."""
     values = ((each.name, getattr(product, each.name)) for each in dataclasses.fields(product))
-    held = ", ".join(f"{name}={_summary(value)}" for name, value in values if not _nothing(value))
-    return cut_short(f"{type(product).__name__}({held})")
-
-
-def _nothing(value: Any) -> bool:
-    """Whether a field holds nothing."""
-    return value is None or (isinstance(value, Mapping) and not value)
+    texts = [
+        f"{name}={_summary(value)}"
+        for name, value in values
+        if value is not None and (not isinstance(value, Mapping) or value)
+    ]
+    return cut_short(f"{type(product).__name__}({', '.join(texts)})")
 
 
 def _summary(value: Any) -> str:

@@ -6,6 +6,7 @@ holds metres.
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Any, TypeGuard, get_args
@@ -16,10 +17,10 @@ from pydantic.fields import FieldInfo
 
 # One number, first of all since pint reads "mm" as one millimetre, and then units alone: pint
 # evaluates arithmetic, and a power of a power of a number never ends.
+_NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _UNIT = r"(?!(?:squared|cubed)\b)[A-Za-zµμΩÅ_]+(?:\^-?[1-9](?!\d)|⁻?[¹²³⁴])?"
 _QUANTITY = re.compile(
-    r"\s*[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
-    rf"(?:\s*/?\s*(?:{_UNIT}|%|°C?|\({_UNIT}(?:[*· ]{_UNIT})*\))(?:(?:\s*[*/·]\s*|\s+)"
+    rf"\s*{_NUMBER}(?:\s*/?\s*(?:{_UNIT}|%|°C?|\({_UNIT}(?:[*· ]{_UNIT})*\))(?:(?:\s*[*/·]\s*|\s+)"
     rf"(?:{_UNIT}|\({_UNIT}(?:[*· ]{_UNIT})*\)))*)?\s*"
 )
 
@@ -63,13 +64,15 @@ def _rpm(value: object) -> object:
     """
     if not isinstance(value, str):
         return value
-    found = re.fullmatch(r"\s*([+-]?[\d.]+(?:e[+-]?\d+)?)\s*rpm\s*", value, re.IGNORECASE)
-    try:
-        if found is None:
-            raise ValueError
-        return float(found[1])
-    except ValueError:
-        raise ValueError('expected a number in rpm, or text such as "16000 rpm"') from None
+    found = re.fullmatch(rf"\s*({_NUMBER})\s*rpm\s*", value, re.IGNORECASE)
+    if found is None:
+        raise ValueError('expected a number in rpm, or text such as "16000 rpm"')
+    return float(found[1])
+
+
+def factor(unit: str, to: str) -> float:
+    """What one unit is in another, or `ValueError`."""
+    return _si(f"1 {unit}", to)
 
 
 def quantity(unit: str) -> BeforeValidator:
@@ -94,6 +97,20 @@ def is_number(value: object) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def is_whole(value: object) -> TypeGuard[int]:
+    """Whether a value is a whole number; true is none."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def number_within(value: object, unit: str, low: float, high: float, needed: str) -> float:
+    """A number in `unit`, or text with its own, between bounds; or `needed` as a `ValueError`."""
+    with suppress(ValueError):
+        size = si(value, unit)
+        if is_number(size) and low <= size <= high:
+            return float(size)
+    raise ValueError(needed)
+
+
 def number(value: object, field: FieldInfo) -> float:
     """A number of a field in the field's unit, from text with its own unit too."""
     for each in metadata(field):
@@ -105,7 +122,7 @@ def number(value: object, field: FieldInfo) -> float:
 
 
 @dataclass(frozen=True)
-class Bounds:
+class _Bounds:
     """What the schema lets a key be: from `low`, or `above` it, to `high`."""
 
     low: float
@@ -113,7 +130,7 @@ class Bounds:
     above: bool = False
 
 
-def bounds(field: FieldInfo) -> Bounds:
+def bounds(field: FieldInfo) -> _Bounds:
     """Smallest and largest value that the schema lets a key have."""
     low, high, above = -math.inf, math.inf, False
     for each in metadata(field):
@@ -123,7 +140,7 @@ def bounds(field: FieldInfo) -> Bounds:
                 above = isinstance(each, Gt)
             case Le(le=bound) | Lt(lt=bound):
                 high = min(high, float(bound))  # type: ignore[arg-type]
-    return Bounds(low, high, above)
+    return _Bounds(low, high, above)
 
 
 def metadata(field: FieldInfo) -> list[Any]:
@@ -134,7 +151,7 @@ def metadata(field: FieldInfo) -> list[Any]:
     return [inner for each in found for inner in getattr(each, "metadata", None) or [each]]
 
 
-class Usual(Bounds):
+class Usual(_Bounds):
     """Of a field's metadata: between which values it nearly always lies, in its unit."""
 
 
@@ -152,20 +169,17 @@ OTHERS = {
 """Units that a number was meant in where it makes no sense in the one of its key."""
 
 
-def meant(value: float, unit: str, allowed: Bounds, near: float | None) -> str:
-    """A number with the unit in which it lies within bounds, "" if there is none."""
-    found = []
+def meant(value: float, unit: str, allowed: _Bounds, field: FieldInfo) -> str:
+    """A field's number with the unit in which it lies within bounds, "" if there is none.
+
+    Of several, the unit in which it is nearest to the default, or the first number of that.
+    """
+    near, found = field.default, []
+    while isinstance(near, tuple) and near:
+        near = near[0]
     for other in OTHERS.get(unit, ()):
-        size = float(si(f"1 {other}", unit)) * value  # type: ignore[arg-type]
+        size = factor(other, unit) * value
         if 0 < size and allowed.low <= size <= allowed.high:
-            distance = abs(math.log(size / near)) if near is not None and near > 0 else 0.0
+            distance = abs(math.log(size / near)) if is_number(near) and near > 0 else 0.0
             found.append((distance, f"{value:.12g} {other}"))
     return min(found, key=lambda pair: pair[0])[1] if found else ""
-
-
-def typical(field: FieldInfo) -> float | None:
-    """A number like those that a field holds: its default's, or the first of them."""
-    value = field.default
-    while isinstance(value, tuple) and value:
-        value = value[0]
-    return float(value) if is_number(value) else None

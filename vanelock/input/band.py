@@ -6,7 +6,7 @@ out of them is inertia alone (docs/theory/reduction.md has figures).
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from vanelock.common.errors import InputError
@@ -55,31 +55,20 @@ def softest(study: Any) -> float:
     return min([1.0, *(float(E / m.modulus(cold)) for m in heated for _, E in m.moduli)])
 
 
-def too_narrow(key: str, band: float | None, asked: Mapping[str, float]) -> Iterator[str]:
-    """A line for each key asked for that a band, Hz, does not hold."""
-    for asking, highest in asked.items():
-        if band is not None and highest > band:
-            yield (
-                f"{key} = {band:g}: {asking} reaches {highest:.6g} Hz, where the reduced model "
-                f'would be wrong: write "{wider_band(highest):g} Hz", or leave it out'
-            )
-
-
-def refuse_beyond(what: str, highest: float, band: float | None, advice: str) -> None:
-    """Refuse a frequency, Hz, beyond what reduced models answer."""
+def refuse_beyond(what: str, highest: float, band: float | None, study: Any) -> None:
+    """Refuse a frequency, Hz, beyond what reduced models of a study or scene answer."""
     if band is not None and highest > band:
         raise InputError(
             f"{what} reaches {highest:.6g} Hz, and the reduced models answer up to {band:.6g} Hz: "
-            + advice.format(wider_band(highest))
+            + _advice(study, wider_band(highest))
         )
 
 
-def advice(study: Any) -> str:
-    """What to write into a study or scene for a wider band."""
+def _advice(study: Any, band: float) -> str:
+    """What to write into a study or scene for a wider band, Hz."""
     if not hasattr(study, "rom"):
-        return (
-            'write band = "{:g} Hz" for the reduced components, instead of modes or a cutoff if any'
-        )
+        where = "for the reduced components, instead of modes or a cutoff if any"
+        return f'write band = "{band:g} Hz" {where}'
     if study.rom.route != "cyclic":
         return 'give more rom.modes, or choose rom.route = "cyclic"'
     if study.rom.modes:

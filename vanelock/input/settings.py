@@ -7,9 +7,10 @@ from typing import Any
 from pydantic.fields import FieldInfo
 
 from vanelock.common.checked import field_at, show, subject_and_unit
-from vanelock.common.quantities import Usual, is_number, meant, metadata, number, typical
+from vanelock.common.quantities import Usual, is_number, meant, metadata, number
 from vanelock.input.cases.names import scaled
 from vanelock.input.cases.values import Problem, path_of
+from vanelock.input.schema.response import ExcitationKeys
 from vanelock.input.schema.structure.structure import PER_AREA, leaves
 from vanelock.input.schema.study import Study
 
@@ -43,11 +44,6 @@ class Setting:
         """Whether it is not the default; what is not set is."""
         return self.value is not None and not same(self.value, self.default)
 
-    @property
-    def meaning(self) -> str:
-        """What the key is, in words."""
-        return meaning(self.key, self.schema)
-
 
 def same(one: Any, other: Any) -> bool:
     """Whether two values are equal, numbers to 12 digits."""
@@ -63,24 +59,13 @@ def flattened(tables: dict[str, Any]) -> Flat:
     return {key: list(v) if isinstance(v, tuple) else v for key, v in leaves(tables)}
 
 
-def meaning(key: str, schema: type[Problem]) -> str:
-    """What a key is, in words."""
-    return described(key, schema)[0]
-
-
 def settings(problem: Problem) -> list[Setting]:
     """All keys of a study or scene, in the order of its file."""
     schema, dumped = type(problem), problem.model_dump(mode="json")
-    defaults: Flat = {}
-    if isinstance(problem, Study):
-        plain = type(problem)()
-        defaults = flattened(plain.model_dump(mode="json"))
-        defaults["excitation.force"] = plain.excitation.force_per_node  # what "not set" stands for
-    else:
-        dumped = _numbered(dumped)
+    tables = dumped if isinstance(problem, Study) else _numbered(dumped)
     return [
-        Setting(key, value, defaults[key] if key in defaults else _default(key, schema), schema)
-        for key, value in flattened(dumped).items()
+        Setting(key, value, _default(key, schema), schema)
+        for key, value in flattened(tables).items()
     ]
 
 
@@ -104,7 +89,7 @@ def unusual(problem: Problem) -> tuple[str, ...]:
             if size == 0 or usual.low <= size <= usual.high:
                 continue
             subject, unit = subject_and_unit(field)
-            other = meant(size, unit, usual, typical(field))
+            other = meant(size, unit, usual, field)
             found.append(
                 f"{where}{f'[{i}]' if isinstance(value, list) else ''} = {size:.6g} {unit}: "
                 f"{subject} is hardly ever outside {usual.low:g} to {usual.high:g} {unit}"
@@ -127,7 +112,9 @@ def _numbered(table: Any) -> Any:
 
 
 def _default(key: str, schema: type[Problem]) -> Any:
-    """Of a key in a table that is there only where a study has it."""
+    """What a key is unless it is set."""
+    if key == "excitation.force":
+        return ExcitationKeys().force_per_node
     field = _field(key, schema)
     value = None if field is None or field.is_required() else field.get_default()
     return list(value) if isinstance(value, tuple) else value
@@ -145,7 +132,7 @@ def _listed_key(key: str) -> str:
     return key.removeprefix("sweep.").removeprefix("rows.")
 
 
-def described(key: str, schema: type[Problem] = Study) -> tuple[str, str]:
+def meaning_and_unit(key: str, schema: type[Problem] = Study) -> tuple[str, str]:
     """What a key is, and its unit in SI, "" where it has none."""
     swept = _listed_key(key)
     words = swept.rpartition(".")[2].replace("_", " ")
@@ -155,7 +142,7 @@ def described(key: str, schema: type[Problem] = Study) -> tuple[str, str]:
 
 def unit_of(key: str, schema: type[Problem] = Study) -> str:
     """The SI unit of a key, "" where it has none; a size of a mesh may be a word besides."""
-    return "m" if key == "mesh.size" else described(key, schema)[1]
+    return "m" if key == "mesh.size" else meaning_and_unit(key, schema)[1]
 
 
 def as_text(key: str, value: Any, schema: type[Problem] = Study) -> str:
@@ -165,18 +152,9 @@ def as_text(key: str, value: Any, schema: type[Problem] = Study) -> str:
         return "not set"
     if isinstance(value, bool):
         return "yes" if value else "no"
-    if is_number(value):
-        return _number([value], unit)
-    if isinstance(value, list) and value and all(map(is_number, value)):
-        return _number(value, unit)
+    numbers = value if isinstance(value, list) else [value]
+    if numbers and all(map(is_number, numbers)):
+        factor, shown = scaled(max(map(abs, numbers)), unit)
+        text = ", ".join(f"{factor * number:.10g}" for number in numbers)
+        return f"{text}°" if shown == "°" else f"{text} {shown}".rstrip()
     return value if isinstance(value, str) else show(value)
-
-
-def _number(values: list[float], unit: str) -> str:
-    factor, shown = scaled(max(abs(v) for v in values), unit)
-    text = _listed([factor * v for v in values])
-    return f"{text}°" if shown == "°" else f"{text} {shown}".rstrip()
-
-
-def _listed(values: list[float]) -> str:
-    return ", ".join(f"{v:.10g}" for v in values)

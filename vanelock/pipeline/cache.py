@@ -135,7 +135,7 @@ class Cache:
 
     def load(self, stage: str, key: str, kind: type[P]) -> Entry[P] | None:
         """The stored product, or None where there is none that is intact."""
-        for path in self._entries(stage, key):
+        for path in sorted((self.folder / key[:SHARD]).glob(f"{_flat(stage)}-{key}-*.h5")):
             try:
                 if file_digest(path) != path.stem.rpartition("-")[2]:
                     raise InputError("its contents have changed since it was written")
@@ -156,9 +156,11 @@ class Cache:
             temporary = self.folder / f".{_flat(stage)}.{token_hex(4)}.tmp"
             try:
                 with held(), written(temporary) as file:
-                    _write_entry(file, stage, key, product, (seconds, cpu))
+                    file.attrs.update(stage=stage, key=key, seconds=seconds, cpu=cpu)
+                    product.save(file.create_group("product"))
                 digest, entry = file_digest(temporary), _read_entry(temporary, type(product), key)
-                place = self._place(stage, key, digest)
+                place = self.folder / key[:SHARD] / f"{_flat(stage)}-{key}-{digest}.h5"
+                place.parent.mkdir(exist_ok=True)
                 os.replace(temporary, place)
                 entry.product.stored_in(place)
                 self._points(stage, key).unlink(missing_ok=True)
@@ -175,25 +177,8 @@ class Cache:
         names = {path.name.rpartition("-")[0] for path in self.folder.glob("*/*.h5")}
         return lambda stage, key: f"{_flat(stage)}-{key}" in names
 
-    def _entries(self, stage: str, key: str) -> list[Path]:
-        return sorted((self.folder / key[:SHARD]).glob(f"{_flat(stage)}-{key}-*.h5"))
-
     def _points(self, stage: str, key: str) -> Path:
         return self.folder / f"{_flat(stage)}-{key}.points"
-
-    def _place(self, stage: str, key: str, digest: str) -> Path:
-        shard = self.folder / key[:SHARD]
-        shard.mkdir(exist_ok=True)
-        return shard / f"{_flat(stage)}-{key}-{digest}.h5"
-
-
-def _write_entry(
-    file: h5py.File, stage: str, key: str, product: Product, times: tuple[float, float]
-) -> None:
-    """Write an entry: a product, what it is, and what computing it took, in all and by the CPU."""
-    file.attrs["stage"], file.attrs["key"] = stage, key
-    file.attrs["seconds"], file.attrs["cpu"] = times
-    product.save(file.create_group("product"))
 
 
 def _read_entry(file: Path, kind: type[P], key: str) -> Entry[P]:
@@ -246,20 +231,6 @@ def code_of(*rooms: str) -> str:
     if "mesh" in rooms:
         digest.update(f"{installed('gmsh')} {installed('meshio')}".encode())
     return f"{release(__version__)}+{digest.hexdigest()[:12]}"
-
-
-def content_digest(path: str | os.PathLike[str]) -> str:
-    """Digest of a user's file, taken anew when its size or time of change differ."""
-    try:
-        state = os.stat(path)
-        return _content_digest(Path(path), state.st_size, state.st_mtime_ns, state.st_ino)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-
-
-@lru_cache(maxsize=64)
-def _content_digest(path: Path, *state: int) -> str:
-    return file_digest(path)
 
 
 def _flat(stage: str) -> str:

@@ -8,9 +8,9 @@ import os
 import sys
 import threading
 import time
+from collections import Counter, defaultdict
 from collections.abc import Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import TextIO
 
 from rich.console import Console
@@ -41,40 +41,30 @@ NAMED = 3
 """Kinds of stages that the last line names, if they took a second."""
 
 
-@dataclass
-class _Kind:
-    """Stages of a kind that are done: how many, how many of them now, and what those took, s."""
+class _Times:
+    """Stages that are done, by kind: how many are unchanged, how many new, and their seconds."""
 
-    count: int = 0
-    now: int = 0
-    seconds: float = 0.0
-
-    def add(self, event: Done) -> None:
-        self.count += 1
-        self.now += not event.cached
-        self.seconds += 0.0 if event.cached else event.seconds
-
-    @property
-    def text(self) -> str:
-        took = f"{self.now} in {self.seconds:.1f} s"
-        kept = f"{self.count - self.now} unchanged"
-        return ", ".join([took] * (self.now > 0) + [kept] * (self.now < self.count))
-
-
-class _Times(dict[str, _Kind]):
-    """What is done, by kind."""
+    def __init__(self) -> None:
+        self._kept, self._new = Counter[str](), Counter[str]()
+        self._seconds: defaultdict[str, float] = defaultdict(float)
 
     def add(self, event: Done) -> str:
         """Count a stage; its kind."""
         kind = kind_of(event.stage)
-        self.setdefault(kind, _Kind()).add(event)
+        self._kept[kind] += event.cached
+        self._new[kind] += not event.cached
+        self._seconds[kind] += 0.0 if event.cached else event.seconds
         return kind
+
+    def text(self, kind: str) -> str:
+        new = [f"{self._new[kind]} in {self._seconds[kind]:.1f} s"] if self._new[kind] else []
+        return ", ".join(new + [f"{self._kept[kind]} unchanged"] * (self._kept[kind] > 0))
 
     def line(self, run: Finished) -> str:
         """What a run took, and of that its longest stages."""
         held = f", at most {gigabytes(run.memory)} of memory" if run.memory > 0 else ""
-        order = sorted(self.items(), key=lambda item: -item[1].seconds)
-        longest = [f"{kind} {k.seconds:.1f} s" for kind, k in order[:NAMED] if k.seconds >= 1]
+        order = sorted(self._seconds.items(), key=lambda item: -item[1])
+        longest = [f"{kind} {seconds:.1f} s" for kind, seconds in order[:NAMED] if seconds >= 1]
         return f"done in {run.seconds:.1f} s{held}" + (f": {', '.join(longest)}" if longest else "")
 
 
@@ -120,7 +110,8 @@ class PlainLines:
                 pass
             case Done():
                 if self._times.add(event) not in COUNTED:
-                    self._say(_done(event))
+                    took = "unchanged" if event.cached else f"{event.seconds:.1f} s"
+                    self._say(f"{event.stage}: {took}")
             case Finished():
                 self._say(self._times.line(event))
                 self._say(_last(event))
@@ -178,7 +169,7 @@ class _Bar:
                 self._move("cases", event.done, event.total, _tasks(event))
             case Done():
                 kind = self._times.add(event)
-                self._move(kind, 1, 1, self._times[kind].text)
+                self._move(kind, 1, 1, self._times.text(kind))
             case Table():
                 if event.key != "stages":
                     lines = text_lines(event, _width_of(sys.stdout))
@@ -212,10 +203,6 @@ def on_terminal() -> Generator[_Bar, None, None]:
     columns = name, BarColumn(20), TimeElapsedColumn(), said
     with Progress(*columns, console=console, transient=True) as bar:
         yield _Bar(bar)
-
-
-def _done(event: Done) -> str:
-    return f"{event.stage}: " + ("unchanged" if event.cached else f"{event.seconds:.1f} s")
 
 
 def _last(event: Finished) -> str:

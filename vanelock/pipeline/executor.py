@@ -11,18 +11,15 @@ import re
 import secrets
 import signal
 import socket
-import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from ipaddress import ip_address
-from multiprocessing import parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
-from urllib.parse import urlsplit
 
 import vanelock
 from vanelock.common.errors import InputError
@@ -39,7 +36,7 @@ PATIENCE = 10.0
 """Seconds to find the scheduler."""
 TOKEN = ".token"
 """File in the cache of a run by which a worker knows that it sees the same folder."""
-_ADDRESS = re.compile(r"(?:(?:tcp|tls|wss?|ucx)://)?(\[[\da-fA-F:]+\]|[\w.-]+):(\d{1,5})", re.ASCII)
+_ADDRESS = re.compile(r"(?:(tcp|tls|wss?|ucx)://)?(\[[\da-fA-F:]+\]|[\w.-]+):(\d{1,5})", re.ASCII)
 _PR_SET_PDEATHSIG = 1
 
 
@@ -50,11 +47,6 @@ def chosen_workers(
     if scheduler is not None:
         return _Cluster(scheduler, listener, cache, insecure)
     return None if count < 2 else Processes(count)
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0))
 
 
 class Processes(ThreadPoolExecutor):
@@ -142,16 +134,7 @@ def _hold_back() -> None:
 
 def _begin(parent: int) -> None:
     """In a process that does tasks: end as soon as its parent does, even if that is killed."""
-
-    def watch() -> None:
-        above = parent_process()
-        if above is not None:
-            above.join()
-            os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-    if sys.platform == "linux":  # at once, even within a call that lets no thread run
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
         os._exit(1)
     keep_freed()
@@ -228,7 +211,8 @@ def _client(address: str, insecure: bool) -> Any:
         raise InputError(
             f"--scheduler {address}: no address of a scheduler, such as tcp://host:8786"
         )
-    if not insecure and not _protected(address):
+    scheme, host, port = parts[1], parts[2].strip("[]"), int(parts[3])
+    if not insecure and not _protected(scheme, host):
         raise InputError(
             f"--scheduler {address}: on another machine and without encryption, where anybody "
             "on the way can run programs here: use tls:// (`vanelock manual sweeps`), or "
@@ -236,7 +220,7 @@ def _client(address: str, insecure: bool) -> Any:
         )
     distributed = library("distributed", "cluster", f"--scheduler {address}", "Dask")
     try:
-        with socket.create_connection((parts[1].strip("[]"), int(parts[2])), PATIENCE):
+        with socket.create_connection((host, port), PATIENCE):
             pass  # where nobody listens, Dask tries on and complains when the program ends
         return distributed.Client(
             address,
@@ -249,14 +233,12 @@ def _client(address: str, insecure: bool) -> Any:
         raise InputError(f"--scheduler {address}: no answer: {why}") from None
 
 
-def _protected(address: str) -> bool:
-    """Whether what goes to an address is encrypted, or stays on this machine."""
-    scheme, found, rest = address.partition("://")
-    if found and scheme in ("tls", "wss", "inproc"):
+def _protected(scheme: str | None, host: str) -> bool:
+    """Whether what goes to a host is encrypted, or stays on this machine."""
+    if scheme in ("tls", "wss") or host.lower() == "localhost":
         return True
     try:
-        host = urlsplit(f"//{rest if found else address}").hostname or ""
-        return host == "localhost" or ip_address(host).is_loopback
+        return ip_address(host).is_loopback
     except ValueError:
         return False
 
@@ -275,7 +257,7 @@ def _unfit(path: str, token: str, expected: str) -> str:
 def _called_if_fit(versions: tuple[str, str, str], function: Callable[..., Any], *of: Any) -> Any:
     """On a worker: call a function, unless it came too late to be asked and is not fit."""
     if why := _unfit(*versions):
-        return Failure("", f"a worker {why}", unfit=True)
+        return Failure(f"a worker {why}", unfit=True)
     return function(*of)
 
 

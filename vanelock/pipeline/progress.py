@@ -141,19 +141,6 @@ def silent(event: Event) -> None:
     """Say nothing."""
 
 
-class Counter:
-    """Pass every event on, and count the cases that failed."""
-
-    def __init__(self, listener: Listener) -> None:
-        self._listener = listener
-        self.failed = 0
-
-    def __call__(self, event: Event) -> None:
-        """Count a failed case."""
-        self.failed += isinstance(event, Failed)
-        self._listener(event)
-
-
 def _json_lines(event: Event) -> None:
     """One JSON object a line on standard output; numbers that are not finite become null."""
     fields = event.record() if isinstance(event, Table) else asdict(event)

@@ -5,7 +5,7 @@ everything upstream of it.
 """
 
 import time
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar, cast
 
@@ -140,10 +140,7 @@ class Stages:
 
     def retain(self, steps: Iterable[Step[Any]]) -> None:
         """Drop from memory what none of the steps, nor any that they need, produces."""
-        self.keep({step.key for step in reachable(steps)})
-
-    def keep(self, keys: Container[str]) -> None:
-        """Drop from memory all products but those of some keys."""
+        keys = {step.key for step in reachable(steps)}
         self._products = {k: v for k, v in self._products.items() if k in keys}
 
     def _computed(self, step: Step[P]) -> tuple[P, float, float]:

@@ -1,6 +1,6 @@
 """Products made by other processes, which put them into the cache: handed out, tried again, listed.
 
-A task holds a picklable object from which the same steps, and so the same keys, follow in every
+A task holds a picklable function from which the same steps, and so the same keys, follow in every
 process. What it starts from and what it makes is in the cache's folder, which all of them share. A
 task that fails is tried once more; what then still fails is reported, with all that waits for it,
 and the rest goes on.
@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from vanelock.common.errors import FolderError, InputError
 from vanelock.pipeline.cache import Cache
@@ -26,12 +26,8 @@ PATIENCE = 1.0
 """Seconds after which the display is updated again."""
 
 
-class Work(Protocol):
-    """Something picklable that says which steps there are."""
-
-    def steps(self) -> Iterable[Step[Any]]:
-        """The same steps in every process; what they need need not be among them."""
-        ...
+Work: TypeAlias = Callable[[], Iterable[Step[Any]]]
+"""Something picklable that gives the same steps in every process, without all that they need."""
 
 
 class Workers(Protocol):
@@ -59,8 +55,8 @@ class Task:
     ----------
     name : str
         What lists call it.
-    work : Work
-        Says the steps.
+    work : callable
+        Gives the steps.
     keys : tuple of str
         Keys of the products.
     users : frozenset of int
@@ -82,8 +78,6 @@ class Failure:
 
     Attributes
     ----------
-    task : str
-        What could not be done.
     reason : str
         One line.
     attempts : int
@@ -94,7 +88,6 @@ class Failure:
         Whether the worker is to blame, which is asked for nothing more.
     """
 
-    task: str
     reason: str
     attempts: int = 1
     refused: bool = False
@@ -179,7 +172,7 @@ class TaskQueue:
             self._made.update(task.keys)
         else:
             self._attempts[task.keys[0]] += not failure.unfit
-            failure = replace(failure, task=task.name, attempts=self._attempts[task.keys[0]])
+            failure = replace(failure, attempts=self._attempts[task.keys[0]])
             if not failure.refused and failure.attempts < ATTEMPTS:
                 self._listener(Notice(f"{task.name}: {failure.reason}; trying again"))
                 self._waiting.append(task)
@@ -234,8 +227,8 @@ def _solve(work: Work, keys: Sequence[str], folder: str) -> Failure | None:
             _stages[folder] = Stages(Cache(Path(folder), lambda text: None), silent)
         stages = _stages[folder]
         try:
-            steps = {step.key: step for step in reachable(work.steps())}
-            stages.keep(steps)
+            steps = {step.key: step for step in reachable(work())}
+            stages.retain(steps.values())
             if any(key not in steps for key in keys):
                 raise InputError("a file is not the same here as where the tasks come from")
             for key in keys:
@@ -243,7 +236,7 @@ def _solve(work: Work, keys: Sequence[str], folder: str) -> Failure | None:
         except FolderError:
             raise
         except Exception as error:
-            stages.keep(())  # memory may be short
+            stages.retain(())  # memory may be short
             return failure_of(error)
     return None
 
@@ -252,11 +245,11 @@ def failure_of(error: BaseException) -> Failure:
     """An error in one line."""
     lines = str(error).strip().splitlines()
     if isinstance(error, InputError):
-        return Failure("", lines[0] if lines else "refused", refused=True)
+        return Failure(lines[0] if lines else "refused", refused=True)
     if isinstance(error, MemoryError):
-        return Failure("", "out of memory")
+        return Failure("out of memory")
     if isinstance(error, Killed):
-        return Failure("", lines[0])
+        return Failure(lines[0])
     if (kind := type(error).__name__) == "KilledWorker":  # Dask has tried it on several
-        return Failure("", "each of the workers that tried it was killed", refused=True)
-    return Failure("", f"{kind}: {lines[0]}" if lines else kind)
+        return Failure("each of the workers that tried it was killed", refused=True)
+    return Failure(f"{kind}: {lines[0]}" if lines else kind)

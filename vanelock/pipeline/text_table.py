@@ -46,7 +46,7 @@ class _Block:
 
 def text_lines(table: Table, width: int = WIDEST) -> list[str]:
     """A table under its title, and what stands below it; lines longer only than one word is."""
-    made = [_block(*each) for each in zip(table.columns, _columns(table), strict=True)]
+    made = [_block(c, [row[i] for row in table.shown]) for i, c in enumerate(table.columns)]
     named = next((i for i, each in enumerate(made[:2]) if each.numbers), min(2, len(made)))
     share = width // LABEL if named < len(made) else width
     made[:named] = [_narrowed(each, share // max(named, 1)) for each in made[:named]]
@@ -78,10 +78,6 @@ def wrapped(text: str, width: int) -> list[str]:
 
 def _plain(text: str) -> str:
     return printable(text.translate(_PLAIN))
-
-
-def _columns(table: Table) -> list[list[Shown]]:
-    return [[row[i] for row in table.shown] for i in range(len(table.columns))]
 
 
 def _block(column: Column, values: list[Shown]) -> _Block:

@@ -96,19 +96,19 @@ A = TypeVar("A")
 C = TypeVar("C")
 
 
-def attempt(compute: Callable[[A], C], planned: A, name: str, stages: Stages) -> C:
+def attempt(compute: Callable[[A], C], planned: A, stages: Stages) -> C:
     """Compute something of a case of a sweep, twice if need be."""
-    failure = Failure(name, "")
+    failure = Failure("")
     for tries in range(1, ATTEMPTS + 1):
         try:
             return compute(planned)
         except (TaskFailed, FolderError):
             raise
         except Exception as error:
-            failure = replace(failure_of(error), task=name, attempts=tries)
+            failure = replace(failure_of(error), attempts=tries)
             if failure.refused:
                 break
-            stages.keep(())  # what is kept is in the cache too, and memory may be short
+            stages.retain(())  # what is kept is in the cache too, and memory may be short
     raise TaskFailed(failure)
 
 

@@ -20,7 +20,7 @@ from tests.vanelock.results.one_file import contents
 from vanelock import parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.pipeline import executor
-from vanelock.pipeline.executor import _Cluster, _protected
+from vanelock.pipeline.executor import _Cluster
 from vanelock.pipeline.progress import Failed, Finished, Notice, Tasks
 
 STUDY = """
@@ -265,7 +265,8 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
     ],
 )
 def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(tmp_path, address, safe):
-    assert _protected(address) == safe
+    scheme, host, _ = executor._ADDRESS.fullmatch(address).groups()  # type: ignore[union-attr]
+    assert executor._protected(scheme, host.strip("[]")) == safe
     if not safe:
         with pytest.raises(InputError, match="without encryption.*--insecure-scheduler"):
             _Cluster(address, print, tmp_path)

@@ -113,11 +113,12 @@ class OngoingRun:
         alone = len(self.planned) + len(self.failed) == 1
         for i, each in enumerate(self.planned):
             try:
-                computed = (
-                    compute(each) if alone else attempt(compute, each, each.case.name, self.stages)
-                )
+                computed = compute(each) if alone else attempt(compute, each, self.stages)
             except TaskFailed as error:
-                self._fail(each, error.failure)
+                name, failure = each.case.name, error.failure
+                self.failed[name] = failure
+                self.listener(Failed(name, failure.reason, failure.attempts))
+                self.record.failed(name, each.case.values, failure)
             else:
                 show(each, computed)
                 kept.append(each)
@@ -127,12 +128,6 @@ class OngoingRun:
             name, failure = next(iter(self.failed.items()))
             raise InputError(f"no case can be computed: {name}: {failure.reason}")
         self.planned = tuple(kept)
-
-    def _fail(self, planned: Planned, failure: Failure) -> None:
-        name = planned.case.name
-        self.failed[name] = failure
-        self.listener(Failed(name, failure.reason, failure.attempts))
-        self.record.failed(name, planned.case.values, failure)
 
     def _parts(self, planned: Planned) -> None:
         """Meshes, reduced parts and linear limits of a case."""

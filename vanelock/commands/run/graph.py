@@ -15,7 +15,7 @@ from vanelock.input.cases.sweep import Case
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Listener
 from vanelock.pipeline.step import Stages, Step
-from vanelock.pipeline.tasks import Task, TaskQueue, Work, Workers
+from vanelock.pipeline.tasks import Task, TaskQueue, Workers
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.limits import LIMITS
@@ -76,7 +76,7 @@ class _Job(NamedTuple):
 
     name: str
     steps: Sequence[Step[Any]]
-    work: Work
+    work: CaseWork
     counts: bool = True
 
 
@@ -143,7 +143,7 @@ def bundle(jobs: Sequence[_Job], cache: Cache) -> tuple[list[Step[Any]], list[Ta
         tasks.append(
             Task(
                 name=f"{leader.name} and {others} more" if others else leader.name,
-                work=leader.work,
+                work=leader.work.steps,
                 keys=keys,
                 users=frozenset(members),
                 counts=leader.counts and leader.steps[-1].key in keys,

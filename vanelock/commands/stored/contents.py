@@ -169,7 +169,7 @@ def _loaded(folder: Path, file: h5py.File) -> StoredRun:
         measured=tuple(map(_measured, known.get("measured", ()))),
         text=_text(about.attrs["study"]),
         failed={
-            name: Failure(name, _text(of.attrs["reason"]), int(of.attrs["attempts"]))
+            name: Failure(_text(of.attrs["reason"]), int(of.attrs["attempts"]))
             for name, of in sorted(
                 file.get("failed", {}).items(), key=lambda item: int(item[1].attrs.get("number", 0))
             )

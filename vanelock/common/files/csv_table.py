@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vanelock.common.errors import InputError
+from vanelock.common.arrays import Array
 from vanelock.common.files.files import placed
 
 
@@ -22,7 +22,7 @@ def write_columns(
     path: str | Path, columns: Mapping[str, ArrayLike], notes: Sequence[str] = ()
 ) -> Path:
     """Write columns as a CSV file, as a whole or not at all, and return the path."""
-    cells = [_cells(name, values) for name, values in columns.items()]
+    cells = [_cells(np.asarray(values)) for values in columns.values()]
     text = io.StringIO()
     for note in notes:
         text.write("".join(f"# {line}\n" for line in note.splitlines()))
@@ -35,15 +35,10 @@ def write_columns(
     return target
 
 
-def _cells(name: str, values: ArrayLike) -> list[str]:
+def _cells(values: Array) -> list[str]:
     """A column's cells."""
-    array = np.asarray(values)
-    if array.ndim != 1 or array.dtype.kind not in "biufUO":
-        given = f"{array.dtype} of shape {array.shape}"
-        raise InputError(f"column {name}: given {given}: one list of real numbers or text needed")
-    if array.dtype.kind == "b":
-        array = array.astype(int)
-    return [_cell(value) for value in array.tolist()]
+    numbers = values.astype(int) if values.dtype.kind == "b" else values
+    return [_cell(value) for value in numbers.tolist()]
 
 
 def _cell(value: object) -> str:
@@ -61,6 +56,18 @@ def _harmless(text: str) -> str:
     except ValueError:
         return text if text == "-" else f"'{text}"
     return text
+
+
+def rows_of_cells(text: str) -> list[tuple[int, list[str]]]:
+    """Lines of a CSV file of the user with their numbers, as cells; the first names the columns.
+
+    Blank lines and those that begin with # are left out; a semicolon, tab or comma separates cells,
+    as the first line says.
+    """
+    numbered = enumerate(text.splitlines(), 1)
+    lines = [(i, line) for i, line in numbered if line.partition("#")[0].strip()]
+    mark = max(";\t,", key=lines[0][1].count) if lines else ","
+    return [(i, [cell.strip().strip('"').strip() for cell in s.split(mark)]) for i, s in lines]
 
 
 def short(values: ArrayLike) -> list[float]:

@@ -60,28 +60,35 @@ def needs(file: h5py.File) -> list[str] | None:
 
 def verify_file(path: Path) -> None:
     """Refuse a file that is not what its name says, or where that says nothing, its first block."""
-    try:
-        fits = _fits(path, _state(path))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    if not fits:
+    named = NAMED.search(path.name)
+    digest = content_digest(path, 0 if named else BLOCK)
+    if digest != (named[1] if named else _stated(path)):
         raise InputError(f"{path}: is not what was written: damaged, or altered since")
+
+
+def _stated(path: Path) -> str:
+    """What the block before the data says."""
+    with path.open("rb") as file:
+        return file.read(20).decode("ascii", "replace")
 
 
 State: TypeAlias = tuple[int, int, int]
 
 
-def _state(path: Path) -> State:
-    """What changes when a file does."""
+def file_state(path: str | os.PathLike[str]) -> State:
+    """What changes when a file does: its size, among others."""
     found = os.stat(path)
     return found.st_size, found.st_mtime_ns, found.st_ino
 
 
+def content_digest(path: str | os.PathLike[str], start: int = 0) -> str:
+    """Digest of a user's file, taken anew when its size or time of change differ."""
+    try:
+        return _known_digest(Path(path), start, file_state(path))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
 @lru_cache(maxsize=1 << 16)
-def _fits(path: Path, state: State) -> bool:
-    named = NAMED.search(path.name)
-    if named is not None:
-        return file_digest(path) == named[1]
-    with path.open("rb") as file:
-        stated = file.read(20)
-    return file_digest(path, BLOCK).encode() == stated
+def _known_digest(path: Path, start: int, state: State) -> str:
+    return file_digest(path, start)

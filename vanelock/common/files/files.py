@@ -24,7 +24,7 @@ from glob import escape
 from pathlib import Path
 from typing import TypeVar
 
-from vanelock.common.errors import FolderError, InputError, printable, raised
+from vanelock.common.errors import FolderError, InputError, cut_short, printable, raised
 from vanelock.common.process import ENDING
 
 PathLike = str | os.PathLike[str]
@@ -38,8 +38,7 @@ def beside(folder: PathLike, name: str, key: str, outside: bool = False) -> Path
     A path that leaves that folder, by `..`, from the root or through a link, is refused: a study
     that somebody sends should read what was sent with it and nothing else.
     """
-    shown = printable(name)
-    where = f'{key} = "{shown if len(shown) <= 80 else shown[:77] + "..."}"'
+    where = f'{key} = "{cut_short(printable(name), 80)}"'
     place = Path(folder) / name
     try:
         real, root = place.resolve(), Path(folder).resolve()
@@ -157,12 +156,8 @@ SECONDS, MEMORY = 10, 300_000_000
 EACH = 20
 
 
-class Fallen(Exception):
-    """The child did not come to an end: the message says why."""
-
-
-def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
-    """What some work says, done in a child process."""
+def limited(work: Callable[[], str], seconds: int, memory: int, before: str = "") -> str:
+    """What some work says, done in a child process; or, behind `before`, why that fell."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
@@ -170,7 +165,7 @@ def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
         try:
             os.close(reading)
             _limit(seconds, memory)
-            os.write(writing, work().encode("utf-8", "replace")[:4000])
+            os.write(writing, b"." + work().encode("utf-8", "replace")[:4000])
         except MemoryError:
             status = FULL
         finally:
@@ -183,18 +178,19 @@ def limited(work: Callable[[], str], seconds: int, memory: int) -> str:
         os.kill(child, signal.SIGKILL)
         raise
     finally:
-        _, status = os.waitpid(child, 0)
-    if text and status == 0:
-        return text
-    if os.WIFEXITED(status) and os.WEXITSTATUS(status) == FULL:
-        raise Fallen("it asks for too much memory")
-    slow = os.WIFSIGNALED(status) and os.WTERMSIG(status) in (signal.SIGXCPU, signal.SIGKILL)
-    raise Fallen("reading it does not end" if slow else "it makes the library that reads it fail")
+        ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if text and ended == 0:
+        return text[1:]
+    if ended == FULL:
+        return before + "it asks for too much memory"
+    slow = -ended in (signal.SIGXCPU, signal.SIGKILL)
+    why = "reading it does not end" if slow else "it makes the library that reads it fail"
+    return before + why
 
 
 def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
     """What a library reads from a user's file, in a child first: libraries need not fail well."""
-    printed = io.StringIO()
+    printed, begins = io.StringIO(), f"{where}: not {what} that can be read: "
 
     def quietly() -> T:
         try:
@@ -213,23 +209,12 @@ def by_library(read: Callable[[], T], where: str, size: int, what: str) -> T:
             reason = "" if isinstance(error, SystemExit) else str(error)
             lines = [line for line in (reason or printed.getvalue()).splitlines() if line.strip()]
             said = printable((lines or [type(error).__name__])[0]).strip()[:160]
-            raise InputError(f"{where}: not {what} that can be read: {said}") from None
+            raise InputError(begins + said) from None
 
-    try:
-        trouble = limited(
-            lambda: "".join(raised(quietly)) or FINE,
-            SECONDS + size // 2_000_000,
-            MEMORY + EACH * size,
-        )
-    except Fallen as fallen:
-        trouble = f"{where}: not {what} that can be read: {fallen}"
-    if trouble != FINE:
+    limits = SECONDS + size // 2_000_000, MEMORY + EACH * size
+    if trouble := limited(lambda: "".join(raised(quietly)), *limits, begins):
         raise InputError(trouble)
     return quietly()
-
-
-FINE = "fine"
-"""What a child says of a file that it could read."""
 
 
 def _limit(seconds: int, memory: int) -> None:

@@ -8,7 +8,7 @@ So a child of limited memory and time opens the file first, and looks at every o
 import errno
 import io
 import os
-from collections.abc import Generator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -18,8 +18,8 @@ import h5py
 import numpy as np
 
 from vanelock.common.errors import InputError, printable
-from vanelock.common.files.digests import NAMED
-from vanelock.common.files.files import Fallen, limited, regular
+from vanelock.common.files.digests import NAMED, State, file_state
+from vanelock.common.files.files import PathLike, limited, regular
 from vanelock.common.process import held
 
 UNPACKED = 256_000_000
@@ -37,16 +37,15 @@ SECONDS = 4
 
 
 @contextmanager
-def opened(
-    path: str | os.PathLike[str], beside: str | None = None, follow: bool = True
-) -> Generator[h5py.File, None, None]:
+def opened(path: PathLike, beside: str | None = None, follow: bool = True) -> Iterator[h5py.File]:
     """A file, open for reading, whose every object could be read."""
     regular(path, "an HDF5 file")
-    _refuse_unreadable(path, beside, follow)
+    states = [file_state(path)]
+    if follow and beside is not None and (folder := Path(path).with_name(beside)).is_dir():
+        states += [file_state(each) for each in os.scandir(folder) if each.is_file()]
+    _refuse(Path(path), beside, follow, tuple(states))
     try:
         file = h5py.File(path, "r")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: not a readable HDF5 file ({_said(error)})") from None
     with file:
@@ -54,9 +53,7 @@ def opened(
 
 
 @contextmanager
-def written(
-    path: str | os.PathLike[str], mode: str = "w", block: int = 0
-) -> Generator[h5py.File, None, None]:
+def written(path: PathLike, mode: str = "w", block: int = 0) -> Iterator[h5py.File]:
     """A file, open for writing, "w", or for additions, "a"; a new one may begin with a block.
 
     Where the disk is full the HDF5 library must not learn of it: it drops small data sets without a
@@ -64,8 +61,7 @@ def written(
     said is raised when it is done. Nor can a signal's exception pass through it: signals wait while
     the file is opened and closed, and should wait while it is written (`signals.held`).
     """
-    with open(path, "w+b" if mode == "w" else "r+b", buffering=0) as place:
-        sink = _Sink(place)
+    with _Sink(path, "w+" if mode == "w" else "r+") as sink:
         with held():
             file = h5py.File(sink, mode, userblock_size=block if mode == "w" else None)
         try:
@@ -77,56 +73,39 @@ def written(
             raise sink.error
 
 
-class _Sink:
+class _Sink(io.FileIO):
     """A file for the HDF5 library whose writes never fail; the first error is kept."""
 
-    def __init__(self, file: io.FileIO) -> None:
-        self._file = file
-        self.error: OSError | None = None
+    error: OSError | None = None
 
-    def seek(self, offset: int, whence: int = 0) -> int:
-        """Go to a place."""
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        """The place."""
-        return self._file.tell()
-
-    def read(self, size: int = -1) -> bytes:
-        """Some bytes."""
-        return self._file.read(size) or b""
-
-    def readinto(self, target: Any) -> int:
+    def readinto(self, target: Any, /) -> int:
         """Read as much as is asked for; zeros where nothing could be written."""
         view = memoryview(target).cast("B")
         done = 0
-        while done < len(view) and (more := self._file.readinto(view[done:])):
+        while done < len(view) and (more := super().readinto(view[done:])):
             done += more
         view[done:] = bytes(len(view) - done)
         return len(view)
 
-    def write(self, data: Any) -> int:
+    def write(self, data: Any, /) -> int:
         """Write all of it."""
         view = memoryview(data).cast("B")
         done = 0
         try:
             while done < len(view) and self.error is None:
-                done += self._file.write(view[done:]) or 0
+                done += super().write(view[done:]) or 0
         except OSError as error:
             self.error = error
         return len(view)
 
-    def truncate(self, size: int) -> int:
+    def truncate(self, size: int | None = None, /) -> int:
         """Make it so many bytes long."""
         try:
             if self.error is None:
-                self._file.truncate(size)
+                super().truncate(size)
         except OSError as error:
             self.error = error
-        return size
-
-    def flush(self) -> None:
-        """Nothing is held back."""
+        return size or 0
 
 
 def texts(dataset: h5py.Dataset) -> list[str]:
@@ -134,32 +113,17 @@ def texts(dataset: h5py.Dataset) -> list[str]:
     return [str(each) for each in np.atleast_1d(dataset.asstr()[()]).tolist()]
 
 
-def _refuse_unreadable(path: str | os.PathLike[str], beside: str | None, follow: bool) -> None:
-    """Let a child read the file, unless one did and nothing has changed since."""
-    states = [Path(path).stat()]
-    if follow and beside is not None and (folder := Path(path).with_name(beside)).is_dir():
-        states += [each.stat() for each in os.scandir(folder) if each.is_file()]
-    known = tuple((s.st_size, s.st_mtime_ns, s.st_ino) for s in states)
-    _refuse(Path(path), beside, follow, known)
-
-
 @lru_cache(maxsize=64)
-def _refuse(
-    path: Path, beside: str | None, follow: bool, states: tuple[tuple[int, int, int], ...]
-) -> None:
-    """Report what the child says or that it fell; nothing where it read all."""
+def _refuse(path: Path, beside: str | None, follow: bool, states: tuple[State, ...]) -> None:
+    """Report what a child says that reads the files, or that it fell, unless it did so before."""
     size = sum(state[0] for state in states)
     seconds = SECONDS + size // 50_000_000 + len(states) // 50
-    try:
-        trouble = limited(lambda: _trouble(path, size, beside, follow), seconds, MEMORY + 2 * size)
-    except Fallen as fallen:
-        trouble = str(fallen)
-    if trouble != "fine":
-        raise InputError(f"{path}: not a readable HDF5 file ({trouble})")
+    if why := limited(lambda: _trouble(path, size, beside, follow), seconds, MEMORY + 2 * size):
+        raise InputError(f"{path}: not a readable HDF5 file ({why})")
 
 
 def _trouble(path: Path, size: int, beside: str | None, follow: bool) -> str:
-    """What is wrong with a file and those that it leads to, "fine" where nothing is."""
+    """What is wrong with a file and those that it leads to, "" where nothing is."""
     walk = _Walk(size, beside)
     waiting, seen = [path], {path}
     try:
@@ -177,7 +141,7 @@ def _trouble(path: Path, size: int, beside: str | None, follow: bool) -> str:
     except Exception as error:
         said = _said(error)
         return said if each == path else f"{each.parent.name}/{_plain(each.name)}: {said}"
-    return "fine"
+    return ""
 
 
 def _said(error: Exception) -> str:
@@ -187,8 +151,7 @@ def _said(error: Exception) -> str:
     if isinstance(error, OSError) and error.errno:
         return os.strerror(error.errno)
     first = (str(error.args[0] if error.args else error).splitlines() or [""])[0]
-    plain = printable(first)[:200]
-    return plain or type(error).__name__
+    return printable(first)[:200] or type(error).__name__
 
 
 class _Refused(Exception):
@@ -249,8 +212,7 @@ class _Walk:
         return True
 
     def _attributes(self, item: Any) -> None:
-        for name in item.attrs:
-            value = item.attrs[name]
+        for value in item.attrs.values():
             self._add_text(value)
 
     def _dataset(self, dataset: h5py.Dataset) -> None:

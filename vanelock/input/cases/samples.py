@@ -6,13 +6,13 @@ Conover, Technometrics 21 (1979) 239), so that few of them cover each key's rang
 
 import math
 from functools import partial
-from typing import Any, get_args, get_origin
+from typing import Any
 
 import numpy as np
 from pydantic.fields import FieldInfo
 
 from vanelock.common.arrays import Floats
-from vanelock.common.checked import field_at, show, unknown
+from vanelock.common.checked import field_at, kinds_of, show, unknown
 from vanelock.common.errors import InputError, raised
 from vanelock.common.quantities import number
 from vanelock.input.cases.values import Problem, path_of
@@ -52,20 +52,14 @@ def sample_mistakes(problem: Problem) -> list[str]:
     if problem.sweep or problem.rows:
         found.append("scatter: give either this, or sweep and rows, not both")
     for key, each in problem.scatter.keys.items():
-        field = field_at(path_of(key), type(problem))
-        found += _mistakes(key, field, type(problem)) or raised(
-            partial(_mapped, key, each, MIDDLE, field)
-        )
+        field, where = field_at(path_of(key), type(problem)), f'scatter.keys."{key}"'
+        if field is None:
+            found.append(f"{where}: {unknown(path_of(key), type(problem))}")
+        elif float not in kinds_of(field) or key.startswith(("outputs.", "scatter.")):
+            found.append(f"{where}: only keys that hold a number with a fraction can scatter")
+        else:
+            found += raised(partial(_mapped, key, each, MIDDLE, field))
     return found
-
-
-def _mistakes(key: str, field: FieldInfo | None, schema: type[Problem]) -> list[str]:
-    where = f'scatter.keys."{key}"'
-    if field is None:
-        return [f"{where}: {unknown(path_of(key), schema)}"]
-    if float not in _types(field) or key.startswith(("outputs.", "scatter.")):
-        return [f"{where}: only keys that hold a number with a fraction can scatter"]
-    return []
 
 
 @np.errstate(all="ignore")  # what overflows is refused
@@ -114,8 +108,3 @@ def _numbers(where: str, pair: tuple[Any, Any], field: FieldInfo) -> tuple[float
     except ValueError as error:
         raise InputError(f"{where} = {show(pair)}: {error}") from None
     return one, other
-
-
-def _types(field: FieldInfo) -> list[Any]:
-    options = [field.annotation, *get_args(field.annotation)]
-    return options + [get_args(each)[0] for each in options if get_origin(each) and get_args(each)]

@@ -4,25 +4,29 @@ The first key of the sweep runs slowest; rows of keys that vary together are slo
 scatter have their samples instead.
 """
 
-from collections.abc import Callable, Collection, Hashable, Iterator, Sequence
+from collections.abc import Collection, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import ValidationError
+from pydantic.fields import FieldInfo
 
 from vanelock.common.checked import (
+    Check,
     disagreements,
     dotted,
     explain,
     field_at,
+    kinds_of,
     mistakes,
     reason,
     show,
     unknown,
 )
 from vanelock.common.errors import InputError
+from vanelock.common.quantities import is_number
 from vanelock.input.cases.names import valued
 from vanelock.input.cases.values import Problem, path_of, value_at, with_values
 from vanelock.input.schema.structure.loads import files_named
@@ -92,17 +96,14 @@ def cases(problem: Problem) -> tuple[Case, ...]:
     count = len(rows)
     for values in lists.values():
         count *= len(values)
-    where = _where(problem, [*problem.rows, *lists])
+    keys = [*problem.rows, *lists]
     if count > LARGEST:
+        where = _where(problem, keys)
         raise InputError(f"{where}: {count} cases: at most {LARGEST} are allowed")
-    names = _short_names([*problem.rows, *lists])
     found: dict[str, Case] = {}
-    fitting: set[Hashable] = set()
-    known: dict[Hashable, Any] = {}
+    names, parsed = _short_names(keys), dict[Hashable, Any]()
     for row, combination in product(rows, product(*lists.values())):
-        chosen = {**row, **dict(zip(lists, combination, strict=True))}
-        case = _case(problem, chosen, names, known)
-        _check_fit(case, chosen, fitting, where)
+        case = _case(problem, row | dict(zip(lists, combination, strict=True)), names, parsed)
         if case.name in found:
             raise InputError(f"rows: {case.name} is there twice")
         found[case.name] = case
@@ -126,12 +127,10 @@ def _samples(problem: Problem) -> tuple[Case, ...]:
     columns = samples(problem)
     count = len(next(iter(columns.values())))
     found = []
-    fitting: set[Hashable] = set()
+    names, parsed = _short_names(list(columns)), dict[Hashable, Any]()
     for i in range(count):
-        chosen = {key: values[i] for key, values in columns.items()}
         try:
-            case = _case(problem, chosen, _short_names(list(chosen)), {})
-            _check_fit(case, chosen, fitting)
+            case = _case(problem, {key: of[i] for key, of in columns.items()}, names, parsed)
         except InputError as error:
             reason = str(error).removeprefix("sweep: ")
             raise InputError(
@@ -173,15 +172,21 @@ def _case(
 ) -> Case:
     """What is given with all chosen values at once: combinations may be impossible too.
 
-    Cases whose values in a table are the same share it: those `parsed` so far.
+    Cases whose values in a table are the same share it: those `parsed` so far, among which are the
+    dimensions of vanes and casings that can be assembled.
     """
+    where = _where(problem, chosen)
+    shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
     try:
         changed = with_values(problem, chosen, parsed=parsed)
     except ValidationError as error:
-        shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
         text = f"{shown}: " if len(chosen) > 1 else ""
-        why = explain(error, {}, type(problem))[0]
-        raise InputError(f"{_where(problem, chosen)}: {text}{why}") from None
+        raise InputError(f"{where}: {text}{explain(error, {}, type(problem))[0]}") from None
+    if isinstance(changed, Study):
+        dimensions = changed.model_dump_json(include={"vane", "casing", "ring"})
+        if dimensions not in parsed and (wrong := misfits(changed)):
+            raise InputError(f"{where}: {shown}: {wrong[0]}")
+        parsed[dimensions] = None
     values = {key: value_at(changed, key) for key in chosen}
     return Case(_named(values, names, type(problem)), values, changed)
 
@@ -196,32 +201,21 @@ def misfits(problem: Problem) -> list[str]:
     """What dimensions of a study contradict one another, and what mesh files are not there."""
     if not isinstance(problem, Study):
         return []
-    return disagreements(problem, (_files, _sectors, _vane, _casing, _both))
+    vane, casing, N = problem.vane, problem.casing, problem.ring.sectors
+    checks: list[Check] = [_files, lambda study: check_sectors(N)]
+    if not isinstance(vane, OwnVane):
+        checks.append(lambda study: check_vane(vane, N))
+    if not isinstance(casing, OwnCasing):
+        checks.append(lambda study: check_casing(casing, vane.hook, N))
+        if not isinstance(vane, OwnVane):
+            checks.append(lambda study: check_clearances(vane, casing))
+    return disagreements(problem, checks)
 
 
 def _files(study: Study) -> Iterator[str]:
     for location, file in files_named(study.model_dump(warnings=False)):
         if location[0] != "measured" and not Path(file).is_file():
             yield f"{dotted(location)} = {show(file)}: no such file"
-
-
-def _sectors(study: Study) -> None:
-    check_sectors(study.ring.sectors)
-
-
-def _vane(study: Study) -> None:
-    if not isinstance(study.vane, OwnVane):
-        check_vane(study.vane, study.ring.sectors)
-
-
-def _casing(study: Study) -> None:
-    if not isinstance(study.casing, OwnCasing):
-        check_casing(study.casing, study.vane.hook, study.ring.sectors)
-
-
-def _both(study: Study) -> None:
-    if not isinstance(study.vane, OwnVane) and not isinstance(study.casing, OwnCasing):
-        check_clearances(study.vane, study.casing)
 
 
 def _where(problem: Problem, keys: Collection[str]) -> str:
@@ -231,40 +225,13 @@ def _where(problem: Problem, keys: Collection[str]) -> str:
     return "rows and sweep" if rows and others else "rows" if rows else "sweep"
 
 
-def _check_fit(
-    case: Case, chosen: dict[str, Any], parsed: set[Hashable], where: str = "sweep"
-) -> None:
-    """Refuse a vane and a casing that cannot be assembled, unless it is known that they can."""
-    if not isinstance(study := case.problem, Study):
-        return
-    geometry = study.vane, study.casing, study.ring.sectors
-    if geometry in parsed:
-        return
-    if wrong := misfits(study):
-        shown = ", ".join(f"{key} = {show(value)}" for key, value in chosen.items())
-        raise InputError(f"{where}: {shown}: {wrong[0]}")
-    parsed.add(geometry)
-
-
 def _mistakes(problem: Problem, key: str, values: tuple[Any, ...]) -> list[str]:
     """What is wrong with a swept key, value by value."""
     where, schema = f'sweep."{key}"', type(problem)
-    if field_at(path_of(key), schema) is None:
+    if (field := field_at(path_of(key), schema)) is None:
         return [f"{where}: {unknown(path_of(key), schema)}"]
-    if key.startswith(("outputs.", "scatter.")) or not _can_vary(key, schema):
+    if key.startswith(("outputs.", "scatter.")) or not (key in NUMBERS or _can_vary(field)):
         return [f"{where}: only keys that hold a number or a choice of words can be swept"]
-
-    def held(value: Any) -> Any:
-        try:
-            return value_at(with_values(problem, {key: value}), key)
-        except ValidationError as error:
-            raise InputError(reason(mistakes(error)[0], schema, value)) from None
-
-    return _value_mistakes(where, values, held)
-
-
-def _value_mistakes(where: str, values: Sequence[Any], held: Callable[[Any], Any]) -> list[str]:
-    """What is wrong with a swept key's values; `held` is what the key holds of one, or refuses."""
     if not values:
         return [f"{where} = []: needs at least one value"]
     found: list[str] = []
@@ -272,29 +239,29 @@ def _value_mistakes(where: str, values: Sequence[Any], held: Callable[[Any], Any
     for i, value in enumerate(values):
         item = f"{where}[{i}] = {show(value)}"
         try:
-            number = held(value)
+            held = value_at(with_values(problem, {key: value}), key)
+        except ValidationError as error:
+            found.append(f"{item}: {reason(mistakes(error)[0], schema, value)}")
+            continue
         except InputError as error:
             found.append(f"{item}: {error}")
             continue
-        if isinstance(number, bool) or not isinstance(number, int | float | str):
+        if not is_number(held) and not isinstance(held, str):
             found.append(f"{item}: expected a number or a word")
-            continue
-        if number in seen:
-            found.append(f"{item}: the same as entry {seen[number]}")
-        seen.setdefault(number, i)
+        elif held in seen:
+            found.append(f"{item}: the same as entry {seen[held]}")
+        else:
+            seen[held] = i
     return found
 
 
-def _can_vary(key: str, schema: type[Problem]) -> bool:
+def _can_vary(field: FieldInfo) -> bool:
     """Whether a key holds a number or a choice of words."""
-    field = field_at(path_of(key), schema)
-    if field is None:
-        return False
-    options = [field.annotation, *get_args(field.annotation)]
-    options += [inner for option in options for inner in get_args(option)[:1]]
-    numbers = key in NUMBERS or any(option in (int, float) for option in options)
+    options = kinds_of(field)
     words = (get_args(option) for option in options if get_origin(option) is Literal)
-    return numbers or any(isinstance(word, str) for choice in words for word in choice)
+    return not {int, float}.isdisjoint(options) or any(
+        isinstance(word, str) for choice in words for word in choice
+    )
 
 
 def _short_names(keys: list[str]) -> dict[str, str]:

@@ -18,7 +18,9 @@ import numpy as np
 from vanelock.common.arrays import Floats
 from vanelock.common.checked import show
 from vanelock.common.errors import InputError
+from vanelock.common.files.csv_table import rows_of_cells
 from vanelock.common.files.files import contents
+from vanelock.common.quantities import factor
 from vanelock.common.tables import counted
 from vanelock.input.measured.units import (
     DISPLACEMENT,
@@ -26,7 +28,6 @@ from vanelock.input.measured.units import (
     STRAINS,
     UNITS,
     Points,
-    amplitude_factor,
 )
 
 NAMES = {
@@ -45,9 +46,9 @@ LARGEST = 10_000_000
 def read_csv(path: Path, engine_order: int) -> Points:
     """The points of a file; those over speed are at that engine order."""
     columns = _Columns(path)
-    abscissa, scale = columns.one_of("frequency"), 1.0
+    abscissa, per_unit = columns.one_of("frequency"), 1.0
     if abscissa is None:
-        abscissa, scale = columns.one_of("speed"), engine_order / 60
+        abscissa, per_unit = columns.one_of("speed"), engine_order / 60
     if abscissa is None:
         raise InputError(f"{columns.where}: needs a column frequency (Hz) or speed (rpm)")
     column = columns.one_of("amplitude")
@@ -56,16 +57,19 @@ def read_csv(path: Path, engine_order: int) -> Points:
         column, half = columns.one_of("peak-to-peak"), 0.5
     if column is None:
         raise InputError(f"{columns.where}: needs a column amplitude with its unit, such as (um)")
-    frequency = scale * columns.numbers(abscissa, positive=True)
-    amplitude, quantity = columns.amplitude(column)
-    spread = columns.one_of("sigma")
+    frequency = per_unit * columns.numbers(abscissa, positive=True)
+    name, unit = columns.heads[column]
+    if not unit:
+        raise InputError(f'{columns.at(column)}: needs a unit, such as "{name} (um)" or (um/m)')
+    quantity = STRAIN if unit in STRAINS or "/" in unit else DISPLACEMENT
+    scale = half * _amplitude_factor(unit, quantity, columns.at(column))
+    amplitude = scale * columns.numbers(column)
     sigma = None
-    if spread is not None:
-        unit = columns.unit(spread) or columns.unit(column)
-        factor = half * amplitude_factor(unit, quantity, columns.at(spread))
-        sigma = factor * columns.numbers(spread, True)
-    factor = half * amplitude_factor(columns.unit(column), quantity, columns.at(column))
-    return Points(frequency, half * amplitude, quantity, np.full(len(amplitude), factor), sigma)
+    if (spread := columns.one_of("sigma")) is not None:
+        own = columns.heads[spread][1] or unit
+        one = half * _amplitude_factor(own, quantity, columns.at(spread))
+        sigma = one * columns.numbers(spread, True)
+    return Points(frequency, amplitude, quantity, np.full(len(amplitude), scale), sigma)
 
 
 class _Columns:
@@ -73,69 +77,47 @@ class _Columns:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        lines = [
-            (i, line)
-            for i, line in enumerate(_text(path).splitlines(), 1)
-            if line.strip() and not line.lstrip().startswith("#")
-        ]
+        lines = rows_of_cells(_text(path))
         if not lines:
             raise InputError(f"{path}: empty: a header and numbers are needed")
-        self._line, header = lines[0]
-        self.where = f"{path}: line {self._line}"
-        self._mark = max(";\t,", key=header.count)
-        self._rows = [(i, self._split(line)) for i, line in lines[1:]]
-        self._heads = [_head(cell) for cell in self._split(header)]
+        (number, header), *self._rows = lines
+        self.where = f"{path}: line {number}"
+        self.heads = [_head(cell) for cell in header]
         for i, row in self._rows:
-            if len(row) > len(self._heads) and any(row[len(self._heads) :]):
+            if len(row) > len(self.heads) and any(row[len(self.heads) :]):
                 raise InputError(
                     f"{path}: line {i}: {counted(len(row), 'cell')} under "
-                    f"{counted(len(self._heads), 'column')}"
+                    f"{counted(len(self.heads), 'column')}"
                 )
-
-    def _split(self, line: str) -> list[str]:
-        return [cell.strip().strip('"').strip() for cell in line.split(self._mark)]
 
     def one_of(self, kind: str) -> int | None:
         """Place of the column of a kind, None where there is none."""
-        found = [i for i, (name, _) in enumerate(self._heads) if name in NAMES[kind]]
+        found = [i for i, (name, _) in enumerate(self.heads) if name in NAMES[kind]]
         if len(found) > 1:
             names = " and ".join(str(i + 1) for i in found)
             raise InputError(f"{self.where}: columns {names} both hold the {kind}")
         return found[0] if found else None
 
-    def unit(self, column: int) -> str:
-        """Unit that the header names, or ""."""
-        return self._heads[column][1]
-
     def at(self, column: int) -> str:
         """Where its header is, for errors."""
-        return f"{self.where}, column {self._heads[column][0]}"
-
-    def amplitude(self, column: int) -> tuple[Floats, str]:
-        """Amplitudes in SI, and what they are of."""
-        name, unit = self._heads[column]
-        if not unit:
-            raise InputError(f'{self.at(column)}: needs a unit, such as "{name} (um)" or (um/m)')
-        quantity = STRAIN if unit in STRAINS or "/" in unit else DISPLACEMENT
-        return amplitude_factor(unit, quantity, self.at(column)) * self.numbers(column), quantity
+        return f"{self.where}, column {self.heads[column][0]}"
 
     def numbers(self, column: int, positive: bool = False) -> Floats:
         """(p,) numbers of a column, of a frequency or speed in Hz or rpm; NaN where empty."""
-        name, unit = self._heads[column]
+        name, unit = self.heads[column]
         kind = next((kind for kind in UNITS if name in NAMES[kind]), None)
-        factor = 1.0
+        size = 1.0
         if kind is not None and unit:
             known = {name.lower(): value for name, value in UNITS[kind].items()}
-            if unit.lower() not in known:
+            size = known.get(unit.lower(), 0.0)
+            if not size:
                 allowed = ", ".join(UNITS[kind])
                 raise InputError(f'{self.at(column)}: unit "{unit}": expected one of {allowed}')
-            factor = known[unit.lower()]
         found = []
         for i, row in self._rows:
             text = row[column] if column < len(row) else ""
-            decimal = text.replace(",", ".") if self._mark != "," else text
             try:
-                number = float(decimal) if text else float("nan")
+                number = float(text.replace(",", ".")) if text else float("nan")
             except ValueError:
                 number = float("inf")
             low = number <= 0 if positive else number < 0
@@ -144,8 +126,19 @@ class _Columns:
                 raise InputError(
                     f"{self.path}: line {i}, column {name}: {show(text)}: expected {what}"
                 )
-            found.append(factor * number)
+            found.append(size * number)
         return np.array(found, float)
+
+
+def _amplitude_factor(unit: str, quantity: str, where: str) -> float:
+    """SI value of one unit of an amplitude."""
+    try:
+        if quantity == STRAIN:
+            return STRAINS[unit] if unit in STRAINS else factor(unit, "dimensionless")
+        return factor(unit, "m")
+    except ValueError:
+        meant = "a strain such as um/m" if quantity == STRAIN else "a length such as um"
+        raise InputError(f'{where}: unit "{unit}": expected {meant}') from None
 
 
 def _head(cell: str) -> tuple[str, str]:

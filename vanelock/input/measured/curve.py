@@ -17,9 +17,6 @@ from vanelock.input.measured.universal import ENDINGS, read_universal
 from vanelock.input.schema.comparison import MeasuredCurve
 from vanelock.input.schema.study import Study
 
-UNIVERSAL_KEYS = ("unit", "force")
-"""Keys that only a Universal File has use for."""
-
 
 @dataclass(frozen=True)
 class Measured:
@@ -140,7 +137,7 @@ def _points(
     """What the file says, by the reader of its format."""
     if path.suffix.lower() in ENDINGS:
         return read_universal(path, engine_order, record, keys.unit, keys.force)
-    for name in UNIVERSAL_KEYS:
+    for name in ("unit", "force"):
         if (given := getattr(keys, name)) is not None:
             allowed = ", ".join(ENDINGS)
             raise InputError(f"{where}.{name} = {show(given)}: is for Universal Files ({allowed})")

@@ -1,13 +1,10 @@
 """What files of measured curves say, in SI, before the study's own keys are heard; their units."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from vanelock.common.arrays import Floats
-from vanelock.common.errors import InputError
-from vanelock.common.quantities import si
 
 DISPLACEMENT, STRAIN = "displacement", "strain"
 TURN = 2 * np.pi
@@ -43,19 +40,3 @@ class Points:
     quantity: str
     factor: Floats
     sigma: Floats | None = None
-
-
-def amplitude_factor(unit: str, quantity: str, where: str) -> float:
-    """SI value of one unit of an amplitude."""
-    if quantity == STRAIN:
-        return STRAINS[unit] if unit in STRAINS else _converted(unit, "dimensionless", where)
-    return _converted(unit, "m", where)
-
-
-def _converted(unit: str, to: str, where: str) -> float:
-    try:
-        value: Any = si(f"1 {unit}", to)
-    except ValueError:
-        meant = "a length such as um" if to == "m" else "a strain such as um/m"
-        raise InputError(f'{where}: unit "{unit}": expected {meant}') from None
-    return float(value)

@@ -9,10 +9,9 @@ Summary; units are in data set 164, where there is one.
 import re
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError, printable
 from vanelock.common.files.files import by_library, regular
 from vanelock.common.lazy import library
-from vanelock.common.quantities import si
+from vanelock.common.quantities import factor
 from vanelock.common.tables import counted
 from vanelock.input.measured.units import DISPLACEMENT, STRAIN, STRAINS, TURN, UNITS, Points
 
@@ -35,18 +34,12 @@ ALIKE = 1e-3
 """Relative difference of two units that are meant to be the same."""
 
 
-@dataclass(frozen=True)
-class _RecordOrdinate:
+class _RecordOrdinate(NamedTuple):
     """What a record holds: a kind of `SI_UNITS`, and what one unit of it is in SI, maybe over N."""
 
     kind: str
     factor: float
     per_force: bool
-
-    @property
-    def derivative(self) -> int:
-        """How often it is differentiated in time."""
-        return DERIVATIVES[self.kind]
 
 
 def _ordinate(
@@ -113,7 +106,7 @@ def _si(unit: str, kind: str) -> float:
         return STRAINS[unit]
     if kind == "acceleration" and unit in ("g", "gn", "G"):
         return GRAVITY
-    return float(si(f"1 {unit}", SI_UNITS[kind] or "dimensionless"))  # type: ignore[arg-type]
+    return factor(unit, SI_UNITS[kind] or "dimensionless")
 
 
 def _of_system(kind: str, units: Mapping[str, Any]) -> float:
@@ -125,7 +118,7 @@ def _newtons(label: str, units: Mapping[str, Any] | None, where: str) -> float:
     """Newtons in one unit of the force below."""
     if label:
         try:
-            return float(si(f"1 {label}", "N"))  # type: ignore[arg-type]
+            return factor(label, "N")
         except ValueError:
             raise InputError(f'{where}: over "{printable(label)}": expected a force') from None
     return 1.0 if units is None else 1.0 / float(units["force"])
@@ -171,14 +164,14 @@ def read_universal(
         raise InputError(f"{where}: {counted(said, 'point')} by its header, {count} are there")
     frequency = _frequency(found, engine_order, where)
     found_unit = _ordinate(found, units, unit, where)
-    factor = _factor(found_unit, frequency, force, where)
-    amplitude = factor * np.abs(np.asarray(found["data"]))
+    scale = _scale(found_unit, frequency, force, where)
+    amplitude = scale * np.abs(np.asarray(found["data"]))
     known = np.isfinite(amplitude) & (frequency > 0)
     return Points(
         np.where(known, frequency, np.nan),
         np.where(known, amplitude, np.nan),
         STRAIN if found_unit.kind == STRAIN else DISPLACEMENT,
-        factor,
+        scale,
     )
 
 
@@ -239,20 +232,16 @@ def _frequency(record: dict[str, Any], engine_order: int, where: str) -> Floats:
         raise InputError(f"{where}: not over frequency or speed (abscissa of type {kind})")
     if kind == 0 and label.lower() not in known and int(record.get("func_type", 0)) == 0:
         raise InputError(f"{where}: does not say what it is over: needs frequency or speed")
-    factor = known.get(label.lower(), 1.0)
-    x = factor * _abscissa(record)
+    if int(record.get("abscissa_spacing", 0)):  # evenly: the library may be one too far
+        steps = np.arange(len(np.atleast_1d(record["data"])))
+        x = np.asarray(float(record["abscissa_min"]) + float(record["abscissa_inc"]) * steps)
+    else:
+        x = np.asarray(record["x"]).real.astype(float)
+    x = known.get(label.lower(), 1.0) * x
     return x * engine_order / 60 if of == "speed" else x
 
 
-def _abscissa(record: dict[str, Any]) -> Floats:
-    """(p,) numbers; where they are evenly spaced the library may be one too far."""
-    if not int(record.get("abscissa_spacing", 0)):
-        return np.asarray(record["x"]).real.astype(float)
-    steps = np.arange(len(np.atleast_1d(record["data"])))
-    return np.asarray(float(record["abscissa_min"]) + float(record["abscissa_inc"]) * steps)
-
-
-def _factor(held: _RecordOrdinate, frequency: Floats, force: float | None, where: str) -> Floats:
+def _scale(held: _RecordOrdinate, frequency: Floats, force: float | None, where: str) -> Floats:
     """(p,) displacement or strain of one unit of the ordinate."""
     if held.per_force and force is None:
         raise InputError(f"{where}: a response per force: give force, what it is multiplied by")
@@ -260,4 +249,4 @@ def _factor(held: _RecordOrdinate, frequency: Floats, force: float | None, where
         raise InputError(f"{where}: no response per force: leave out force")
     omega = TURN * np.where(frequency > 0, frequency, np.nan)
     scale = held.factor * (1.0 if force is None else force)
-    return np.asarray(scale / omega**held.derivative)
+    return np.asarray(scale / omega ** DERIVATIVES[held.kind])

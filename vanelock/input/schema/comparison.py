@@ -7,20 +7,18 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from vanelock.common.checked import OTHER, PLAIN, Check
 from vanelock.common.quantities import Force, Frequency, Revolutions, is_number, si
-from vanelock.input.schema.structure.structure import KeyTable, flat, sequence
+from vanelock.input.schema.structure.structure import KeyTable, Listed, ascending, flat, sequence
 
 if TYPE_CHECKING:
     from vanelock.input.schema.study import Study
 
+_OF_JOINTS = [
+    f"joints.{joint}.{key}"
+    for joint in ("interlock", "hook")
+    for key in ("mu", "kn", "kt", "interference")
+]
 FITTED = (
-    "joints.interlock.mu",
-    "joints.interlock.kn",
-    "joints.interlock.kt",
-    "joints.interlock.interference",
-    "joints.hook.mu",
-    "joints.hook.kn",
-    "joints.hook.kt",
-    "joints.hook.interference",
+    *_OF_JOINTS,
     "excitation.force",
     "damping.ratio",
     "material.vane.E",
@@ -30,20 +28,12 @@ FITTED = (
 UNITS = {"kn": "N/m", "kt": "N/m", "interference": "m", "force": "N", "E": "Pa"}
 
 
-def _ascending(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
-    """Both ends of a range, refused where the second is not above the first."""
-    if value is not None and value[0] >= value[1]:
-        raise ValueError("must be [low, high] with low < high")
-    return value
-
-
 Speed = Annotated[Revolutions, Field(ge=0, le=1e6, description="rotor speed [rpm]")]
 Hertz = Annotated[Frequency, Field(gt=0, le=1e6, description="frequency [Hz]")]
 FrequencyRange = Annotated[
-    tuple[Hertz, ...],
-    BeforeValidator(sequence),
+    Listed[Hertz],
     Field(min_length=2, max_length=2),
-    AfterValidator(_ascending),
+    AfterValidator(ascending),
 ]
 Newtons = Annotated[Force, Field(gt=0, le=1e9, description="force [N]")]
 Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
@@ -52,15 +42,15 @@ Positive = Annotated[int, Field(ge=1, le=1000, description="engine order")]
 class CampbellKeys(KeyTable):
     """Campbell diagram: natural frequencies against rotor speed, and engine orders."""
 
-    speeds: Annotated[tuple[Speed, ...], BeforeValidator(sequence)] | None = Field(
+    speeds: Listed[Speed] | None = Field(
         default=None, min_length=2, max_length=2, description="[low, high] rotor speed [rpm]"
     )
-    engine_orders: Annotated[tuple[Positive, ...], BeforeValidator(sequence)] = Field(
+    engine_orders: Listed[Positive] = Field(
         default=(1, 2, 3, 4), min_length=1, max_length=20, description="engine orders"
     )
     modes: int = Field(default=4, ge=1, le=40, description="number of modes of a nodal diameter")
 
-    _low_high = field_validator("speeds")(_ascending)
+    _low_high = field_validator("speeds")(ascending)
 
     @field_validator("engine_orders")
     @classmethod
@@ -80,7 +70,7 @@ class MeasuredCurve(KeyTable):
     direction: Literal["up", "down"] = Field(default="up", description="direction of the sweep")
     load: float = Field(default=1.0, gt=0, le=1e6, description="load over that of the study")
     sigma: float | None = Field(default=None, gt=0, description="standard deviation")
-    range: Annotated[tuple[Hertz, ...], BeforeValidator(sequence)] | None = Field(
+    range: Listed[Hertz] | None = Field(
         default=None, min_length=2, max_length=2, description="[low, high] frequency [Hz]"
     )
     unit: str | None = Field(
@@ -90,7 +80,7 @@ class MeasuredCurve(KeyTable):
         default=None, description="force that a response per force is multiplied by [N]"
     )
 
-    _low_high = field_validator("range")(_ascending)
+    _low_high = field_validator("range")(ascending)
 
 
 def curves(value: object) -> object:
@@ -100,7 +90,7 @@ def curves(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-Bounds = Annotated[tuple[Any, ...], BeforeValidator(sequence), Field(min_length=2, max_length=2)]
+Bounds = Annotated[Listed[Any], Field(min_length=2, max_length=2)]
 
 
 class Varied(KeyTable):
@@ -116,7 +106,6 @@ class Varied(KeyTable):
     starts: int = Field(default=3, ge=1, le=100, description="number of starts")
 
     allowed: ClassVar[tuple[str, ...]] = ()
-    table: ClassVar[str] = ""
     verb: ClassVar[str] = ""
 
     @property
@@ -154,7 +143,6 @@ class Fit(Varied):
     """What `vanelock fit` varies so that the response meets the measured curves."""
 
     allowed: ClassVar[tuple[str, ...]] = FITTED
-    table: ClassVar[str] = "fit"
     verb: ClassVar[str] = "fitted"
 
 
@@ -166,8 +154,7 @@ class Optimise(Varied):
     )
     starts: int = Field(default=32, ge=0, le=1000, description="number of starts")
 
-    allowed: ClassVar[tuple[str, ...]] = tuple(key for key in FITTED if key.startswith("joints."))
-    table: ClassVar[str] = "optimise"
+    allowed: ClassVar[tuple[str, ...]] = tuple(_OF_JOINTS)
     verb: ClassVar[str] = "optimised"
 
 
@@ -186,9 +173,9 @@ def _has_measurements(study: Any) -> Iterator[str]:
 
 
 def _can_be_fitted(study: Any) -> Iterator[str]:
-    tables = [each for each in (study.fit, study.optimise) if each is not None]
-    for table, key in ((each, key) for each in tables for key in each.parameters):
-        where = f'{table.table}.parameters: "{key}"'
+    tables = {"fit": study.fit, "optimise": study.optimise}
+    for name, key in ((name, key) for name, of in tables.items() if of for key in of.parameters):
+        where = f'{name}.parameters: "{key}"'
         joint, last = key.split(".")[1], key.rpartition(".")[2]
         if joint == "interlock" and not study.joints.interlock:
             yield f"{where}: joints.interlock = false"
@@ -203,14 +190,13 @@ def _can_be_fitted(study: Any) -> Iterator[str]:
 
 
 def _has_the_temperatures(study: Any) -> Iterator[str]:
-    speeds = None if study.campbell is None else study.campbell.speeds
-    if speeds is not None:
-        low, high = study.temperature.speeds
-        if speeds[0] < low or speeds[1] > high:
-            yield (
-                f"campbell.speeds = [{speeds[0]:g}, {speeds[1]:g}]: temperatures are given from "
-                f"{low:g} to {high:g} rpm"
-            )
+    speeds = study.campbell and study.campbell.speeds
+    low, high = study.temperature.speeds
+    if speeds and (speeds[0] < low or speeds[1] > high):
+        yield (
+            f"campbell.speeds = [{speeds[0]:g}, {speeds[1]:g}]: temperatures are given from "
+            f"{low:g} to {high:g} rpm"
+        )
 
 
 def _front_wears(study: "Study") -> Iterator[str]:

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, field_validator
 
 from vanelock.common.cyclic import COMPONENTS
-from vanelock.common.quantities import Length, is_number, si
-from vanelock.input.schema.structure.structure import KeyTable, sequence
+from vanelock.common.quantities import Length, number_within
+from vanelock.input.schema.structure.structure import KeyTable, Listed
 
 MONITOR = (
     rf"(?P<node>(?:vane|casing) output [1-9][0-9]*)(?:, (?P<component>{'|'.join(COMPONENTS)}))?"
@@ -23,16 +23,11 @@ def _direction(value: object) -> object:
     """Pass "span" and "chord"; anything else is an angle in degrees."""
     if value in ("span", "chord"):
         return value
-    try:
-        angle = si(value, "deg")
-    except ValueError:
-        angle = None
-    if not is_number(angle) or not -180 <= angle <= 180:
-        raise ValueError(
-            'gauge direction must be "span", "chord" or the angle from the former to the latter, '
-            "-180 to 180 deg"
-        )
-    return float(angle)
+    needed = (
+        'gauge direction must be "span", "chord" or the angle from the former to the latter, '
+        "-180 to 180 deg"
+    )
+    return number_within(value, "deg", -180, 180, needed)
 
 
 class GaugeKeys(KeyTable):
@@ -52,12 +47,10 @@ class Outputs(KeyTable):
     """What a run shows of its results."""
 
     monitor: str | None = Field(default=None, description="monitored displacement")
-    show: Annotated[
-        tuple[Literal["shapes", "loops", "animations", "report"], ...], BeforeValidator(sequence)
-    ] = Field(default=("shapes", "loops", "report"), description="what is drawn and written")
-    gauges: Annotated[tuple[GaugeKeys, ...], BeforeValidator(sequence)] = Field(
-        default=(), max_length=100, description="strain gauges"
+    show: Listed[Literal["shapes", "loops", "animations", "report"]] = Field(
+        default=("shapes", "loops", "report"), description="what is drawn and written"
     )
+    gauges: Listed[GaugeKeys] = Field(default=(), max_length=100, description="strain gauges")
 
     @field_validator("monitor")
     @classmethod

@@ -3,15 +3,12 @@
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
 from vanelock.common.quantities import Force, Frequency, Unbalance
-from vanelock.input.schema.structure.structure import KeyTable, sequence
+from vanelock.input.schema.structure.structure import KeyTable, Listed, ascending
 
-FrequencyList = Annotated[
-    tuple[Annotated[Frequency, Field(gt=0, description="frequency [Hz]")], ...],
-    BeforeValidator(sequence),
-]
+FrequencyList = Listed[Annotated[Frequency, Field(gt=0, description="frequency [Hz]")]]
 
 
 def _travels(value: int) -> int:
@@ -89,35 +86,23 @@ class ResponseKeys(KeyTable):
         default="coupled", description="coupling of the static and the dynamic balance"
     )
     samples: int | None = Field(
-        default=None,
-        ge=8,
-        le=1_000_000,
-        description="number of samples of a period",
+        default=None, ge=8, le=1_000_000, description="number of samples of a period"
     )
 
-    @field_validator("points")
+    @field_validator("range", "points")
     @classmethod
-    def _on_a_range(cls, value: int | None, info: ValidationInfo) -> int | None:
+    def _on_a_range(cls, value: object, info: ValidationInfo) -> object:
         if value is not None and info.data.get("frequencies") is not None:
-            raise ValueError("give either response.points or response.frequencies, not both")
+            raise ValueError(
+                f"give either response.{info.field_name} or response.frequencies, not both"
+            )
         return value
+
+    _low_high = field_validator("range")(ascending)
 
     @field_validator("frequencies")
     @classmethod
     def _ascends(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
         if value is not None and any(a >= b for a, b in pairwise(value)):
             raise ValueError("frequencies must ascend")
-        return value
-
-    @field_validator("range")
-    @classmethod
-    def _low_high(
-        cls, value: tuple[float, ...] | None, info: ValidationInfo
-    ) -> tuple[float, ...] | None:
-        if value is None:
-            return value
-        if info.data.get("frequencies") is not None:
-            raise ValueError("give either response.range or response.frequencies, not both")
-        if value[0] >= value[1]:
-            raise ValueError("must be [low, high] with low < high")
         return value

@@ -3,19 +3,21 @@
 Field descriptions are the subjects of error messages, as in `vanelock.input.schema.study`.
 """
 
-from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import Annotated, Any, ClassVar, Literal, TypeGuard
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
 from vanelock.common.checked import Check
-from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness
-from vanelock.input.band import asked_for, too_narrow
+from vanelock.common.quantities import Angle, Force, Frequency, Length, Stiffness, is_whole
+from vanelock.input.band import asked_for
 from vanelock.input.schema.comparison import MeasuredCurve, curves
 from vanelock.input.schema.distributions import Scatter
 from vanelock.input.schema.response import Order, ResponseKeys
-from vanelock.input.schema.structure.structure import SPRING, KeyTable, sequence
+from vanelock.input.schema.structure.structure import SPRING, KeyTable, Listed
 from vanelock.input.schema.study import Lists
+from vanelock.rom.system.system import wider_band
 
 ND = "{nd}"
 """Stands for the nodal diameter in the name of a file."""
@@ -34,7 +36,7 @@ FILES = {
 }
 """Keys of named tables that may hold a file's name."""
 
-Vector = Annotated[tuple[float, ...], BeforeValidator(sequence), Field(min_length=3, max_length=3)]
+Vector = Annotated[Listed[float], Field(min_length=3, max_length=3)]
 
 
 def _named(value: str) -> str:
@@ -48,32 +50,27 @@ def _named(value: str) -> str:
 Name = Annotated[str, Field(min_length=1, max_length=60), AfterValidator(_named)]
 
 
+def _are_nodes(value: object) -> TypeGuard[Sequence[int]]:
+    return isinstance(value, list | tuple) and all(is_whole(n) and n > 0 for n in value)
+
+
 def _nodes(value: object) -> object:
     """A file's name, or a list of node numbers."""
     if isinstance(value, str) and value:
         return value
-    if isinstance(value, list | tuple) and value:
-        if all(isinstance(n, int) and not isinstance(n, bool) and n > 0 for n in value):
-            return tuple(value)
+    if value and _are_nodes(value):
+        return tuple(value)
     raise ValueError("expected node numbers, such as [17, 18], or a file's name")
 
 
 def _pairs(value: object) -> object:
     """A file's name, a list of node numbers, or a list of pairs of them."""
-    if (
-        isinstance(value, list | tuple)
-        and value
-        and all(isinstance(n, list | tuple) for n in value)
-    ):
-        rows = [tuple(row) for row in value]
-        if all(
-            len(row) == 2
-            and all(isinstance(n, int) and not isinstance(n, bool) and n > 0 for n in row)
-            for row in rows
-        ):
-            return tuple(rows)
+    rows = value if isinstance(value, list | tuple) else ()
+    if not rows or not all(isinstance(row, list | tuple) for row in rows):
+        return _nodes(value)
+    if not all(len(row) == 2 and _are_nodes(row) for row in rows):
         raise ValueError("expected pairs of node numbers, such as [[17, 4], [18, 5]]")
-    return _nodes(value)
+    return tuple(map(tuple, rows))
 
 
 Nodes = Annotated[Any, BeforeValidator(_nodes)]
@@ -157,7 +154,7 @@ class ContactKeys(KeyTable):
     Those of a joined system are there already: what is given replaces their properties.
     """
 
-    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] | None = Field(
+    between: Listed[str] | None = Field(
         default=None, min_length=2, max_length=2, description="components"
     )
     pairs: Pairs | None = Field(default=None, description="node pairs")
@@ -176,30 +173,24 @@ class ContactKeys(KeyTable):
     )
 
 
-class ElementKeys(KeyTable):
+class TieKeys(KeyTable):
+    """Nodes of two components that move as one."""
+
+    between: Listed[str] = Field(min_length=2, max_length=2, description="components")
+    pairs: Pairs = Field(description="node pairs")
+
+
+class ElementKeys(TieKeys):
     """Nonlinear elements along a direction, between two components or of one to ground."""
 
-    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
-        min_length=2, max_length=2, description="components"
-    )
-    pairs: Pairs = Field(description="node pairs")
     next_sector: bool = Field(default=False, description="whether the mate is the next sector's")
     direction: Vector = Field(description="direction")
     law: Literal["cubic_spring", "stop", "quadratic_damper", "tanh_friction", "jenkins"] = Field(
         description="law"
     )
-    parameters: Annotated[tuple[float, ...], BeforeValidator(sequence)] = Field(
+    parameters: Listed[float] = Field(
         min_length=1, max_length=1000, description="parameters of the law, in SI units"
     )
-
-
-class TieKeys(KeyTable):
-    """Nodes of two components that move as one."""
-
-    between: Annotated[tuple[str, ...], BeforeValidator(sequence)] = Field(
-        min_length=2, max_length=2, description="components"
-    )
-    pairs: Pairs = Field(description="node pairs")
 
 
 class LoadKeys(KeyTable):
@@ -263,7 +254,7 @@ class _SceneOutputs(KeyTable):
 
     nodes: dict[str, Nodes] = Field(default_factory=dict, description="output nodes")
     monitor: str | None = Field(default=None, description="monitored displacement")
-    show: Annotated[tuple[Literal["loops", "report"], ...], BeforeValidator(sequence)] = Field(
+    show: Listed[Literal["loops", "report"]] = Field(
         default=("loops", "report"), description="what is drawn and written"
     )
 
@@ -279,9 +270,7 @@ class Scene(KeyTable):
     ties: dict[Name, TieKeys] = Field(default_factory=dict, description="ties")
     contacts: dict[Name, ContactKeys] = Field(default_factory=dict, description="contacts")
     elements: dict[Name, ElementKeys] = Field(default_factory=dict, description="elements")
-    loads: Annotated[tuple[LoadKeys, ...], BeforeValidator(sequence)] = Field(
-        default=(), description="loads"
-    )
+    loads: Listed[LoadKeys] = Field(default=(), description="loads")
     excitation: _SceneExcitation = _SceneExcitation()
     damping: _SceneDamping = _SceneDamping()
     response: _SceneResponse = _SceneResponse()
@@ -361,8 +350,14 @@ class Scene(KeyTable):
                 yield f"measured[{i}].gauge: a scene of matrices has no strain gauges"
 
     def _answers_its_range(self) -> Iterator[str]:
-        for name, keys in self.components.items():
-            yield from too_narrow(f"components.{name}.band", keys.band, asked_for(self.response))
+        bands = {name: keys.band for name, keys in self.components.items() if keys.band}
+        for name, (key, highest) in product(bands, asked_for(self.response).items()):
+            if highest > bands[name]:
+                yield (
+                    f"components.{name}.band = {bands[name]:g}: {key} reaches {highest:.6g} Hz, "
+                    "where the reduced model would be wrong: write "
+                    f'"{wider_band(highest):g} Hz", or leave it out'
+                )
 
     checks: ClassVar[tuple[Check, ...]] = (
         _harmonics_are_computed,

@@ -33,12 +33,12 @@ from vanelock.input.schema.structure.own_mesh import (
 from vanelock.input.schema.structure.structure import (
     Joints,
     KeyTable,
+    Listed,
     MaterialKeys,
     MeshKeys,
     RingKeys,
     Rom,
     flat,
-    sequence,
 )
 from vanelock.input.schema.structure.temperature import TEMPERATURE_CHECKS, Temperature
 from vanelock.mesh import CasingDimensions, VaneDimensions
@@ -46,9 +46,7 @@ from vanelock.mesh.element_size import checked_stretch
 from vanelock.mesh.refinement import check_size
 from vanelock.nonlinear.contact.sampling import least_samples
 
-Lists = Annotated[
-    dict[str, Annotated[tuple[Any, ...], BeforeValidator(sequence)]], BeforeValidator(flat)
-]
+Lists = Annotated[dict[str, Listed[Any]], BeforeValidator(flat)]
 """Values of dotted keys."""
 
 

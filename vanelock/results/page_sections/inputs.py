@@ -15,7 +15,7 @@ from vanelock.input.cases.values import Problem
 from vanelock.input.schema.distributions import Distribution
 from vanelock.input.schema.structure.loads import grows
 from vanelock.input.schema.study import Study
-from vanelock.input.settings import SCATTERING, Setting, as_text, meaning, settings
+from vanelock.input.settings import SCATTERING, Setting, as_text, meaning_and_unit, settings
 from vanelock.quantities.meshes import figures, quality_table
 from vanelock.quantities.run_result import RunResult
 from vanelock.report import Section, Text
@@ -117,13 +117,10 @@ def _varied(problem: Problem) -> Iterator[Table]:
         ("sweep", problem.sweep, "Swept: each case has one of the values"),
         ("rows", problem.rows, "Varied together: a case has the values of one place in all lists"),
     )
+    schema = type(problem)
     for name, lists, caption in kinds:
         rows = [
-            (
-                key,
-                meaning(key, type(problem)),
-                as_text(f"{name}.{key}", list(values), type(problem)),
-            )
+            (key, meaning_and_unit(key, schema)[0], as_text(f"{name}.{key}", [*values], schema))
             for key, values in lists.items()
         ]
         if rows:
@@ -131,7 +128,7 @@ def _varied(problem: Problem) -> Iterator[Table]:
     if problem.scatter is not None:
         caption = f"Scattering: {problem.scatter.samples:,} samples of a Latin hypercube"
         rows = [
-            (key, meaning(key, type(problem)), _distribution(key, each, type(problem)))
+            (key, meaning_and_unit(key, schema)[0], _distribution(key, each, schema))
             for key, each in problem.scatter.keys.items()
         ]
         yield Table(caption, heads("key", "what it is", "distribution"), rows)
@@ -160,8 +157,9 @@ def all_inputs(problem: Problem) -> Section:
 def _rows(settings: Sequence[Setting], with_default: bool = False) -> list[tuple[str, ...]]:
     rows = []
     for each in settings:
-        row: tuple[str, ...] = (each.key, each.meaning, as_text(each.key, each.value, each.schema))
-        rows.append((*row, as_text(each.key, each.default, each.schema)) if with_default else row)
+        meaning, _ = meaning_and_unit(each.key, each.schema)
+        shown = [each.value, each.default] if with_default else [each.value]
+        rows.append((each.key, meaning, *(as_text(each.key, v, each.schema) for v in shown)))
     return rows
 
 

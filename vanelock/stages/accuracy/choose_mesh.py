@@ -152,7 +152,7 @@ def _meshed(
         size = tuple(finer.tolist())
         if np.all(finer >= lengths) or len(rounds) == ROUNDS:
             return chosen, rounds, _short(tried, share, most), limits
-        stages.keep(())  # the factors of this mesh
+        stages.retain(())  # the factors of this mesh
 
 
 def _order(lengths: list[Floats], errors: list[Floats]) -> Floats:

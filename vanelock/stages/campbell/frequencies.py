@@ -27,7 +27,7 @@ from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import diameter_of, with_values
 from vanelock.input.schema.scene import Scene
-from vanelock.input.schema.structure.piecewise import ends
+from vanelock.input.schema.structure.structure import ends
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages

@@ -24,10 +24,10 @@ import scipy.sparse as sp
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import cylindrical
 from vanelock.common.errors import InputError
+from vanelock.common.files.digests import content_digest
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import load_pairs
 from vanelock.fem.matrix_files.model import GENERALISED
-from vanelock.pipeline.cache import content_digest
 from vanelock.rom import ReducedRows
 from vanelock.rom.component import Reduced
 from vanelock.rom.joining.connections import Load, Output

@@ -11,10 +11,11 @@ import numpy as np
 from vanelock import rom
 from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
+from vanelock.common.files.digests import content_digest
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.cases.values import Problem, diameters_of
 from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
-from vanelock.pipeline.cache import code_of, content_digest
+from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Assembly, System
 from vanelock.rom.system.coordinates import check_ring

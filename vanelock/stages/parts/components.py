@@ -12,6 +12,7 @@ from typing import Any, cast
 
 from vanelock import fem, mesh, rom
 from vanelock.common.errors import InputError
+from vanelock.common.files.digests import content_digest
 from vanelock.fem import Model
 from vanelock.input.band import LEAST, asked_by, least_band, softest
 from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane
@@ -21,7 +22,6 @@ from vanelock.mesh import Mates, OwnPart, Part, VaneDimensions
 from vanelock.mesh.element_size import element_size
 from vanelock.mesh.matching.pairing import TOLERANCE
 from vanelock.mesh.matching.side import own_part
-from vanelock.pipeline.cache import content_digest
 from vanelock.pipeline.step import SHARED, Step, step
 from vanelock.rom import Component
 from vanelock.stages.parts.loads import RestLoad, loads_of, modulus, reference, strained, unit_load

@@ -33,6 +33,8 @@ from scipy.spatial import KDTree
 from vanelock import fem
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
+from vanelock.common.files.csv_table import rows_of_cells
+from vanelock.common.files.digests import content_digest
 from vanelock.common.files.files import contents
 from vanelock.common.quantities import si
 from vanelock.fem import Model
@@ -42,7 +44,6 @@ from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.cells import exterior, solid
-from vanelock.pipeline.cache import content_digest
 
 HEAT = "heat"
 _NEAREST = 4  # points whose mean is taken
@@ -227,13 +228,10 @@ def _numbers(path: Path, columns: dict[str, str]) -> Floats:
         text = contents(path, "a CSV file").decode("utf-8-sig")
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
-    lines = [(i, line) for i, line in enumerate(text.splitlines(), 1) if line.split("#")[0].strip()]
+    lines = rows_of_cells(text)
     if len(lines) < 2:
         raise InputError(f"{path}: needs a line of names and one of numbers at least")
-    mark = max(",;\t", key=lines[0][1].count)
-    (number, heads), *rows = [
-        (i, [cell.strip().strip('"') for cell in line.split(mark)]) for i, line in lines
-    ]
+    (number, heads), *rows = lines
     where, scales = f"{path}: line {number}", []
     named = [head.replace("[", "(").partition("(") for head in heads]
     names = [each[0].strip().lower() for each in named]

@@ -15,7 +15,7 @@ import numpy as np
 from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
-from vanelock.input.band import advice, asked_by, refuse_beyond
+from vanelock.input.band import asked_by, refuse_beyond
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
 from vanelock.rom import (
@@ -227,7 +227,7 @@ def frequencies(problem: Study | Scene, limits: Limits) -> Floats | tuple[float,
     # a linear response spans its peak
     own = fine(max(_ends(limits)), problem.damping.ratio or 0.0).max()
     for what, highest in {**asked, mode: own if asked else _around(limits)[1]}.items():
-        refuse_beyond(what, highest, limits.band, advice(problem))
+        refuse_beyond(what, highest, limits.band, problem)
     if response.frequencies is not None:
         return np.array(response.frequencies)
     low, high = _around(limits) if response.range is None else response.range

@@ -23,6 +23,12 @@ def test_product_runs_the_last_key_fastest():
     assert all(not c.study.sweep for c in found)
 
 
+def test_a_study_with_a_mesh_of_its_own_is_swept_too(tmp_path):
+    (path := tmp_path / "vane.inp").touch()
+    text = f'[vane]\nmesh = "{path}"\n[sweep]\njoints.hook.mu = [0.1, 0.2]'
+    assert [case.study.joints.hook.mu for case in cases(parse_study(text))] == [0.1, 0.2]
+
+
 def test_cases_have_values_and_names():
     """No sweep is one; keys may stand without quotes, and defaults may depend on others."""
     (case,) = cases(parse_study(""))

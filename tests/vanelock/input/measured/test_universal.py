@@ -10,7 +10,7 @@ import pyuff
 
 from vanelock.common.errors import InputError
 from vanelock.input.measured.curve import Measured, _read_measured
-from vanelock.input.measured.universal import _factor, _RecordOrdinate
+from vanelock.input.measured.universal import _RecordOrdinate, _scale
 from vanelock.input.schema.comparison import MeasuredCurve
 
 HERTZ = np.linspace(0, 400, 401)
@@ -229,6 +229,6 @@ def test_a_range_must_leave_points_and_no_displacement_is_found_at_0_hz(tmp_path
     assert read(csv, range=[2, 6]).frequency.tolist() == [3, 5]
     assert complaint(csv, range=[4, 6]) == "rig.csv: 1 point from 4 to 6 Hz: at least 2 are needed"
     hertz = np.array([0.0, 0.25, 1.0, 8.0])
-    found = _factor(_RecordOrdinate("velocity", 1e-3, False), hertz, None, "rig.uff")
+    found = _scale(_RecordOrdinate("velocity", 1e-3, False), hertz, None, "rig.uff")
     assert np.isnan(found[0])
     assert found[1:] == pytest.approx(1e-3 / (2 * np.pi * hertz[1:]))

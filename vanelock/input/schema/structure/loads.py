@@ -5,9 +5,9 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from vanelock.common.checked import Check
+from vanelock.common.checked import Check, Location, value_in
 from vanelock.common.errors import printable
-from vanelock.common.quantities import Force, is_number, quantity, si
+from vanelock.common.quantities import Force, number_within, quantity
 from vanelock.input.schema.structure.own_mesh import OwnVane
 from vanelock.input.schema.structure.structure import KeyTable
 
@@ -23,16 +23,11 @@ def _pressure(value: object) -> object:
     """A pressure in Pa, or the name of a CSV file."""
     if _is_field(value):
         return value
-    try:
-        found = si(value, "Pa")
-    except ValueError:
-        found = None
-    if not is_number(found) or not abs(found) <= 1e9:
-        raise ValueError(
-            'expected a pressure of at most 1e9 Pa, such as "0.2 MPa", or a CSV file of x, y, z '
-            "and pressure"
-        )
-    return float(found)
+    needed = (
+        'expected a pressure of at most 1e9 Pa, such as "0.2 MPa", or a CSV file of x, y, z '
+        "and pressure"
+    )
+    return number_within(value, "Pa", -1e9, 1e9, needed)
 
 
 Pressed = Annotated[Any, BeforeValidator(_pressure)]
@@ -55,25 +50,20 @@ class RestLoadKeys(KeyTable):
     )
 
 
-def files_named(data: Mapping[str, Any]) -> Iterator[tuple[tuple[str | int, ...], str]]:
+def files_named(data: Mapping[str, Any]) -> Iterator[tuple[Location, str]]:
     """Each key of a study's tables that names a file, and the file.
 
     What is no name is left out, for the schema to refuse.
     """
-    measured = data.get("measured")
-    many = list(measured) if isinstance(measured, list | tuple) else []
-    keys: list[tuple[str | int, ...]] = [("vane", "mesh"), ("casing", "mesh")]
+    measured, pressure = data.get("measured"), value_in(data, ("loads", "pressure"))
+    keys: list[Location] = [("vane", "mesh"), ("casing", "mesh")]
     keys += [("temperature", "field"), ("measured", "file")]
-    keys += [("measured", i, "file") for i in range(len(many))]
-    loads = data.get("loads")
-    pressure = loads.get("pressure") if isinstance(loads, dict) else None
+    if isinstance(measured, list | tuple):
+        keys += [("measured", i, "file") for i in range(len(measured))]
     if isinstance(pressure, dict):
         keys += [("loads", "pressure", name) for name in pressure if _is_field(pressure[name])]
     for key in keys:
-        value: Any = data
-        for name in key:
-            inside = isinstance(name, int) or (isinstance(value, dict) and name in value)
-            value = value[name] if inside else None
+        value = value_in(data, key)
         if value and isinstance(value, str):
             yield key, value
 

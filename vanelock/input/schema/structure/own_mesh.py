@@ -1,12 +1,13 @@
 """Tables of the study file for a part that is the user's own mesh instead of dimensions."""
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from vanelock.common.checked import DIMENSIONS, OWN, Check
-from vanelock.common.errors import InputError
+from vanelock.common.errors import InputError, raised
+from vanelock.common.quantities import is_whole
 from vanelock.input.schema.structure.structure import PER_AREA, KeyTable
 from vanelock.mesh import Part
 from vanelock.mesh.files.read import metres
@@ -19,7 +20,7 @@ def _set(value: object) -> object:
     if isinstance(value, str) and value:
         return value
     if isinstance(value, list | tuple) and value:
-        if all(isinstance(number, int) and not isinstance(number, bool) for number in value):
+        if all(map(is_whole, value)):
             return tuple(value)
     raise ValueError(
         "expected the name of a set in the mesh file, or a list of the file's node numbers"
@@ -27,12 +28,8 @@ def _set(value: object) -> object:
 
 
 def _unit(value: object) -> object:
-    if not isinstance(value, str):
+    if not isinstance(value, str) or raised(lambda: metres(value)):
         raise ValueError('expected a unit of length, such as "mm"')
-    try:
-        metres(value)
-    except InputError:
-        raise ValueError('expected a unit of length, such as "mm"') from None
     return value
 
 
@@ -52,21 +49,18 @@ class _OwnMesh(KeyTable):
     mesh: str = Field(min_length=1, max_length=4096, description="mesh file")
     unit: Unit = Field(default="m", description="unit of the mesh's coordinates")
 
+    dimensions: ClassVar[type[BaseModel]]
+
     @model_validator(mode="before")
     @classmethod
     def _instead_of_dimensions(cls, data: Any) -> Any:
         if isinstance(data, dict):
-            for key in cls._dimensions():
+            for key in cls.dimensions.model_fields:
                 if key in data and key not in cls.model_fields:
                     raise ValueError(
                         f"{key} = {data[key]}: a mesh is given, so dimensions cannot be"
                     )
         return data
-
-    @classmethod
-    def _dimensions(cls) -> tuple[str, ...]:
-        """Keys of the part if it had dimensions."""
-        return ()
 
 
 class OwnVane(_OwnMesh):
@@ -75,9 +69,7 @@ class OwnVane(_OwnMesh):
     sets: dict[VaneSet, NodeSet] = Field(default={}, description="node set")
     hook: HookDimensions = HookDimensions()
 
-    @classmethod
-    def _dimensions(cls) -> tuple[str, ...]:
-        return tuple(VaneDimensions.model_fields)
+    dimensions: ClassVar[type[BaseModel]] = VaneDimensions
 
 
 class OwnCasing(_OwnMesh):
@@ -85,9 +77,7 @@ class OwnCasing(_OwnMesh):
 
     sets: dict[CasingSet, NodeSet] = Field(default={}, description="node set")
 
-    @classmethod
-    def _dimensions(cls) -> tuple[str, ...]:
-        return tuple(CasingDimensions.model_fields)
+    dimensions: ClassVar[type[BaseModel]] = CasingDimensions
 
 
 _OWN_KEYS = {*_OwnMesh.model_fields, "sets"}

@@ -1,9 +1,12 @@
 """Tables of the study file on the structure: ring, materials, meshes, joints, reduction."""
 
-from collections.abc import Callable, Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal, TypeVar
 
+import numpy as np
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     ConfigDict,
     Discriminator,
@@ -20,11 +23,10 @@ from vanelock.common.quantities import (
     Pressure,
     Usual,
     Wear,
-    is_number,
+    number_within,
     quantity,
     si,
 )
-from vanelock.input.schema.structure.piecewise import ByTemperature, Modulus, at
 from vanelock.mesh.checks import FEWEST, MOST
 from vanelock.mesh.element_size import LARGEST, SIZES, SMALLEST
 from vanelock.mesh.element_size import MOST_STRETCH as STRETCH
@@ -42,17 +44,12 @@ def _mesh_size(value: object) -> object:
 
 def _length(value: object) -> float:
     """A length in metres."""
-    try:
-        length = si(value, "m")
-    except ValueError:
-        length = None
-    if not is_number(length) or not SMALLEST <= length <= LARGEST:
-        names = ", ".join(f'"{name}"' for name in SIZES)
-        raise ValueError(
-            f"element size must be {names} or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm, "
-            f"or [vane, casing], where that makes at most {LARGEST_MESHES:,} degrees of freedom"
-        )
-    return float(length)
+    names = ", ".join(f'"{name}"' for name in SIZES)
+    needed = (
+        f"element size must be {names} or {SMALLEST * 1e3:g} mm to {LARGEST * 1e3:g} mm, "
+        f"or [vane, casing], where that makes at most {LARGEST_MESHES:,} degrees of freedom"
+    )
+    return number_within(value, "m", SMALLEST, LARGEST, needed)
 
 
 MeshSize = Annotated[Any, BeforeValidator(_mesh_size)]
@@ -63,12 +60,22 @@ def sequence(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-def _is_table(value: object) -> bool:
-    return isinstance(value, dict)
+T = TypeVar("T")
+Listed = Annotated[tuple[T, ...], BeforeValidator(sequence)]
+"""A list of values of one kind."""
+
+
+def ascending(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+    """Both ends of a range, refused where the second is not above the first."""
+    if value is not None and value[0] >= value[1]:
+        raise ValueError("must be [low, high] with low < high")
+    return value
 
 
 def leaves(
-    table: dict[str, Any], prefix: str = "", nests: Callable[[Any], bool] = _is_table
+    table: dict[str, Any],
+    prefix: str = "",
+    nests: Callable[[Any], bool] = lambda value: isinstance(value, dict),
 ) -> list[tuple[str, Any]]:
     """Dotted key and value of everything in nested tables; `nests`: whether a value is one."""
     found = []
@@ -89,6 +96,40 @@ class KeyTable(Checked):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
 
+def _tuples(value: object) -> object:
+    if isinstance(value, list | tuple):
+        return tuple(map(sequence, value))
+    return value
+
+
+def _ascending_pairs(value: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    for (a, _), (b, _) in pairwise(value):
+        if a >= b:
+            raise ValueError(f"{a:g} and {b:g}: the first number of each pair must ascend")
+    return value
+
+
+_Degrees = Annotated[float, Field(ge=-273.15, le=5000, description="temperature [degC]")]
+_Modulus = Annotated[Pressure, Field(ge=1e3, le=1e15, description="Young's modulus [Pa]")]
+_ByTemperature = Annotated[
+    tuple[tuple[_Degrees, _Modulus], ...],
+    BeforeValidator(_tuples),
+    AfterValidator(_ascending_pairs),
+    Field(min_length=2, max_length=1000),
+]
+"""E = [[20, "200 GPa"], [600, "165 GPa"]]: ((degC, Pa), ...), with straight lines between them."""
+
+
+def at(pairs: Sequence[tuple[float, float]], x: float) -> float:
+    """Value on the line through the pairs; outside of them that of the nearest."""
+    return float(np.interp(x, *np.transpose(pairs)))
+
+
+def ends(pairs: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """First and last place."""
+    return float(pairs[0][0]), float(pairs[-1][0])
+
+
 STIFF, STRONG = Usual(1e9, 1.5e12), Usual(1e6, 2e10)
 """Moduli and strengths of solids, Pa: hard plastics to diamond."""
 SPRING = Usual(1.0, 1e13)
@@ -101,11 +142,11 @@ class RingKeys(KeyTable):
     sectors: int = Field(default=16, ge=FEWEST, le=MOST, description="number of sectors")
 
 
-class Elastic(KeyTable):
+class _Elastic(KeyTable):
     """An isotropic material; its strength is for the report alone."""
 
     E: Annotated[
-        Annotated[Modulus, Tag(PLAIN)] | Annotated[ByTemperature, Tag(OTHER)],
+        Annotated[_Modulus, Tag(PLAIN)] | Annotated[_ByTemperature, Tag(OTHER)],
         Discriminator(lambda value: OTHER if isinstance(value, list | tuple) else PLAIN),
         STIFF,
     ] = Field(default=170e9, description="Young's modulus [Pa]")
@@ -146,8 +187,8 @@ class Elastic(KeyTable):
 class MaterialKeys(KeyTable):
     """Materials of the parts."""
 
-    vane: Elastic = Elastic()
-    casing: Elastic = Elastic()
+    vane: _Elastic = _Elastic()
+    casing: _Elastic = _Elastic()
 
 
 class MeshKeys(KeyTable):
@@ -227,7 +268,7 @@ class _HookJoint(KeyTable):
         return numbers
 
 
-class InterlockJoint(_HookJoint):
+class _InterlockJoint(_HookJoint):
     """Contacts between neighbouring segments' inner shrouds."""
 
     kn: PairStiffness = Field(default=1e6, description="normal stiffness [N/m]")
@@ -237,7 +278,7 @@ class InterlockJoint(_HookJoint):
 
 def _touching(value: object) -> object:
     """The table of a joint; true is that of its defaults, false none."""
-    if not isinstance(value, bool | dict | InterlockJoint):
+    if not isinstance(value, bool | dict | _InterlockJoint):
         raise ValueError("expected a table, or false: the inner shrouds do not touch")
     return {} if value is True else value
 
@@ -250,10 +291,10 @@ class Joints(KeyTable):
     )
     hook: _HookJoint = _HookJoint()
     interlock: Annotated[
-        Annotated[InterlockJoint, Tag(OTHER)] | Annotated[Literal[False], Tag(PLAIN)],
+        Annotated[_InterlockJoint, Tag(OTHER)] | Annotated[Literal[False], Tag(PLAIN)],
         Discriminator(lambda value: PLAIN if value is False else OTHER),
         BeforeValidator(_touching),
-    ] = Field(default=InterlockJoint(), description="whether the inner shrouds touch")
+    ] = Field(default=_InterlockJoint(), description="whether the inner shrouds touch")
 
 
 ACCURACY, MODES = 1e-4, 10

@@ -16,8 +16,7 @@ from pydantic import BeforeValidator, Field
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import Revolutions, is_number
-from vanelock.input.schema.structure.piecewise import at, ends
-from vanelock.input.schema.structure.structure import KeyTable
+from vanelock.input.schema.structure.structure import KeyTable, at, ends
 
 PARTS = ("vane", "casing")
 
