@@ -10,7 +10,7 @@ import numpy as np
 from vanelock.common.arrays import Floats, Integers, unit_vectors
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
-from vanelock.fem.matrix_files import load_nodes, load_pairs
+from vanelock.fem.matrix_files import load_nodes
 from vanelock.input.schema.scene import (
     GROUND,
     ContactKeys,
@@ -21,7 +21,7 @@ from vanelock.input.schema.scene import (
 )
 from vanelock.rom import Element
 from vanelock.rom.joining.connections import Load, Output, Tie, Touching
-from vanelock.stages.matrices.piece import NodalForces, read_forces
+from vanelock.stages.matrices.piece import NodalForces, read_forces, read_table
 
 NUMBERS = ("kn", "kt", "mu", "interference")
 COLUMNS = {
@@ -303,16 +303,8 @@ def _pairs(value: Any, alone: bool, where: str) -> tuple[Integers, Integers, Map
     if isinstance(value, str) and alone and value.lower().endswith(".txt"):
         value = load_nodes(Path(value)).tolist()
     if isinstance(value, str):
-        table = dict(load_pairs(Path(value)))
-        if unknown := [column for column in table if column not in COLUMNS]:
-            raise InputError(f"{value}: column {unknown[0]!r}: allowed are {', '.join(COLUMNS)}")
         wanted = ("node",) if alone else ("node", "mate")
-        for column in wanted:
-            if column not in table or table[column].dtype.kind != "i":
-                raise InputError(f"{value}: a column {column!r} of node numbers is needed")
-        for column, values in table.items():
-            if values.dtype.kind not in "if":
-                raise InputError(f"{value}: column {column!r} does not hold numbers")
+        table = read_table(Path(value), COLUMNS, wanted)
         mine = np.asarray(table["node"])
         return mine, mine if alone else np.asarray(table["mate"]), table
     rows = np.array(value, np.int64)

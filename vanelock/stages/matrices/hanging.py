@@ -22,7 +22,7 @@ from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import Matrices
 from vanelock.stages.matrices.gather import Gathered
-from vanelock.stages.matrices.piece import NodalForces, on_rows
+from vanelock.stages.matrices.piece import NodalForces, among, kept_rows, on_rows, rows_of
 from vanelock.stages.matrices.pieces import WORDS
 
 SOFT = 1e-14
@@ -55,14 +55,9 @@ class RigidMotions(Product):
 
     def at(self, nodes: Integers, directions: int) -> tuple[Floats, Booleans]:
         """(len(nodes), directions, r) of nodes, and which of these rows there are."""
-        shape = len(nodes), directions
-        found, there = np.zeros((*shape, self.motions.shape[1])), np.zeros(shape, bool)
-        row = {at: i for i, at in enumerate(zip(self.node, self.direction, strict=True))}
-        for i, n in enumerate(nodes):
-            for d in range(directions):
-                if (n, d) in row:
-                    found[i, d], there[i, d] = self.motions[row[n, d]], True
-        return found, there
+        rows = rows_of(self.node, self.direction, nodes, directions)
+        still = np.zeros((1, self.motions.shape[1]))
+        return np.append(self.motions, still, axis=0)[rows], rows >= 0
 
 
 def rigid_motions(
@@ -75,9 +70,7 @@ def rigid_motions(
     """Rigid motions of a component, turns among them where all places are known."""
     node, direction = matrices.node, matrices.direction
     free = ~np.isin(node, fixed)
-    own = (np.isin(node, nodes_kept[0]) & (direction < 3)) | (
-        np.isin(node, nodes_kept[1]) & (direction < 6)
-    )
+    own = kept_rows(node, direction, nodes_kept)
     diagonal = matrices.K.diagonal().real
     if len(alone := np.flatnonzero(free & ~own & (diagonal == 0) & (direction < 6))):
         at = int(alone[0])
@@ -114,8 +107,7 @@ def _body(matrices: Matrices) -> Floats:
     moves = direction < 6
     if matrices.position is None or not np.isin(node[moves], matrices.position_node).all():
         return R[:, :3]
-    order = np.argsort(matrices.position_node)
-    at = order[np.searchsorted(matrices.position_node[order], node[moves])]
+    at, _ = among(matrices.position_node, node[moves])
     place = matrices.position[at] - matrices.position.mean(axis=0)
     length = np.abs(place).max(initial=0.0) or 1.0
     for axis in range(3):

@@ -29,7 +29,17 @@ from vanelock.rom import (
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
 from vanelock.stages.matrices.gather import nodes
-from vanelock.stages.matrices.piece import Followed, NodalForces, Piece, Seen, on_rows, seen_from
+from vanelock.stages.matrices.piece import (
+    Followed,
+    NodalForces,
+    Piece,
+    Seen,
+    among,
+    kept_rows,
+    on_rows,
+    rows_of,
+    seen_from,
+)
 
 LARGEST = 5000
 """Most coordinates of a superelement: its matrices are dense."""
@@ -114,7 +124,7 @@ def reduced(
     loads are vectors. They are in a cyclic component, and where they lack a direction, a mass or a
     stiffness of their own, or where it takes them to hold the component.
     """
-    where, (wanted, turned) = f"components.{name}", named
+    where, wanted = f"components.{name}", named[0]
     fixed, faces = clamped(keys, name), None
     if keys.low is not None:
         faces = nodes(keys.low, f"{where}.low"), nodes(keys.high, f"{where}.high")
@@ -126,8 +136,7 @@ def reduced(
     C = None if given.C is None else given.C[free][:, free]
     if len(both := np.intersect1d(wanted, fixed)):
         raise InputError(f"{where}.fixed: node {both[0]} carries a contact, tie, load or output")
-    kept = (np.isin(node, wanted) & (direction < 3)) | (np.isin(node, turned) & (direction < 6))
-    rows = np.flatnonzero(kept)
+    rows = np.flatnonzero(kept_rows(node, direction, named))
     for n in wanted:
         if n not in node[rows]:
             raise InputError(f"{where}: node {n} has no displacement among its {given.size} rows")
@@ -279,35 +288,23 @@ def _faces(
         again = next(n for n in both if np.sum(both == n) > 1)
         raise InputError(f"{where}.low, high: node {again} is there twice")
     _meet(where, ring, matrices, low, high)
-    at = {(int(n), int(d)): row for row, (n, d) in enumerate(zip(node, direction, strict=True))}
+    lows, highs = (rows_of(node, direction, each, 6) for each in faces)
+    moves = lows >= 0
+    if np.any(differ := np.any(moves != (highs >= 0), axis=1)):
+        a, b = low[differ][0], high[differ][0]
+        raise InputError(f"{where}.low: node {a} and its mate {b} differ in their directions")
     around = np.eye(6)
     if ring.coordinates == "cartesian":
         around[:3, :3] = around[3:, 3:] = turn(ring.sectors)
-    lows: list[int] = []
-    highs: list[int] = []
-    entries: list[tuple[int, int, float]] = []
-    place: dict[tuple[int, int], int] = {}
-    for a, b in zip(low.tolist(), high.tolist(), strict=True):
-        mine = [d for d in range(6) if (a, d) in at]
-        if mine != [d for d in range(6) if (b, d) in at]:
-            raise InputError(f"{where}.low: node {a} and its mate {b} differ in their directions")
-        for d in mine:
-            place[a, d] = len(lows)
-            lows.append(at[a, d])
-            highs.append(at[b, d])
-        for d in mine:
-            for e in range(6):
-                if around[d, e] and e not in mine:
-                    raise InputError(
-                        f"{where}.low: node {a} moves in {WORDS[d]} and not in {WORDS[e]}: the "
-                        "turn to the next sector mixes the two; use cylindrical coordinates"
-                    )
-                if around[d, e]:
-                    entries.append((place[a, d], place[a, e], around[d, e]))
-    rows, columns, values = np.array(entries).T
-    shape = (len(lows), len(lows))
-    turned = sp.csc_array((values, (rows.astype(int), columns.astype(int))), shape=shape)
-    return Faces(np.array(lows), np.array(highs), turned, ring.sectors)
+    if np.any(mixed := moves[:, :, None] & ~moves[:, None, :] & (around != 0)):
+        i, d, e = np.argwhere(mixed)[0]
+        raise InputError(
+            f"{where}.low: node {low[i]} moves in {WORDS[d]} and not in {WORDS[e]}: the "
+            "turn to the next sector mixes the two; use cylindrical coordinates"
+        )
+    turned = sp.csc_array(sp.kron(sp.eye_array(len(low)), sp.coo_array(around)))
+    own = np.flatnonzero(moves)
+    return Faces(lows[moves], highs[moves], turned[own][:, own], ring.sectors)
 
 
 def _meet(
@@ -316,15 +313,12 @@ def _meet(
     """Refuse mates that lie apart, where the nodes' places are known."""
     if matrices.position is None:
         return
-    known = {int(n): i for i, n in enumerate(matrices.position_node)}
-    pairs = [
-        (a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True) if {a, b} <= known.keys()
-    ]
-    for a, b in pairs:
-        expected = turn(ring.sectors) @ matrices.position[known[a]]
-        apart = float(np.linalg.norm(matrices.position[known[b]] - expected))
-        if apart > TOGETHER * max(float(np.linalg.norm(expected)), 1e-300):
-            raise InputError(
-                f"{where}.high: node {b} lies {apart:.3g} m from where its mate {a} of low comes "
-                f"when turned by 360/{ring.sectors} degrees about z"
-            )
+    (at, there), (mate, mated) = (among(matrices.position_node, each) for each in (low, high))
+    expected = matrices.position[at] @ turn(ring.sectors).T
+    apart = np.linalg.norm(matrices.position[mate] - expected, axis=1)
+    radius = np.linalg.norm(expected, axis=1).clip(min=1e-300)
+    if np.any(far := there & mated & (apart > TOGETHER * radius)):
+        raise InputError(
+            f"{where}.high: node {high[far][0]} lies {apart[far][0]:.3g} m from where its mate "
+            f"{low[far][0]} of low comes when turned by 360/{ring.sectors} degrees about z"
+        )
