@@ -114,8 +114,6 @@ class Analysis(Generic[K, P]):
     """Cases by name to tables."""
     pictures: "Callable[[RunResult, CaseResult], Iterable[Picture]]" = _nothing
     """(run, case) to pictures."""
-    files: "Callable[[RunResult, CaseResult], object]" = _nothing
-    """Of (run, case): it writes CSV files that are of no picture."""
     run_tables: "Callable[[RunResult], Iterable[Table]]" = _nothing
     """A run to tables of it as a whole."""
     run_pictures: "Callable[[RunResult], Iterable[Picture]]" = _nothing

@@ -178,8 +178,6 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Of each case the least peak, that as assembled and the largest, with loads by joint."""
     every, count = products_of(cases, "bounds")
     known = {name: (each, each.found) for name, (each,) in every.items() if each.found is not None}
-    if not known:
-        return
     joints = list(dict.fromkeys(joint for _, found in known.values() for joint in found.joints))
     columns = (
         *heads("case", "static friction"),
@@ -210,7 +208,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
             places = f"{len(found.drawn)} random place{'s' if len(found.drawn) > 1 else ''}"
             notes.append(f"{of}{places}: {low:.4g} to {high:.4g} µm")
     title = "Bounds of the peaks over static friction, which the model does not determine"
-    yield by_case(Table(title, columns, rows, notes, "bounds"), count)
+    yield from by_case(Table(title, columns, rows, notes, "bounds"), count)
 
 
 def _load(loads: Floats | None, index: int) -> float | None:

@@ -130,10 +130,7 @@ def _by_cause(
 
 
 def _reactions(
-    vane: "Component",
-    system: "System",
-    rest: "nonlinear.Response",
-    joints: Booleans,
+    vane: "Component", system: "System", rest: "nonlinear.Response", joints: Booleans
 ) -> dict[str, Floats]:
     """By the principle of virtual work, for a shift and a turn of the vane as a whole."""
     at = vane.dofs(vane.masters.nodes)
@@ -194,19 +191,10 @@ def _causes(name: str, loads: LoadsByCause) -> Table:
 
 def _reactions_table(name: str, loads: LoadsByCause) -> Table:
     """What holds a segment at rest against its loads."""
-    rows = [
-        (what, *values)
-        for what, values in zip(
-            (*loads.joints, "key", "loads", "sum"),
-            (*loads.reaction, loads.resultant, loads.reaction.sum(axis=0) + loads.resultant),
-            strict=True,
-        )
-    ]
-    columns = (
-        Column("from"),
-        Column("axial", "N", "+.4g"),
-        Column("torque", "N m", "+.4g"),
-    )
+    names = *loads.joints, "key", "loads", "sum"
+    values = *loads.reaction, loads.resultant, loads.reaction.sum(axis=0) + loads.resultant
+    rows = [(name, *each) for name, each in zip(names, values, strict=True)]
+    columns = Column("from"), Column("axial", "N", "+.4g"), Column("torque", "N m", "+.4g")
     notes = ["torque: about the engine axis; sum: what is not in balance"]
     return Table(f"Reactions at rest{name and f', {name}'}", columns, rows, notes, "reactions")
 

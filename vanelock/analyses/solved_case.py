@@ -123,6 +123,10 @@ class SolvedCase:
         vane = None if mesh is None else self.get(mesh)
         return places(self.problem, self.system.contacts, vane)
 
+    def progress(self, done: int, total: int, *values: float) -> None:
+        """How far an analysis is; for what the solver calls."""
+        self.count(done, total, float("nan"))
+
     def product(self, key: str, part: int) -> Any:
         """A product of an analysis before this one."""
         return self.get(self.planned.analyses[key][part])

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import Field
 
-from vanelock import nonlinear
+from vanelock import nonlinear, report
 from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveLines, products_of
 from vanelock.common.arrays import Integers
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from vanelock.input.cases.values import Problem
     from vanelock.input.schema.study import Study
     from vanelock.quantities.case_result import CaseResult
-    from vanelock.report import Answer
     from vanelock.stages.response.summary import Summary, WaveVerdict
 
 SECONDS, HARMONICS = 3.3, 0.5
@@ -50,11 +49,9 @@ def _check(problem: "Problem", keys: StabilityKeys) -> Iterator[str]:
 
 def _cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
     """Seconds."""
-    from vanelock.stages.cost_estimate import TYPICAL
+    from vanelock.stages.cost_estimate import points_of
 
-    listed = study.response.frequencies
-    points = len(listed) if listed else study.response.points or TYPICAL
-    count = points if keys.points == "all" else 1
+    count = points_of(study) if keys.points == "all" else 1
     return float(count * (SECONDS + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5))
 
 
@@ -71,7 +68,7 @@ def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> "no
         case.whole,
         response,
         chosen,
-        progress=lambda done, total: case.count(done, total, float("nan")),
+        progress=case.progress,
         modes=case.modes,
     )
 
@@ -145,8 +142,6 @@ def _warnings(case: "CaseResult", products: "Sequence[nonlinear.Stability]") -> 
 def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What becomes of small departures from the waves of each case: of its most unstable one."""
     known, count = products_of(cases, "stability")
-    if not known:
-        return
     columns = (
         Column("case"),
         Column("at", "Hz", ".6g", "frequency_hz"),
@@ -187,7 +182,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         flags.append("good" if verdict == nonlinear.STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
     made = Table(title, columns, rows, (), "stability", flags).without_empty("points")
-    yield by_case(made, count)
+    yield from by_case(made, count)
 
 
 def _counted(verdict: Integers) -> str | None:
@@ -198,19 +193,17 @@ def _counted(verdict: Integers) -> str | None:
     return ", ".join(f"{count} {word}" for word, count in counts if count)
 
 
-def _answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[report.Answer]":
     """Whether the ring stays with the wave of the peak."""
-    from vanelock.report import Answer
-
     wave = case.summary.wave
     if wave is None or case.peak is None:
         return
     if wave.verdict == "stable":
         slowest = f"a factor {wave.growth:.4g}" if wave.growth > 0 else "0.53 or less"
         note = f"disturbances decay, the slowest by {slowest} per cycle"
-        yield Answer("Periodic wave", "stable", note, "good")
+        yield report.Answer("Periodic wave", "stable", note, "good")
     elif wave.verdict == "undecided":
-        yield Answer("Periodic wave", "undecided", wave.reason, "warn")
+        yield report.Answer("Periodic wave", "undecided", wave.reason, "warn")
     else:
         shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
         note = (
@@ -218,7 +211,7 @@ def _answers(case: "CaseResult") -> "Iterator[Answer]":
             f"grows by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz{wave.followed}; "
             "amplitude, stress and wear here are those of the periodic wave"
         ).replace(" um", " µm")
-        yield Answer("Periodic wave", "unstable", note, "warn")
+        yield report.Answer("Periodic wave", "unstable", note, "warn")
 
 
 TEMPLATE = """\

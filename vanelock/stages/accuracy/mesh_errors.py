@@ -21,12 +21,10 @@ an error besides.
 One harmonic is enough to know a gradient to some tens of per cent.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, nonlinear, rom
 from vanelock.common.arrays import Floats
@@ -169,42 +167,34 @@ def amplitude_errors_step(
     meshes = tuple(mesh_step(study, part) for part in PARTS)
 
     def compute(system: System, limits: Limits, *others: Part | MeshExcess) -> AmplitudeErrors:
-        parts = [each for each in others if isinstance(each, Part)]
-        found = [each for each in others if isinstance(each, MeshExcess)]
-        if any(part.cell_type != ESTIMATED for part in parts):
-            return AmplitudeErrors(np.full((2, 2), np.nan), corrects)
+        """What either part's excess, N/m by nodal diameter, adds at rest and in vibration."""
+        unknown = AmplitudeErrors(np.full((2, 2), np.nan), corrects)
+        if any(isinstance(each, Part) and each.cell_type != ESTIMATED for each in others):
+            return unknown
         wanted = np.asarray(frequencies(study, limits))
         near = float(wanted.min()), float(wanted.max())
-        diameters = {k: each for excess in found for k, each in excess.diameters.items()}
-        rest = {0: diameters[0].stiffness}
-        vibration = {k: diameters[k].stiffness} if k else {}
-        added = _added_to_peak(system, near, nonlinear.Options(**options), rest, vibration)
-        return AmplitudeErrors(added, corrects)
+        try:
+            found = nonlinear.peak_gradient(system, near, nonlinear.Options(**options))
+        except InputError:
+            return unknown
+        if found.peak.sharp:  # it moves by what its contacts do
+            return unknown
+        stiffness = {
+            j: matrices.stiffness
+            for each in others
+            if isinstance(each, MeshExcess)
+            for j, matrices in each.diameters.items()
+        }
+        acting: tuple[tuple[int, ...], ...] = ((0,), (k,) if k else ())
+        added = [
+            [found.at_peak.by_stiffness({j: stiffness[j][part] for j in at}) for at in acting]
+            for part in range(len(PARTS))
+        ]
+        return AmplitudeErrors(np.array(added) / found.amplitude, corrects)
 
     needs = (system, limits, *meshes, *excess)
     inputs = {**frequency_keys(study), "corrects": corrects, "options": options}
     return step("mesh errors, peak", "nonlinear", inputs, AmplitudeErrors, needs, compute)
-
-
-def _added_to_peak(
-    system: System,
-    near: tuple[float, float],
-    options: nonlinear.Options,
-    rest: Mapping[int, NDArray[np.generic]],
-    vibration: Mapping[int, NDArray[np.generic]],
-) -> Floats:
-    """What (2, n, n) of both parts' meshes, N/m by nodal diameter, add to a peak, (2, 2)."""
-    added = np.full((2, 2), np.nan)
-    try:
-        found = nonlinear.peak_gradient(system, near, options)
-    except InputError:
-        return added
-    if not found.peak.sharp:  # a sharp one moves by what its contacts do
-        for part in range(len(PARTS)):
-            for column, excess in enumerate((rest, vibration)):
-                changes = {k: each[part] for k, each in excess.items()}
-                added[part, column] = found.at_peak.by_stiffness(changes) / found.amplitude
-    return added
 
 
 def amplitude_error(errors: AmplitudeErrors, frequency: float) -> float:

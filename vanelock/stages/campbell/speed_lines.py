@@ -227,14 +227,13 @@ class Along(Product):
 
     Attributes
     ----------
-    speed, frequency : (p,) float
-        rpm and Hz.
+    speed : (p,) float
+        rpm.
     amplitude : (p,) float
         Of the monitored displacement, m.
     """
 
     speed: Floats = field(metadata={"unit": "rpm"})
-    frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
 
 
@@ -264,7 +263,7 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
             if not len(hertz):  # a warning says so
                 break
             found = nonlinear.linear_response(system, hertz, mask)
-            pieces.append((60 * hertz / order, hertz, monitor.amplitude(found)))
+            pieces.append((60 * hertz / order, monitor.amplitude(found)))
         return Along(*(np.concatenate(each) for each in zip(*pieces, strict=True)))
 
     needs = (lines_of, *structure.reduced(used))

@@ -69,12 +69,10 @@ class Gathered:
 
     def joining(self, name: str) -> Integers:
         """Nodes of a component that contacts, elements and ties join."""
-        ends = [np.empty(0, np.int64)]
         pairs: tuple[Touching | Tie, ...] = (*self.contacts, *self.ties)
-        for each in pairs:
-            sides = (each.own, each.own_nodes), (each.mate, each.mate_nodes)
-            ends += [nodes for part, nodes in sides if part == name]
-        return np.unique(np.concatenate(ends))
+        ends = [each.own_nodes for each in pairs if each.own == name]
+        ends += [each.mate_nodes for each in pairs if each.mate == name]
+        return np.unique(np.concatenate([np.empty(0, np.int64), *ends]))
 
     def followed(self, name: str) -> tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]:
         """A component's loaded sets of nodes, and its output nodes, where nothing joins them."""
@@ -236,14 +234,8 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
         _refuse_outside(f"{where}.pairs", key, values, keys.pairs)
     frames = _frames(table, keys, count, where)
     _refuse_twice(where, ends["own_nodes"], ends["mate_nodes"], frames[:, 0])
-    return Touching(
-        **ends,
-        frames=frames,
-        kn=numbers["kn"],
-        kt=np.column_stack([numbers["kt"]] * 2),
-        mu=numbers["mu"],
-        interference=numbers["interference"],
-    )
+    both = np.column_stack([numbers["kt"]] * 2)
+    return Touching(**ends, frames=frames, **{**numbers, "kt": both})
 
 
 def _refuse_outside(where: str, key: str, values: Floats, source: Any) -> None:

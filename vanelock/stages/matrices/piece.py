@@ -85,7 +85,7 @@ def read_table(
     path: Path, allowed: Iterable[str], numbered: Iterable[str]
 ) -> Mapping[str, NDArray[Any]]:
     """Columns of numbers of a file; nodes are `numbered` in some, which have to be there."""
-    table = load_pairs(path)
+    table: Mapping[str, NDArray[Any]] = load_pairs(path)
     if unknown := [column for column in table if column not in allowed]:
         raise InputError(f"{path}: column {unknown[0]!r}: allowed are {', '.join(allowed)}")
     for column in numbered:

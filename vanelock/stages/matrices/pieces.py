@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
+from vanelock import rom
 from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
@@ -17,15 +18,6 @@ from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.fem.solvers.singular import SOUGHT
 from vanelock.input.schema.scene import ND, ComponentKeys, SceneRingKeys
-from vanelock.rom import (
-    Faces,
-    Reduced,
-    ReducedRows,
-    Selection,
-    reduce_rows,
-    reduce_sector,
-    refuse_negative_mass,
-)
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
 from vanelock.stages.matrices.gather import nodes
@@ -58,28 +50,18 @@ def clamped(keys: ComponentKeys, name: str) -> Integers:
 def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrices:
     """A component's matrices, read from its files; at a nodal diameter where names say so."""
 
-    def at(name: str | None) -> Path | None:
-        return None if name is None else Path(name.replace(ND, str(nodal_diameter)))
+    def at(key: str) -> Path | None:
+        value = getattr(keys, key)
+        return None if value is None else Path(value.replace(ND, str(nodal_diameter)))
 
-    names = {
-        "stiffness": keys.stiffness_name,
-        "mass": keys.mass_name,
-        "damping": keys.damping_name,
-    }
-    stiffness = at(keys.stiffness)
+    stiffness, units = at("stiffness"), keys.units
     assert stiffness is not None
+    others = map(at, ("mass", "damping", "dofs", "nodes"))
+    kinds = ("stiffness", "mass", "damping")
+    names = {kind: key for kind in kinds if (key := getattr(keys, f"{kind}_name")) is not None}
+    scale = {"length": units.length, "mass_unit": units.mass, "force": units.force}
     try:
-        return load_matrices(
-            stiffness,
-            at(keys.mass),
-            at(keys.damping),
-            at(keys.dofs),
-            at(keys.nodes),
-            {key: value for key, value in names.items() if value is not None},
-            length=keys.units.length,
-            mass_unit=keys.units.mass,
-            force=keys.units.force,
-        )
+        return load_matrices(stiffness, *others, names, **scale)
     except InputError as error:
         raise InputError(f"components.{name}: {error}") from None
 
@@ -161,7 +143,7 @@ def reduced(
         if joined is None:
             found, rows, seen = _held(K, M, seen, rows, selection, C)
         else:
-            found = reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
+            found = rom.reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
     except SingularError as error:
         gone = rows if joined is None else np.concatenate([rows, joined.high])
         at = int(np.setdiff1d(np.arange(len(node)), gone)[error.rows[0]])
@@ -191,16 +173,16 @@ def _held(
     M: sp.csc_array,
     seen: Seen,
     every: Integers,
-    selection: Selection,
+    selection: rom.Selection,
     C: sp.csc_array | None,
-) -> tuple[dict[int, ReducedRows], Integers, Seen]:
+) -> tuple[dict[int, rom.ReducedRows], Integers, Seen]:
     """A component reduced to rows, and to those beside that it takes to hold it; which they are.
 
     Where the rows of what is followed hold it, these are kept, and nothing is followed.
     """
     rows, columns = seen.rows, seen.columns(K.shape[0])
     try:
-        return {-1: reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
+        return {-1: rom.reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
     except SingularError as error:
         if len(rows) < len(every):
             held = replace(seen, pushed=(), shown=(), rows=every)
@@ -212,7 +194,7 @@ def _held(
         rest = np.setdiff1d(np.arange(K.shape[0]), rows)
         rows = np.sort(np.append(rows, rest[pivots]))
         try:
-            return {-1: reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
+            return {-1: rom.reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
         except SingularError:
             raise error from None
 
@@ -222,10 +204,10 @@ def _whole(forces: Sequence[NodalForces], columns: sp.csc_array) -> dict[str, Ma
     return {f.digest: column for f, column in zip(forces, columns.toarray().T, strict=True)}
 
 
-def _whole_block(K: sp.csc_array, M: sp.csc_array, C: sp.csc_array | None) -> Reduced:
+def _whole_block(K: sp.csc_array, M: sp.csc_array, C: sp.csc_array | None) -> rom.Reduced:
     """Matrices that leave nothing out."""
     own = None if C is None else C.toarray()
-    return Reduced(K.toarray(), M.toarray(), complete=np.inf, C=own)
+    return rom.Reduced(K.toarray(), M.toarray(), complete=np.inf, C=own)
 
 
 def _piece(
@@ -234,13 +216,13 @@ def _piece(
     matrices: Matrices,
     node: Integers,
     direction: Integers,
-    blocks: dict[int, Reduced],
+    blocks: dict[int, rom.Reduced],
     band: float | None = None,
     **more: Any,
 ) -> Piece:
     for block in blocks.values():
         try:
-            refuse_negative_mass(block.M)
+            rom.refuse_negative_mass(block.M)
         except InputError as error:
             raise InputError(f"components.{name}: {error}") from None
     positions = np.empty((0, 3)) if matrices.position is None else matrices.position
@@ -254,11 +236,11 @@ def _mass(name: str, matrices: Matrices) -> sp.csc_array:
     return matrices.M
 
 
-def _selection(keys: ComponentKeys, least: float | None) -> Selection:
+def _selection(keys: ComponentKeys, least: float | None) -> rom.Selection:
     accuracy = keys.accuracy
     if keys.modes is None and keys.cutoff is None and accuracy is None:
         accuracy = DEFAULT
-    return Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
+    return rom.Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
 
 
 def refuse_unknown(where: str, component: Matrices, nodes: Integers) -> None:
@@ -274,7 +256,7 @@ def _faces(
     node: Integers,
     direction: Integers,
     faces: tuple[Integers, Integers],
-) -> Faces:
+) -> rom.Faces:
     """Rows of the faces, and how the high one follows."""
     low, high = faces
     if ring.sectors < 2:
@@ -304,7 +286,7 @@ def _faces(
         )
     turned = sp.csc_array(sp.kron(sp.eye_array(len(low)), sp.coo_array(around)))
     own = np.flatnonzero(moves)
-    return Faces(lows[moves], highs[moves], turned[own][:, own], ring.sectors)
+    return rom.Faces(lows[moves], highs[moves], turned[own][:, own], ring.sectors)
 
 
 def _meet(

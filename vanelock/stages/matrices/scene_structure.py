@@ -101,11 +101,11 @@ class SceneStructure(CaseStructure):
         own = self.gathered
         if not self.without:
             return own
-        zero = [np.zeros_like(each.mu) for each in own.contacts]
         return replace(
             own,
             contacts=tuple(
-                replace(c, mu=z, interference=z) for c, z in zip(own.contacts, zero, strict=True)
+                replace(each, mu=np.zeros_like(each.mu), interference=np.zeros_like(each.mu))
+                for each in own.contacts
             ),
             loads=tuple(load for load in own.loads if load.harmonic > 0),
             forces=tuple(each for each in own.forces if each.harmonic > 0),
@@ -264,12 +264,11 @@ def _plain(value: Any) -> Any:
 
 def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:
     """A system from a file, with the contact properties that the scene gives."""
-    given = {name: keys.model_dump(exclude_unset=True) for name, keys in scene.contacts.items()}
-    if bare:
-        given = {
-            name: {key: v for key, v in each.items() if key in ("kn", "kt")}
-            for name, each in given.items()
-        }
+    of = {"kn", "kt"} if bare else None
+    given = {
+        name: keys.model_dump(exclude_unset=True, include=of)
+        for name, keys in scene.contacts.items()
+    }
     inputs = {
         "file": content_digest(path),
         "contacts": given,

@@ -76,12 +76,12 @@ def _meshed(
 
 def _mates_step(study: Study) -> Step[Mates]:
     """Both parts, matched; one that has dimensions comes out as it was."""
-    needs: list[Step[Any]] = []
-    for name, part in (("vane", study.vane), ("casing", study.casing)):
-        if isinstance(part, OwnVane | OwnCasing):
-            needs.append(_read_step(study, name, part))
-        else:
-            needs.append(_made_step(study, name))
+    needs: list[Step[Any]] = [
+        _read_step(study, name, part)
+        if isinstance(part, OwnVane | OwnCasing)
+        else _made_step(study, name)
+        for name, part in (("vane", study.vane), ("casing", study.casing))
+    ]
     sectors, tolerance = study.ring.sectors, study.mesh.tolerance or TOLERANCE
 
     def compute(vane: Part | OwnPart, casing: Part | OwnPart) -> Mates:
@@ -211,22 +211,17 @@ def _prepared(
     return step(f"rom {part}, condensed", "rom", inputs, object, (model,), compute, False)
 
 
-def _least(study: Study, part: str) -> tuple[bool, float | None]:
-    """Whether a part's band follows from the study, and what it reaches at least, Hz.
+def _reduced_step(
+    study: Study, part: str, nodal_diameter: int = 0, is_last: bool = False
+) -> Step[Component]:
+    """A part reduced with its modulus of reference.
 
-    Where an accuracy is asked for, the vane's tenth elastic mode ends it for both, or
+    Where an accuracy is asked for, the vane's tenth elastic mode ends the band of both parts, or
     the highest frequency that the study asks for (`vanelock.input.band`) where that is higher; a
     vane that is reduced to a number of modes gives no band, and the casing then takes its own.
     """
     follows = "accuracy" in study.rom.of(part)
-    return follows, least_band(asked_by(study), softest(study), LEAST) if follows else None
-
-
-def _reduced_step(
-    study: Study, part: str, nodal_diameter: int = 0, is_last: bool = False
-) -> Step[Component]:
-    """A part reduced with its modulus of reference."""
-    follows, least = _least(study, part)
+    least = least_band(asked_by(study), softest(study), LEAST) if follows else None
     needs: list[Step[Any]] = [model_step(study, part, True), prepared_step(study, part)]
     loads: tuple[RestLoad, ...] = ()
     if part == "vane":

@@ -20,17 +20,6 @@ from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import SHARED, Step, step
-from vanelock.rom import (
-    Assembly,
-    Component,
-    MeshExcess,
-    SpaceExcess,
-    System,
-    contact_pairs,
-    output_nodes,
-    tied_nodes,
-    travelling_load,
-)
 from vanelock.rom.component import carrying
 from vanelock.rom.joining.connections import HasMasters, Joinable, Touching
 from vanelock.rom.joining.mesh_excess import MODES
@@ -59,22 +48,17 @@ class Joint:
     kn_area: float | None = None
     kt_area: float | None = None
 
-    @property
-    def bare(self) -> "Joint":
-        """The same without friction and interference."""
-        return replace(self, mu=0.0, interference=0.0)
-
     def pairs(self, vane: HasMasters, casing: HasMasters) -> Iterator[Touching]:
         """Its contacts."""
         values = asdict(self)
         if self.name == "hook":
             for each in HOOK_SETS:
-                yield contact_pairs(
+                yield rom.contact_pairs(
                     part=vane, node_set=each, mate=casing, mate_set=each, tied=KEY, **values
                 )
         elif self.name == "interlock":
             sides = {"node_set": "interlock_right", "mate_set": "interlock_left"}
-            yield contact_pairs(part=vane, mate=vane, next_sector=True, **sides, **values)
+            yield rom.contact_pairs(part=vane, mate=vane, next_sector=True, **sides, **values)
         else:
             raise InputError(f'joint "{self.name}": allowed are "hook" and "interlock"')
 
@@ -111,9 +95,10 @@ class Segment:
     @property
     def bare(self) -> "Segment":
         """The same without friction and interference."""
-        return replace(self, joints=tuple(each.bare for each in self.joints))
+        joints = tuple(replace(each, mu=0.0, interference=0.0) for each in self.joints)
+        return replace(self, joints=joints)
 
-    def assembly(self, vane: _Jointed, casing: _Jointed) -> Assembly:
+    def assembly(self, vane: _Jointed, casing: _Jointed) -> rom.Assembly:
         """Both parts, joined and loaded; joints in alphabetical order."""
         one, other = vane.masters, casing.masters
         if other.sectors > 1 and not getattr(casing, "cyclic", True):
@@ -123,26 +108,26 @@ class Segment:
             )
         ordered = sorted(self.joints, key=lambda joint: joint.name)
         wave = self.engine_order, self.force, self.unbalance
-        return Assembly(
+        return rom.Assembly(
             sectors=one.sectors,
             engine_order=self.engine_order,
             parts={other.part: casing, one.part: vane},
             contacts=[pair for joint in ordered for pair in joint.pairs(vane, casing)],
-            ties=(tied_nodes(vane, KEY, casing, KEY),),
-            loads=(travelling_load(casing, "force", *wave),),
+            ties=(rom.tied_nodes(vane, KEY, casing, KEY),),
+            loads=(rom.travelling_load(casing, "force", *wave),),
             outputs=[
-                output_nodes(part) for part in (vane, casing) if "output" in part.masters.node_sets
+                rom.output_nodes(p) for p in (vane, casing) if "output" in p.masters.node_sets
             ],
             always_closed=("hook",),
             damping_ratio=self.damping_ratio,
             damping_joints=self.damping_joints,
         )
 
-    def join(self, vane: Component, casing: Component) -> System:
+    def join(self, vane: rom.Component, casing: rom.Component) -> rom.System:
         """The system of both parts at the casing's nodal diameters."""
         return self.assembly(vane, casing).system(sorted(casing.diameters))
 
-    def loaded(self, vane: Component) -> Component:
+    def loaded(self, vane: rom.Component) -> rom.Component:
         """The vane with the loads at rest."""
         return carrying(vane, self.at_rest) if self.at_rest else replace(vane, loads=None)
 
@@ -166,12 +151,12 @@ ESTIMATED = "tetra10"
 @lru_cache(maxsize=SHARED)
 def excess_step(
     k: int,
-    parts: tuple[Step[Component], Step[Component]],
-    alone: Step[SpaceExcess],
+    parts: tuple[Step[rom.Component], Step[rom.Component]],
+    alone: Step[rom.SpaceExcess],
     recovery: Step[rom.Recovery],
     segment: Segment,
     areas: tuple[str, ...],
-) -> Step[MeshExcess]:
+) -> Step[rom.MeshExcess]:
     """What the meshes add to vane and casing, in this order, along modes at a nodal diameter.
 
     The vane's by the space of `alone`, the casing's by its recovery; `areas` are the joints whose
@@ -179,12 +164,12 @@ def excess_step(
     """
 
     def compute(
-        system: System,
-        vane: Component,
-        casing: Component,
-        alone: SpaceExcess,
+        system: rom.System,
+        vane: rom.Component,
+        casing: rom.Component,
+        alone: rom.SpaceExcess,
         recovery: rom.Recovery,
-    ) -> MeshExcess:
+    ) -> rom.MeshExcess:
         frequency, shapes = _shapes(system, k, areas)
         one = system.at(k)
         each = one.split(shapes)
@@ -193,52 +178,54 @@ def excess_step(
             one.joined(name, part.at(k).K) @ shapes
             for name, part in (("vane", vane), ("casing", casing))
         ]
-        return MeshExcess({k: rom.modal_excess(shapes, frequency, excess, forces)})
+        return rom.MeshExcess({k: rom.modal_excess(shapes, frequency, excess, forces)})
 
     inputs = {"areas": areas}
     needs = (joined_step(segment, *parts, "structure"), *parts, alone, recovery)
-    return step("mesh correction", "fem", inputs, MeshExcess, needs, compute)
+    return step("mesh correction", "fem", inputs, rom.MeshExcess, needs, compute)
 
 
 @lru_cache(maxsize=SHARED)
 def vane_excess_step(
-    vane: Step[Component],
-    casings: tuple[Step[Component], ...],
+    vane: Step[rom.Component],
+    casings: tuple[Step[rom.Component], ...],
     recovery: Step[rom.Recovery],
     diameters: tuple[int, ...],
     segment: Segment,
     areas: tuple[str, ...],
-) -> Step[SpaceExcess]:
+) -> Step[rom.SpaceExcess]:
     """What the vane's mesh adds to the shapes at some nodal diameters, which casings are of."""
 
-    def compute(vane: Component, recovery: rom.Recovery, *systems: System) -> SpaceExcess:
+    def compute(
+        vane: rom.Component, recovery: rom.Recovery, *systems: rom.System
+    ) -> rom.SpaceExcess:
         found = [
             system.at(k).split(_shapes(system, k, areas)[1])["vane"]
             for k, system in zip(diameters, systems, strict=True)
         ]
         K = vane.at(0).K
         basis = rom.spanned(found, K)
-        return SpaceExcess(K @ basis, _excess_of(recovery, basis, 0))
+        return rom.SpaceExcess(K @ basis, _excess_of(recovery, basis, 0))
 
     inputs = {"areas": areas, "diameters": diameters}
     systems = (joined_step(segment, vane, each, "structure") for each in casings)
     needs = (vane, recovery, *systems)
-    return step("mesh excess, vane", "fem", inputs, SpaceExcess, needs, compute)
+    return step("mesh excess, vane", "fem", inputs, rom.SpaceExcess, needs, compute)
 
 
 @lru_cache(maxsize=SHARED)
 def joined_step(
-    segment: Segment, vane: Step[Component], casing: Step[Component], name: str = "system"
-) -> Step[System]:
+    segment: Segment, vane: Step[rom.Component], casing: Step[rom.Component], name: str = "system"
+) -> Step[rom.System]:
     """The system of a vane and a casing; joining takes no time, so it is not kept."""
 
-    def compute(vane: Component, casing: Component) -> System:
+    def compute(vane: rom.Component, casing: rom.Component) -> rom.System:
         return segment.join(segment.loaded(vane), casing)
 
-    return step(name, "rom", asdict(segment), System, (vane, casing), compute, False, True)
+    return step(name, "rom", asdict(segment), rom.System, (vane, casing), compute, False, True)
 
 
-def _shapes(system: System, k: int, areas: tuple[str, ...]) -> tuple[Floats, Matrix]:
+def _shapes(system: rom.System, k: int, areas: tuple[str, ...]) -> tuple[Floats, Matrix]:
     """Shapes along which what meshes add is taken off, and their frequencies, Hz."""
     frequency, shapes = rom.linear_modes(system, k, min(MODES, len(system.at(k).K)))
     if k or not areas:

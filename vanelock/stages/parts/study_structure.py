@@ -74,7 +74,7 @@ class StudyStructure(CaseStructure):
         study, loaded = self.problem, self.loaded
         patches = study.patches
         areas = tuple(name for name in study.joint_names if patches[name] == "area")
-        on = Segment(tuple(joint.bare for joint in self.segment.joints)), areas
+        on = Segment(self.segment.bare.joints), areas
         parts = self.component("vane", 0), self.component("casing", k)
         if "excess" not in self._made:
             recovered = recovery_step(study, "vane", 0, self.at_reference)
@@ -121,10 +121,11 @@ class StudyStructure(CaseStructure):
         if self.without == "nothing":
             loads = tuple((each.cause, each.name, each.size) for each in loads_of(self.problem))
             return replace(segment_of(self.problem), at_rest=loads)
-        found = segment_of(
-            self.problem if self.without == "friction" else _by_default(self.problem)
-        )
-        return found.bare
+        study = self.problem
+        if self.without == "load":
+            load = study.excitation.model_copy(update={"force": None, "unbalance": None})
+            study = study.model_copy(update={"excitation": load})
+        return segment_of(study).bare
 
     @property
     def bare(self) -> Self:
@@ -156,9 +157,3 @@ def _corrected(joined: Step[System], excess: Step[MeshExcess]) -> Step[System]:
 
     inputs, needs = {"corrected": "modal"}, (joined, excess)
     return step("system", "rom", inputs, System, needs, compute, False, True)
-
-
-def _by_default(study: Study) -> Study:
-    """The study with the default load."""
-    load = study.excitation.model_copy(update={"force": None, "unbalance": None})
-    return study.model_copy(update={"excitation": load})

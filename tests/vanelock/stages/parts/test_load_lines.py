@@ -7,7 +7,7 @@ from vanelock.input.schema.scene import LoadKeys, Scene
 from vanelock.rom.joining.connections import Load
 from vanelock.stages.matrices.gather import Gathered
 from vanelock.stages.matrices.piece import NodalForces
-from vanelock.stages.parts.load_lines import load_lines
+from vanelock.stages.parts.loads import load_lines
 
 
 def test_forces_on_nodes_are_summed_over_nodes_and_segments(tmp_path):
