@@ -20,10 +20,7 @@ from vanelock.common.tables import Cell, Column, Table, by_case, heads
 from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.quantities.case_result import CaseResult, State
-    from vanelock.stages.response.summary import Peak, Summary
+    from vanelock.analyses.analysis import CaseResult, Peak, Problem, SolvedCase, State, Summary
 
 LOW, NOMINAL, HIGH = 0, 1, 2
 """Places of `PeakBounds`."""

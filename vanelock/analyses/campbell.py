@@ -24,17 +24,12 @@ from vanelock.input.schema.comparison import CampbellKeys
 from vanelock.input.schema.structure.temperature import PARTS
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.analyses.analysis import CaseResult, Planned, RunResult, SolvedCase, Step
     from vanelock.input.measured.curve import Measured
     from vanelock.nonlinear import Response
-    from vanelock.pipeline.step import Step
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
     from vanelock.stages.campbell.speed_lines import Along, Campbell, Lines
-    from vanelock.stages.plan import Planned
     from vanelock.stages.response.limits import Limit, Limits
     from vanelock.stages.response.responses import Monitor
-    from vanelock.stages.response.summary import Peak
 
 
 RANGES = 100
@@ -67,7 +62,8 @@ def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Cam
     planned, study, watched = case.planned, case.planned.case.study, case.monitored
     lines: Lines = case.get(lines_step(planned))
     limits: Limits = case.get(planned.linear.limits)
-    linear = _condition(limits, case.peak)
+    at_free = case.peak is None or not limits.opens or limits.position(case.peak.frequency) < 0.5
+    linear: Limit = "free" if at_free else "stuck"
     excitation = study.excitation
     own = abs(excitation.engine_order)
     circles = []
@@ -91,13 +87,6 @@ def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Cam
         if excitation.unbalance is None
         else f"unbalance of {1e6 * excitation.unbalance:.4g} g mm",
     )
-
-
-def _condition(limits: "Limits", peak: "Peak | None") -> "Limit":
-    """Which linear limit the nonlinear peak is nearer to."""
-    if peak is None or not limits.opens:
-        return "free"
-    return "free" if limits.position(peak.frequency) < 0.5 else "stuck"
 
 
 def _circles(

@@ -24,10 +24,7 @@ from vanelock.input.cases.names import of_case, slug
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import CaseResult, Problem, RunResult, SolvedCase
 
 BEGIN = 1e-3
 """Least amplitude drawn, of the largest: below it nothing changes."""

@@ -17,9 +17,8 @@ from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.input.cases.names import fixed, of_case, slug, words
 
 if TYPE_CHECKING:
-    from vanelock.quantities.case_result import CaseResult
+    from vanelock.analyses.analysis import CaseResult, RunResult
     from vanelock.quantities.contacts import Wear
-    from vanelock.quantities.run_result import RunResult
     from vanelock.stages.parts.outputs import Places
 
 SHOWN = 16

@@ -19,9 +19,7 @@ from vanelock.common.tables import Cell, Column, Table, by_case
 from vanelock.input.cases.names import of_case, slug
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import CaseResult, RunResult, SolvedCase
     from vanelock.report import Picture
 
 TEXT = (

@@ -17,8 +17,7 @@ from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.schema.structure.temperature import PARTS
 
 if TYPE_CHECKING:
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import CaseResult, RunResult
     from vanelock.quantities.stress.margins import Margin
     from vanelock.report.blocks import Single
 

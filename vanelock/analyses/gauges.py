@@ -11,8 +11,7 @@ from vanelock.common.tables import Column, Table, heads
 from vanelock.input.cases.names import words
 
 if TYPE_CHECKING:
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import CaseResult, RunResult
 
 MOST = 6
 """Gauges whose curves are on the page."""

@@ -24,13 +24,8 @@ from vanelock.input.schema.distributions import Deviation
 from vanelock.input.schema.structure.structure import KeyTable, flat
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.pipeline.step import Step
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import CaseResult, Planned, Problem, RunResult, SolvedCase, Step
     from vanelock.rom import Component, System
-    from vanelock.stages.plan import Planned
 
 FREQUENCY = "vane.frequency"
 """What the deviation of the natural frequencies of a vane alone is called."""

@@ -20,11 +20,9 @@ from vanelock.common.tables import Column, Table
 from vanelock.input.cases.names import words
 
 if TYPE_CHECKING:
-    from vanelock.pipeline.step import Step
-    from vanelock.quantities.case_result import CaseResult
+    from vanelock.analyses.analysis import CaseResult, Planned, Step
     from vanelock.rom import Component, System
     from vanelock.stages.parts.segment import Segment
-    from vanelock.stages.plan import Planned
 
 
 INTERFERENCE = "interference"
@@ -75,7 +73,7 @@ class LoadsByCause(Product):
 
 def _by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
     """Loads at rest of a case by cause; None where nothing acts but interference."""
-    from vanelock.stages.parts.study_structure import StudyStructure
+    from vanelock.stages.parts.segment import StudyStructure
 
     structure = planned.structure
     if not isinstance(structure, StudyStructure) or not structure.segment.at_rest:

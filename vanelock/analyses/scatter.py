@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from vanelock import render, report
 from vanelock.analyses.analysis import Analysis
@@ -21,9 +22,8 @@ from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table, counted
 
 if TYPE_CHECKING:
+    from vanelock.analyses.analysis import RunResult, Summary
     from vanelock.input.cases.sweep import Case
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.stages.response.summary import Summary
 
 TITLE = "Scatter of the peaks"
 PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
@@ -241,7 +241,7 @@ def _run_pictures(run: "RunResult") -> "Iterator[report.Picture]":
         ),
     )
     notes = [f"{title}, {monitor}: half the peak-to-peak"]
-    samples = {
+    samples: dict[str, ArrayLike] = {
         "case": list(found.case),
         **{f"{key} (SI)": found.value[:, i] for i, key in enumerate(found.keys)},
         "peak (µm)": 1e6 * found.amplitude,

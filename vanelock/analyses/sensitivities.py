@@ -9,7 +9,7 @@ from vanelock.analyses.analysis import Analysis
 from vanelock.common.tables import Column, Table
 
 if TYPE_CHECKING:
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import RunResult
     from vanelock.quantities.sensitivities import Sensitivities
     from vanelock.report.blocks import Single
 

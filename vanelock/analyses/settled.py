@@ -13,10 +13,8 @@ from vanelock.common.tables import Cell, Column, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.stages.response.summary import Settled, Summary
+    from vanelock.analyses.analysis import CaseResult, Problem, SolvedCase, Summary
+    from vanelock.stages.response.summary import Settled
 
 STEPS, PERIODS = 128, 1000
 """Steps a period, and periods at most; some tenths of a second each for a coarse vane's ring."""

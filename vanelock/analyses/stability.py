@@ -14,11 +14,8 @@ from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.input.schema.study import Study
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.stages.response.summary import Summary, WaveVerdict
+    from vanelock.analyses.analysis import CaseResult, Problem, SolvedCase, Study, Summary
+    from vanelock.stages.response.summary import WaveVerdict
 
 SECONDS, HARMONICS = 3.3, 0.5
 """Of a point, and with each (2H + 1)^1.5 (docs/benchmarks/stability.md)."""

@@ -22,11 +22,8 @@ from vanelock.input.schema.comparison import FrequencyRange, Hertz
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
+    from vanelock.analyses.analysis import CaseResult, Problem, RunResult, SolvedCase, State
     from vanelock.nonlinear import Dwell, WearHistory
-    from vanelock.quantities.case_result import CaseResult, State
-    from vanelock.quantities.run_result import RunResult
 
 SHOWN = 8
 """States of a history in a table, about."""
@@ -199,7 +196,9 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         safety: Sequence[float | None] = _reserves(cases[name]) or [None] * len(shown)
         for i, reserve in zip(shown, safety, strict=True):
             loads = dict(zip(history.joints, history.rest_load[i].tolist(), strict=True))
-            event, hours = _event(history, i), history.seconds[i] / HOUR
+            event, hours = "jump" if history.jump[i] else "", history.seconds[i] / HOUR
+            if i == len(history.cycles) - 1 and not _done(history):
+                event = str(history.status)
             peak = history.amplitude[i], history.frequency[i]
             ends = history.worn[i].max(), reserve, event or None
             begins = name, int(history.dwell[i]) + 1, history.cycles[i], hours
@@ -220,14 +219,7 @@ def _done(history: "WearHistory") -> bool:
     """Whether it reaches the end of its dwells."""
     from vanelock.nonlinear.wear.wear_history import DONE
 
-    return history.status == DONE
-
-
-def _event(history: "WearHistory", i: int) -> str:
-    """What happens at a state."""
-    if i == len(history.cycles) - 1 and not _done(history):
-        return str(history.status)
-    return "jump" if history.jump[i] else ""
+    return bool(history.status == DONE)
 
 
 def _reserves(case: "CaseResult") -> list[float]:

@@ -21,7 +21,7 @@ from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.accuracy.mesh_errors import mesh_errors_step
 from vanelock.stages.matrices.scene_structure import SceneStructure
 from vanelock.stages.parts.outputs import Gauges, gauges_step
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.response.limits import frequencies
 from vanelock.stages.response.responses import (
     Progress,
@@ -209,7 +209,7 @@ def _planned(
         assert isinstance(structure, StudyStructure)
         free = (linear if planned is None else planned.linear).responses["free"]
         response = _adaptive_step(case.name, structure, choice.budget, linear, free, progress)
-    gauged = isinstance(given, Study) and given.outputs.gauges
+    gauged = given if isinstance(given, Study) and given.outputs.gauges else None
     return Planned(
         case=case,
         structure=structure,
@@ -219,7 +219,7 @@ def _planned(
         response=response,
         linear=linear,
         modes=modes,
-        gauges=gauges_step(given) if gauged else None,
+        gauges=None if gauged is None else gauges_step(gauged),
         choice=choice,
         other=other,
     )

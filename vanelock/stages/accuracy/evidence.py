@@ -26,7 +26,7 @@ from vanelock.rom import Component, System
 from vanelock.stages.accuracy.errors import Errors, LeftOut, errors, left_out
 from vanelock.stages.accuracy.mesh_errors import AmplitudeErrors, amplitude_errors_step
 from vanelock.stages.parts.components import PARTS, prepared_step, recovery_step
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import Monitor, monitor

@@ -37,8 +37,7 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import MeshExcess, System
 from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.parts.components import PARTS, mesh_step, recovery_step
-from vanelock.stages.parts.segment import ESTIMATED
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import ESTIMATED, StudyStructure
 from vanelock.stages.response.limits import Limits, frequencies
 from vanelock.stages.response.responses import frequency_keys
 

@@ -33,7 +33,7 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages
 from vanelock.rom import Component, MeshExcess, System
 from vanelock.stages.parts.loads import modulus, reference
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.response.limits import limits
 
 Factors = Callable[[float], tuple[float, float]]

@@ -229,7 +229,7 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
     for column, key in COLUMNS.items():
         if key and column in table and getattr(keys, key) is not None:
             raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
-    numbers = {key: _each(table, keys, key, count, where) for key in NUMBERS}
+    numbers: dict[str, Any] = {key: _each(table, keys, key, count, where) for key in NUMBERS}
     for key, values in numbers.items():
         _refuse_outside(f"{where}.pairs", key, values, keys.pairs)
     frames = _frames(table, keys, count, where)

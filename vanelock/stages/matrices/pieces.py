@@ -127,7 +127,11 @@ def reduced(
         block = _whole_block(K, M, C)
         act = _whole(forces, columns)
         return _piece(name, ring, given, node, direction, {-1: block}, forces=act)
-    selection, joined, seen = _selection(keys, least), None, Seen((), (), rows)
+    chosen = keys.modes, keys.cutoff, keys.accuracy
+    if chosen == (None, None, None):
+        chosen = None, None, DEFAULT
+    selection = rom.Selection(*chosen, keys.band, least)
+    joined, seen = None, Seen((), (), rows)
     if faces is None:
         seen = seen_from(followed, rows, node, direction, K, M)
         if forces:
@@ -234,13 +238,6 @@ def _mass(name: str, matrices: Matrices) -> sp.csc_array:
     if matrices.M is None:
         raise InputError(f"components.{name}.mass: must be given")
     return matrices.M
-
-
-def _selection(keys: ComponentKeys, least: float | None) -> rom.Selection:
-    accuracy = keys.accuracy
-    if keys.modes is None and keys.cutoff is None and accuracy is None:
-        accuracy = DEFAULT
-    return rom.Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
 
 
 def refuse_unknown(where: str, component: Matrices, nodes: Integers) -> None:
