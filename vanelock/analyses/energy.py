@@ -88,17 +88,10 @@ def _damping(run: "RunResult") -> "list[report.Block]":
     names = list(dict.fromkeys(j for found in run.looked_into.values() for j in found.places.joint))
     for found in run.looked_into.values():
         b, joints = found.balance, _shares(found)
-        rows.append(
-            (
-                fixed(words(found.name)),
-                b.input * found.at_peak.frequency,
-                *(joints.get(name, 0.0) for name in names),
-                b.viscous / b.input if b.input > 0 else None,
-                b.damping_ratio,
-                found.bandwidth,
-                _opinion(found),
-            )
-        )
+        power, shares = b.input * found.at_peak.frequency, (joints.get(each, 0.0) for each in names)
+        structure = b.viscous / b.input if b.input > 0 else None
+        ratios = structure, b.damping_ratio, found.bandwidth
+        rows.append((fixed(words(found.name)), power, *shares, *ratios, _opinion(found)))
     columns = (
         Column("case"),
         Column("power", "mW"),

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field
 
 from vanelock import nonlinear, render, report
@@ -352,26 +351,23 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[report.Picture]
         "segments, and what they would do if all were alike. Below: largest amplitude of each "
         "segment over the peak of a tuned ring. The table has all rings."
     )
+    rings, sectors = found.amplitude.shape
+    columns = {
+        "ring": np.repeat(np.arange(rings) + 1, sectors),
+        "segment": np.tile(np.arange(sectors) + 1, rings),
+        "amplitude (µm)": 1e6 * found.amplitude.ravel(),
+        "frequency (Hz)": found.frequency.ravel(),
+        "amplification (-)": found.amplification.ravel(),
+    }
     yield run.picture(
         f"figures/mistuning_{slug(name)}",
         "Mistuned rings",
         [*case.key_of("mistuning"), case.key_at("response"), title, subtitle],
         lambda path: render.segments_picture(path, *lines, title, subtitle),
-        lambda: _columns(found),
+        lambda: columns,
         [f"{title}: largest amplitude of every segment; {case.monitor.name}"],
         caption,
     )
-
-
-def _columns(mistuned: MistunedRings) -> dict[str, ArrayLike]:
-    rings, sectors = mistuned.amplitude.shape
-    return {
-        "ring": np.repeat(np.arange(rings) + 1, sectors),
-        "segment": np.tile(np.arange(sectors) + 1, rings),
-        "amplitude (µm)": 1e6 * mistuned.amplitude.ravel(),
-        "frequency (Hz)": mistuned.frequency.ravel(),
-        "amplification (-)": mistuned.amplification.ravel(),
-    }
 
 
 TEMPLATE = """\

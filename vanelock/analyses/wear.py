@@ -251,6 +251,8 @@ def _answers(case: "CaseResult") -> "Iterator[report.Answer]":
 
 def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[report.Picture]":
     """Amplitude, preload and worn depth over the cycles of the dwells."""
+    from vanelock.quantities.contacts import HOUR
+
     (worn,), name = case.found("wear"), case.name
     if (history := worn.history) is None:
         return
@@ -279,32 +281,28 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[report.Picture]
         "when new, and the depth that both surfaces have lost, of the contact that loses most and "
         "on average over those that wear."
     ) + (" Dotted: where the next dwell begins." if len(changes) else "")
-    yield run.picture(
-        f"figures/wear_over_cycles_{slug(name)}",
-        "Wear over cycles",
-        [*case.key_of("wear"), title, subtitle],
-        lambda path: render.panels_picture(path, panels, "cycles", title, subtitle, marks=changes),
-        lambda: _columns(history),
-        [title],
-        caption,
-    )
-
-
-def _columns(history: "WearHistory") -> dict[str, ArrayLike]:
-    from vanelock.quantities.contacts import HOUR
-
-    depth = 1e6 * history.worn
-    loads = zip(history.joints, history.rest_load.T, strict=True)
-    return {
+    columns = {
         "cycles": history.cycles,
         "time (h)": history.seconds / HOUR,
         "dwell": history.dwell + 1,
         "frequency (Hz)": history.frequency,
         "amplitude (µm)": 1e6 * history.amplitude,
         "jump": history.jump,
-        **{f"{joint} at rest (N)": load for joint, load in loads},
+        **{
+            f"{joint} at rest (N)": load
+            for joint, load in zip(history.joints, history.rest_load.T, strict=True)
+        },
         "deepest wear (µm)": depth.max(axis=1),
     }
+    yield run.picture(
+        f"figures/wear_over_cycles_{slug(name)}",
+        "Wear over cycles",
+        [*case.key_of("wear"), title, subtitle],
+        lambda path: render.panels_picture(path, panels, "cycles", title, subtitle, marks=changes),
+        lambda: columns,
+        [title],
+        caption,
+    )
 
 
 TEMPLATE = """\

@@ -168,11 +168,9 @@ def by_case(made: Table, count: int) -> list[Table]:
 
     None where it has no rows.
     """
-    if not made.rows:
-        return []
     if count == 1:
-        return [made.without("case")]
-    if count <= MOST_CASES:
-        return [made]
-    rest = f"the first {MOST_CASES} of {count} cases; results.h5 has all"
-    return [replace(made, notes=[*made.notes, rest])]
+        made = made.without("case")
+    elif count > MOST_CASES:
+        rest = f"the first {MOST_CASES} of {count} cases; results.h5 has all"
+        made = replace(made, notes=[*made.notes, rest])
+    return [made] if made.rows else []

@@ -17,6 +17,7 @@ determined before the response is planned, from the same reduced parts that serv
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
@@ -47,8 +48,7 @@ MORE = 6
 """Modes beyond those asked for that help to."""
 
 
-@dataclass(frozen=True)
-class _Meeting:
+class _Meeting(NamedTuple):
     """Where a line of an engine order meets a mode: place of the mode from 0, rpm, Hz."""
 
     mode: int

@@ -68,9 +68,8 @@ class SceneStructure(CaseStructure):
     @property
     def modes_up_to(self) -> int:
         """Of a system from a file, which may hold many nodal diameters, those of its response."""
-        return (
-            super().modes_up_to if self.problem.system is None else self.problem.response.harmonics
-        )
+        given = self.problem
+        return super().modes_up_to if given.system is None else given.response.harmonics
 
     def component(self, name: str, nodal_diameter: int) -> Step[Piece]:
         """A component as it is or reduced, by nodal diameter where that matters."""

@@ -159,7 +159,7 @@ ESTIMATED = "tetra10"
 
 
 @lru_cache(maxsize=SHARED)
-def excess_step(
+def _excess_step(
     k: int,
     parts: tuple[Step[rom.Component], Step[rom.Component]],
     alone: Step[rom.SpaceExcess],
@@ -167,11 +167,7 @@ def excess_step(
     segment: Segment,
     areas: tuple[str, ...],
 ) -> Step[rom.MeshExcess]:
-    """What the meshes add to vane and casing, in this order, along modes at a nodal diameter.
-
-    The vane's by the space of `alone`, the casing's by its recovery; `areas` are the joints whose
-    contacts act on patches.
-    """
+    """What the meshes add to vane, by the space of `alone`, and casing along modes at k."""
 
     def compute(
         system: rom.System,
@@ -191,12 +187,12 @@ def excess_step(
         return rom.MeshExcess({k: rom.modal_excess(shapes, frequency, excess, forces)})
 
     inputs = {"areas": areas}
-    needs = (joined_step(segment, *parts, "structure"), *parts, alone, recovery)
+    needs = (_joined_step(segment, *parts, "structure"), *parts, alone, recovery)
     return step("mesh correction", "fem", inputs, rom.MeshExcess, needs, compute)
 
 
 @lru_cache(maxsize=SHARED)
-def vane_excess_step(
+def _vane_excess_step(
     vane: Step[rom.Component],
     casings: tuple[Step[rom.Component], ...],
     recovery: Step[rom.Recovery],
@@ -218,13 +214,13 @@ def vane_excess_step(
         return rom.SpaceExcess(K @ basis, _excess_of(recovery, basis, 0))
 
     inputs = {"areas": areas, "diameters": diameters}
-    systems = (joined_step(segment, vane, each, "structure") for each in casings)
+    systems = (_joined_step(segment, vane, each, "structure") for each in casings)
     needs = (vane, recovery, *systems)
     return step("mesh excess, vane", "fem", inputs, rom.SpaceExcess, needs, compute)
 
 
 @lru_cache(maxsize=SHARED)
-def joined_step(
+def _joined_step(
     segment: Segment, vane: Step[rom.Component], casing: Step[rom.Component], name: str = "system"
 ) -> Step[rom.System]:
     """The system of a vane and a casing; joining takes no time, so it is not kept."""
@@ -286,7 +282,7 @@ class StudyStructure(CaseStructure):
     def meshed_at(self, k: int) -> Step[rom.System]:
         """The same as the meshes are, nothing taken off."""
         segment = self.segment if k == 0 else self.segment.vibrating
-        return joined_step(segment, *(self.component(name, k) for name in PARTS))
+        return _joined_step(segment, *(self.component(name, k) for name in PARTS))
 
     def excess(self, nodal_diameter: int) -> Step[rom.MeshExcess] | None:
         """What the meshes add at a nodal diameter; None where it stays."""
@@ -305,9 +301,9 @@ class StudyStructure(CaseStructure):
         if "excess" not in self._made:
             recovered = recovery_step(study, "vane", 0, self.at_reference)
             casings = tuple(self.component("casing", each) for each in loaded)
-            self._made["excess"] = vane_excess_step(parts[0], casings, recovered, loaded, *on)
+            self._made["excess"] = _vane_excess_step(parts[0], casings, recovered, loaded, *on)
         recovered = recovery_step(study, "casing", k, self.at_reference, self.last)
-        found = excess_step(k, parts, self._made["excess"], recovered, *on)
+        found = _excess_step(k, parts, self._made["excess"], recovered, *on)
         self._made["excess", k] = found
         return found
 
