@@ -138,11 +138,6 @@ class Analysis(Generic[K, P]):
         return keys
 
 
-def analysable(problem: "Problem") -> bool:
-    """Whether responses of this kind can be analysed."""
-    return all(getattr(problem.response, key) == allowed for key, allowed in ALLOWED.items())
-
-
 def products_of(cases: "Mapping[str, CaseResult]", key: str) -> tuple[dict[str, Any], int]:
     """Products of an analysis by case, of as many as a table has, and how many cases have it."""
     known = [(name, case) for name, case in cases.items() if case.products.of_analysis(key)]

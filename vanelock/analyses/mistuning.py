@@ -306,10 +306,11 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         lost, points = int(each.lost.sum()), int(each.points.sum())
         rows.append((name, len(each.largest), *shares, *worst, points, lost or None))
         flags.append("warn" if lost else "")
-    bounds = {nonlinear.whitehead(each.amplitude.shape[1]) for (each,) in known.values()}
+    sectors = [each.amplitude.shape[1] for (each,) in known.values()][:1]
     notes = [
-        f"one linear mode a segment, without friction, reaches at most {most:.2f} (Whitehead, 1966)"
-        for most in bounds
+        "one linear mode a segment, without friction, reaches at most "
+        f"{nonlinear.whitehead(N):.2f} (Whitehead, 1966)"
+        for N in sectors
     ]
     made = Table("Mistuned rings", columns, rows, notes, "mistuning", flags)
     yield from by_case(made.without_empty("p5", "p50", "p95", "lost"), count)

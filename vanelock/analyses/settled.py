@@ -54,9 +54,7 @@ class FollowedPeak(Product):
         words = {nonlinear.STEADY: "steady", nonlinear.MODULATED: "modulated"}
         return Settled(
             verdict=words.get(found.verdict, "not settled"),
-            mean=float(found.mean[at]),
-            largest=float(found.largest[at]),
-            smallest=float(found.smallest[at]),
+            **{name: float(getattr(found, name)[at]) for name in ("mean", "largest", "smallest")},
             periods=found.periods,
             returned=found.returned,
             unsolved=found.unsolved,

@@ -4,10 +4,10 @@ import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 from vanelock.analyses import ANALYSES
-from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
+from vanelock.analyses.analysis import ALLOWED, Analysis, AnalysisPart, asked_for
 from vanelock.common.arrays import Floats
 from vanelock.common.product import Product
 from vanelock.input.cases.values import Problem
@@ -90,20 +90,17 @@ class SolvedCase:
     @cached_property
     def system(self) -> System:
         """Its system, at the nodal diameters that the response takes."""
-        found: System = self.get(self.planned.solved(self.response).system)
-        return found
+        return cast(System, self.get(self.planned.solved(self.response).system))
 
     @cached_property
     def whole(self) -> System:
         """The same at all nodal diameters."""
-        found: System = self.get(self.planned.structure.whole)
-        return found
+        return cast(System, self.get(self.planned.structure.whole))
 
     def system_at(self, diameters: Sequence[int]) -> System:
         """A system that has some nodal diameters beside those of the response."""
         used = self.planned.solved(self.response).diameters
-        found: System = self.get(self.planned.structure.system({*used, *diameters}))
-        return found
+        return cast(System, self.get(self.planned.structure.system({*used, *diameters})))
 
     @cached_property
     def modes(self) -> Any:
@@ -139,8 +136,9 @@ def with_analyses(planned: Planned, monitoring: Planned, count: Count = lambda *
         if analysis.step is not None and (shared := analysis.step(planned)) is not None:
             analysed = {**planned.analyses, analysis.key: (shared,)}
             planned = replace(planned, analyses=analysed)
+    analysable = all(getattr(given.response, key) == value for key, value in ALLOWED.items())
     for analysis, keys in asked_for(ANALYSES, given):
-        if not (analysis.any_law or analysable(given)):
+        if not (analysis.any_law or analysable):
             continue
         parts = analysis.parts(given, keys)
         if analysis.by_response:

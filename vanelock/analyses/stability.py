@@ -163,19 +163,10 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         growth = np.exp(each.growth / each.frequency[:, None])
         worst = int(np.lexsort((np.nan_to_num(np.fmax(*growth.T)), RANK[each.verdict]))[-1])
         seen, verdict = each.seen[worst, 0], int(each.verdict[worst])
-        rows.append(
-            (
-                name,
-                each.frequency[worst],
-                WORDS[verdict],
-                abs(each.multiplier[worst, 0]),
-                int(each.diameter[worst, 0]),
-                int(each.growing[worst]),
-                ", ".join(f"{f:.4g}" for f in seen[np.isfinite(seen)]) or None,
-                *growth[worst],
-                _counted(each.verdict),
-            )
-        )
+        fastest = abs(each.multiplier[worst, 0]), int(each.diameter[worst, 0])
+        shows = ", ".join(f"{f:.4g}" for f in seen[np.isfinite(seen)]) or None
+        ends = int(each.growing[worst]), shows, *growth[worst], _counted(each.verdict)
+        rows.append((name, each.frequency[worst], WORDS[verdict], *fastest, *ends))
         flags.append("good" if verdict == nonlinear.STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
     made = Table(title, columns, rows, (), "stability", flags).without_empty("points")

@@ -6,7 +6,7 @@ But for what an accuracy chooses first, the mesh above all.
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 from vanelock import nonlinear, rom
 from vanelock.input.cases.sweep import Case, label
@@ -58,8 +58,7 @@ def _adaptive_step(
         watched = monitor(study.outputs.monitor, system, get(free))
 
         def systems(harmonics: int) -> System:
-            found: System = get(structure.system(diameters_of(study, harmonics)))
-            return found
+            return cast(System, get(structure.system(diameters_of(study, harmonics))))
 
         def neglected(nodal_diameter: int) -> Any:
             k = nodal_diameter

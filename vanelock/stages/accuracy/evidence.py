@@ -177,11 +177,9 @@ class ErrorPlaces(Product):
             Column("element edges", "mm", ".3g", "edge_mm"),
         )
         x, y, z = self.position.T
-        cells = zip(
-            (PARTS[part] for part in self.part), self.share, np.hypot(x, y),
-            np.degrees(np.arctan2(y, x)), z, self.edge, strict=True,
-        )  # fmt: skip
-        rows: list[tuple[Cell, ...]] = [tuple(each) for each in cells]
+        part, angle = [PARTS[each] for each in self.part], np.degrees(np.arctan2(y, x))
+        cells = part, self.share, np.hypot(x, y), angle, z, self.edge
+        rows: list[tuple[Cell, ...]] = list(zip(*cells, strict=True))
         note = (
             "Smaller elements there lower the error most: half the edges, about half of its share"
         )

@@ -105,10 +105,8 @@ def mesh_errors_step(study: Study, system: Step[System], limits: Step[Limits]) -
             taken_off = corrects and recovery.model.part.cell_type == ESTIMATED
             share = DOUBT if taken_off else 1.0
             raised.append(share * np.diagonal(fem.excess_stiffness(recovery.model, u)).real)
-        errors = np.divide(
-            np.array(raised).T, 2 * omega2[:, None], out=np.zeros((count + 1, 2)),
-            where=omega2[:, None] > 0,
-        )  # fmt: skip
+        none, moves = np.zeros((count + 1, 2)), omega2[:, None] > 0
+        errors = np.divide(np.array(raised).T, 2 * omega2[:, None], out=none, where=moves)
         return MeshErrors(stuck, errors[:-1], errors[-1], limits.stuck_mode)
 
     needs = (system, limits, *recovered)
