@@ -17,12 +17,11 @@ from vanelock.fem import SingularError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.fem.solvers.singular import SOUGHT
-from vanelock.input.schema.scene import ND, ComponentKeys, SceneRingKeys
+from vanelock.input.schema.scene import ND, ComponentKeys, Scene, SceneRingKeys
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
-from vanelock.stages.matrices.gather import nodes
+from vanelock.stages.matrices.gather import Gathered, nodes
 from vanelock.stages.matrices.piece import (
-    Followed,
     NodalForces,
     Piece,
     Seen,
@@ -67,14 +66,10 @@ def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrice
 
 
 def superelement(
-    name: str,
-    keys: ComponentKeys,
-    ring: SceneRingKeys,
-    forces: Sequence[NodalForces],
-    nodal_diameter: int = -1,
+    scene: Scene, name: str, forces: Sequence[NodalForces], nodal_diameter: int = -1
 ) -> Piece:
     """Matrices as they are, of a nodal diameter or, without one, of all."""
-    given = matrices(name, keys, max(nodal_diameter, 0))
+    given = matrices(name, scene.components[name], max(nodal_diameter, 0))
     if given.size > LARGEST:
         raise InputError(
             f"components.{name}: {given.size:,} rows: a superelement has at most {LARGEST:,}; "
@@ -82,20 +77,13 @@ def superelement(
         )
     blocks = {nodal_diameter: _whole_block(given.K, _mass(name, given), given.C)}
     act = _whole(forces, on_rows(forces, given.node, given.direction, np.empty(0, np.int64)))
-    return _piece(name, ring, given, given.node, given.direction, blocks, forces=act)
+    return _piece(name, scene.ring, given, given.node, given.direction, blocks, forces=act)
 
 
 def reduced(
-    name: str,
-    keys: ComponentKeys,
-    ring: SceneRingKeys,
-    named: tuple[Integers, Integers],
-    nodal_diameters: Sequence[int],
-    least: float | None,
-    followed: Followed,
-    forces: Sequence[NodalForces],
+    scene: Scene, name: str, gathered: Gathered, nodal_diameters: Sequence[int], least: float | None
 ) -> Piece:
-    """A component whose rest becomes fixed-interface vectors: `named` nodes stay.
+    """A component whose rest becomes fixed-interface vectors: nodes that are named stay.
 
     The second of these with their rotations.
 
@@ -106,7 +94,8 @@ def reduced(
     loads are vectors. They are in a cyclic component, and where they lack a direction, a mass or a
     stiffness of their own, or where it takes them to hold the component.
     """
-    where, wanted = f"components.{name}", named[0]
+    keys, ring, named = scene.components[name], scene.ring, gathered.kept[name]
+    forces, where, wanted = gathered.forces_on(name), f"components.{name}", named[0]
     fixed, faces = clamped(keys, name), None
     if keys.low is not None:
         faces = nodes(keys.low, f"{where}.low"), nodes(keys.high, f"{where}.high")
@@ -133,7 +122,7 @@ def reduced(
     selection = rom.Selection(*chosen, keys.band, least)
     joined, seen = None, Seen((), (), rows)
     if faces is None:
-        seen = seen_from(followed, rows, node, direction, K, M)
+        seen = seen_from(gathered.followed(name), rows, node, direction, K, M)
         if forces:
             seen = replace(seen, digests=tuple(each.digest for each in forces), forces=columns)
     else:

@@ -9,18 +9,17 @@ from typing import Any
 import numpy as np
 
 from vanelock import rom
-from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.cases.values import Problem, diameters_of
-from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
+from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, Scene
 from vanelock.pipeline.cache import code_of, content_digest
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Assembly, System
 from vanelock.rom.system.coordinates import check_ring
 from vanelock.stages.matrices.gather import Gathered, gathered
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
-from vanelock.stages.matrices.piece import NodalForces, Piece
+from vanelock.stages.matrices.piece import Piece
 from vanelock.stages.matrices.pieces import clamped, matrices, reduced, superelement
 from vanelock.stages.structure import CaseStructure
 
@@ -114,22 +113,20 @@ class SceneStructure(CaseStructure):
 def _piece_step(
     scene: Scene, name: str, gathered: Gathered, by_diameter: tuple[int, ...]
 ) -> Step[Piece]:
-    keys = scene.components[name]
-    kept, followed, forces = gathered.kept[name], gathered.followed(name), gathered.forces_on(name)
     least = least_band(asked_for(scene.response))
     inputs = {
-        **_component(name, keys, kept, forces, by_diameter),
+        **_component(scene, name, gathered, by_diameter),
         "least": least,
         "ring": scene.ring.model_dump(),
-        "followed": followed,
+        "followed": gathered.followed(name),
         "diameters": by_diameter,
         "code": code_of("fem"),
     }
 
     def compute() -> Piece:
-        if keys.kind == "superelement":
-            return superelement(name, keys, scene.ring, forces, *by_diameter)
-        return reduced(name, keys, scene.ring, kept, by_diameter, least, followed, forces)
+        if scene.components[name].kind == "superelement":
+            return superelement(scene, name, gathered.forces_on(name), *by_diameter)
+        return reduced(scene, name, gathered, by_diameter, least)
 
     of = f", ND {by_diameter[0]}" if by_diameter and len(diameters_of(scene)) > 1 else ""
     return step(f"component {name}{of}", "rom", inputs, Piece, (), compute)
@@ -138,7 +135,7 @@ def _piece_step(
 def motions_step(scene: Scene, name: str, gathered: Gathered) -> Step[RigidMotions]:
     """Rigid motions of a component that nothing but contacts may hold."""
     keys, kept, forces = scene.components[name], gathered.kept[name], gathered.forces_on(name)
-    inputs = _component(name, keys, kept, forces, ())
+    inputs = _component(scene, name, gathered)
 
     def compute() -> RigidMotions:
         return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept, forces)
@@ -147,13 +144,10 @@ def motions_step(scene: Scene, name: str, gathered: Gathered) -> Step[RigidMotio
 
 
 def _component(
-    name: str,
-    keys: ComponentKeys,
-    nodes_kept: tuple[Integers, Integers],
-    forces: Sequence[NodalForces],
-    by_diameter: tuple[int, ...],
+    scene: Scene, name: str, gathered: Gathered, by_diameter: tuple[int, ...] = ()
 ) -> dict[str, Any]:
     """What a component and its forces are, its files by what they hold, for a hash."""
+    keys = scene.components[name]
     files = {key: getattr(keys, key) for key in FILES["components"]}
     return {
         "keys": keys.model_dump(exclude=set(files)),
@@ -162,8 +156,8 @@ def _component(
             for key, value in files.items()
             if value is not None
         },
-        "kept": [each.tolist() for each in nodes_kept],
-        "forces": [each.digest for each in forces],
+        "kept": [each.tolist() for each in gathered.kept[name]],
+        "forces": [each.digest for each in gathered.forces_on(name)],
     }
 
 
