@@ -72,8 +72,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
 
     @cache
     def body(name: str) -> RigidMotions:
-        fixed = clamped(scene.components[name], name)
-        return rigid_motions(name, first[name], fixed, given.kept[name], given.forces_on(name))
+        return rigid_motions(scene, name, given, first[name])
 
     hanging = at_rest([case.problem for case in found], lambda _, name, __: body(name))
     yield from (("warning", text) for text in hanging)

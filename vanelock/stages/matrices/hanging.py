@@ -10,7 +10,7 @@ rest. Where no n > 0 solves it, no contact is pressed. Motions with B R r = 0 no
 inertia bears the load along them. Rings are not looked at.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,9 +21,10 @@ from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import Matrices
+from vanelock.input.schema.scene import Scene
 from vanelock.stages.matrices.gather import Gathered
-from vanelock.stages.matrices.piece import NodalForces, among, kept_rows, on_rows, rows_of
-from vanelock.stages.matrices.pieces import WORDS
+from vanelock.stages.matrices.piece import among, kept_rows, on_rows, rows_of
+from vanelock.stages.matrices.pieces import WORDS, clamped
 
 SOFT = 1e-14
 """Stiffness of a rigid motion, scaled to a diagonal of ones, below which it is round-off."""
@@ -60,17 +61,12 @@ class RigidMotions(Product):
         return np.append(self.motions, still, axis=0)[rows], rows >= 0
 
 
-def rigid_motions(
-    name: str,
-    matrices: Matrices,
-    fixed: Integers,
-    nodes_kept: tuple[Integers, Integers],
-    forces: Sequence[NodalForces],
-) -> RigidMotions:
+def rigid_motions(scene: Scene, name: str, gathered: Gathered, matrices: Matrices) -> RigidMotions:
     """Rigid motions of a component, turns among them where all places are known."""
+    fixed, forces = clamped(scene.components[name], name), gathered.forces_on(name)
     node, direction = matrices.node, matrices.direction
     free = ~np.isin(node, fixed)
-    own = kept_rows(node, direction, nodes_kept)
+    own = kept_rows(node, direction, gathered.kept[name])
     diagonal = matrices.K.diagonal().real
     if len(alone := np.flatnonzero(free & ~own & (diagonal == 0) & (direction < 6))):
         at = int(alone[0])

@@ -20,7 +20,7 @@ from vanelock.rom.system.coordinates import check_ring
 from vanelock.stages.matrices.gather import Gathered, gathered
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
 from vanelock.stages.matrices.piece import Piece
-from vanelock.stages.matrices.pieces import clamped, matrices, reduced, superelement
+from vanelock.stages.matrices.pieces import matrices, reduced, superelement
 from vanelock.stages.structure import CaseStructure
 
 
@@ -134,11 +134,10 @@ def _piece_step(
 
 def motions_step(scene: Scene, name: str, gathered: Gathered) -> Step[RigidMotions]:
     """Rigid motions of a component that nothing but contacts may hold."""
-    keys, kept, forces = scene.components[name], gathered.kept[name], gathered.forces_on(name)
     inputs = _component(scene, name, gathered)
 
     def compute() -> RigidMotions:
-        return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept, forces)
+        return rigid_motions(scene, name, gathered, matrices(name, scene.components[name]))
 
     return step("rigid motions", "fem", inputs, RigidMotions, (), compute, of=name, quick=True)
 
