@@ -255,7 +255,16 @@ def _faces(
     if len(np.unique(both)) < len(both):
         again = next(n for n in both if np.sum(both == n) > 1)
         raise InputError(f"{where}.low, high: node {again} is there twice")
-    _meet(where, ring, matrices, low, high)
+    if matrices.position is not None:  # where nodes' places are known, mates have to meet
+        (at, there), (mate, mated) = (among(matrices.position_node, each) for each in faces)
+        expected = matrices.position[at] @ turn(ring.sectors).T
+        apart = np.linalg.norm(matrices.position[mate] - expected, axis=1)
+        radius = np.linalg.norm(expected, axis=1).clip(min=1e-300)
+        if np.any(far := there & mated & (apart > TOGETHER * radius)):
+            raise InputError(
+                f"{where}.high: node {high[far][0]} lies {apart[far][0]:.3g} m from where its mate "
+                f"{low[far][0]} of low comes when turned by 360/{ring.sectors} degrees about z"
+            )
     lows, highs = (rows_of(node, direction, each, 6) for each in faces)
     moves = lows >= 0
     if np.any(differ := np.any(moves != (highs >= 0), axis=1)):
@@ -273,20 +282,3 @@ def _faces(
     turned = sp.csc_array(sp.kron(sp.eye_array(len(low)), sp.coo_array(around)))
     own = np.flatnonzero(moves)
     return rom.Faces(lows[moves], highs[moves], turned[own][:, own], ring.sectors)
-
-
-def _meet(
-    where: str, ring: SceneRingKeys, matrices: Matrices, low: Integers, high: Integers
-) -> None:
-    """Refuse mates that lie apart, where the nodes' places are known."""
-    if matrices.position is None:
-        return
-    (at, there), (mate, mated) = (among(matrices.position_node, each) for each in (low, high))
-    expected = matrices.position[at] @ turn(ring.sectors).T
-    apart = np.linalg.norm(matrices.position[mate] - expected, axis=1)
-    radius = np.linalg.norm(expected, axis=1).clip(min=1e-300)
-    if np.any(far := there & mated & (apart > TOGETHER * radius)):
-        raise InputError(
-            f"{where}.high: node {high[far][0]} lies {apart[far][0]:.3g} m from where its mate "
-            f"{low[far][0]} of low comes when turned by 360/{ring.sectors} degrees about z"
-        )
