@@ -12,18 +12,20 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 from vanelock.common.product import Product
 from vanelock.common.tables import MOST_CASES, Table
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # all that functions of analyses take, for their files as well
     from pydantic import BaseModel
 
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.input.schema.study import Study
-    from vanelock.pipeline.step import Step
-    from vanelock.quantities.case_result import CaseResult, State
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.solved_case import SolvedCase as SolvedCase
+    from vanelock.input.cases.values import Problem as Problem
+    from vanelock.input.schema.study import Study as Study
+    from vanelock.pipeline.step import Step as Step
+    from vanelock.quantities.case_result import CaseResult as CaseResult
+    from vanelock.quantities.case_result import State as State
+    from vanelock.quantities.run_result import RunResult as RunResult
     from vanelock.report import Answer, Block, Picture
-    from vanelock.stages.plan import Planned
-    from vanelock.stages.response.summary import Summary
+    from vanelock.stages.plan import Planned as Planned
+    from vanelock.stages.response.summary import Peak as Peak
+    from vanelock.stages.response.summary import Summary as Summary
 
 ALLOWED = {"coupling": "coupled", "samples": None}
 """What all analyses take of `response`."""
@@ -43,11 +45,6 @@ class AnalysisPart:
     """What distinguishes its computation."""
     response: int = 0
     """Which of the case's responses it is of, where each has one."""
-
-
-def _one_part(problem: "Problem", keys: Any) -> Sequence[AnalysisPart]:
-    """An analysis with one product."""
-    return (AnalysisPart(),)
 
 
 def _nothing(*value: Any) -> tuple[Any, ...]:
@@ -75,7 +72,9 @@ class Analysis(Generic[K, P]):
     """Table of another analysis that asks for it, too."""
     scene_keys: "type[BaseModel] | None" = None
     """Its table in a scene; None where scenes have none."""
-    parts: "Callable[[Problem, K], Sequence[AnalysisPart]]" = _one_part
+    parts: "Callable[[Problem, K], Sequence[AnalysisPart]]" = lambda problem, keys: (
+        AnalysisPart(),
+    )
     """(given, keys) to its parts."""
     combine: Callable[[Sequence[P]], Product] | None = None
     """Products of all parts to the one that is shown."""
@@ -114,8 +113,6 @@ class Analysis(Generic[K, P]):
     """Cases by name to tables."""
     pictures: "Callable[[RunResult, CaseResult], Iterable[Picture]]" = _nothing
     """(run, case) to pictures."""
-    files: "Callable[[RunResult, CaseResult], object]" = _nothing
-    """Of (run, case): it writes CSV files that are of no picture."""
     run_tables: "Callable[[RunResult], Iterable[Table]]" = _nothing
     """A run to tables of it as a whole."""
     run_pictures: "Callable[[RunResult], Iterable[Picture]]" = _nothing
@@ -139,11 +136,6 @@ class Analysis(Generic[K, P]):
         """Its table in a study or scene; None where it is not asked for."""
         keys: K | None = getattr(problem, self.table or self.key, None)
         return keys
-
-
-def analysable(problem: "Problem") -> bool:
-    """Whether responses of this kind can be analysed."""
-    return all(getattr(problem.response, key) == allowed for key, allowed in ALLOWED.items())
 
 
 def products_of(cases: "Mapping[str, CaseResult]", key: str) -> tuple[dict[str, Any], int]:

@@ -20,10 +20,7 @@ from vanelock.common.tables import Cell, Column, Table, by_case, heads
 from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.quantities.case_result import CaseResult, State
-    from vanelock.stages.response.summary import Peak, Summary
+    from vanelock.analyses.analysis import CaseResult, Peak, Problem, SolvedCase, State, Summary
 
 LOW, NOMINAL, HIGH = 0, 1, 2
 """Places of `PeakBounds`."""
@@ -178,8 +175,6 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Of each case the least peak, that as assembled and the largest, with loads by joint."""
     every, count = products_of(cases, "bounds")
     known = {name: (each, each.found) for name, (each,) in every.items() if each.found is not None}
-    if not known:
-        return
     joints = list(dict.fromkeys(joint for _, found in known.values() for joint in found.joints))
     columns = (
         *heads("case", "static friction"),
@@ -210,7 +205,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
             places = f"{len(found.drawn)} random place{'s' if len(found.drawn) > 1 else ''}"
             notes.append(f"{of}{places}: {low:.4g} to {high:.4g} µm")
     title = "Bounds of the peaks over static friction, which the model does not determine"
-    yield by_case(Table(title, columns, rows, notes, "bounds"), count)
+    yield from by_case(Table(title, columns, rows, notes, "bounds"), count)
 
 
 def _load(loads: Floats | None, index: int) -> float | None:

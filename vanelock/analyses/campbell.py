@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vanelock import render, report
 from vanelock.analyses.analysis import Analysis, AnalysisPart
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.tables import Column, Table, heads
@@ -23,19 +24,12 @@ from vanelock.input.schema.comparison import CampbellKeys
 from vanelock.input.schema.structure.temperature import PARTS
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
+    from vanelock.analyses.analysis import CaseResult, Planned, RunResult, SolvedCase, Step
     from vanelock.input.measured.curve import Measured
-    from vanelock.input.schema.study import Study
     from vanelock.nonlinear import Response
-    from vanelock.pipeline.step import Step
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Picture
     from vanelock.stages.campbell.speed_lines import Along, Campbell, Lines
-    from vanelock.stages.plan import Planned
     from vanelock.stages.response.limits import Limit, Limits
     from vanelock.stages.response.responses import Monitor
-    from vanelock.stages.response.summary import Peak
 
 
 RANGES = 100
@@ -68,8 +62,10 @@ def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Cam
     planned, study, watched = case.planned, case.planned.case.study, case.monitored
     lines: Lines = case.get(lines_step(planned))
     limits: Limits = case.get(planned.linear.limits)
-    linear = _condition(limits, case.peak)
-    own = abs(study.excitation.engine_order)
+    at_free = case.peak is None or not limits.opens or limits.position(case.peak.frequency) < 0.5
+    linear: Limit = "free" if at_free else "stuck"
+    excitation = study.excitation
+    own = abs(excitation.engine_order)
     circles = []
     for order in lines.engine_orders.tolist():
         along = case.get(along_step(planned, order, linear, watched))
@@ -87,15 +83,10 @@ def _compute(case: "SolvedCase", keys: CampbellKeys, part: AnalysisPart) -> "Cam
         own_order=own,
         monitor=watched.name,
         linear=linear,
-        loading=_loading(study),
+        loading=f"{excitation.force_per_node:.4g} N at each force node"
+        if excitation.unbalance is None
+        else f"unbalance of {1e6 * excitation.unbalance:.4g} g mm",
     )
-
-
-def _condition(limits: "Limits", peak: "Peak | None") -> "Limit":
-    """Which linear limit the nonlinear peak is nearer to."""
-    if peak is None or not limits.opens:
-        return "free"
-    return "free" if limits.position(peak.frequency) < 0.5 else "stuck"
 
 
 def _circles(
@@ -123,13 +114,6 @@ def _largest(lines: "Lines", speed: Floats, amplitude: Floats) -> Integers:
     place = np.digitize(speed, edges[1:-1])
     each = (np.flatnonzero(place == i) for i in range(RANGES))
     return np.array([own[amplitude[own].argmax()] for own in each if len(own)], np.int64)
-
-
-def _loading(study: "Study") -> str:
-    excitation = study.excitation
-    if excitation.unbalance is not None:
-        return f"unbalance of {1e6 * excitation.unbalance:.4g} g mm"
-    return f"{excitation.force_per_node:.4g} N at each force node"
 
 
 def _warnings(case: "CaseResult", products: "Sequence[Campbell]") -> Iterator[str]:
@@ -164,7 +148,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         yield _crossings("" if len(cases) == 1 else name, case.found("campbell")[0])
 
 
-def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
+def _run_pictures(run: "RunResult") -> "Iterator[report.Picture]":
     """One for each distinct set of lines, of many the first and the last."""
     from vanelock.quantities.run_result import DETAILED
 
@@ -173,10 +157,8 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
         yield _picture(run, case)
 
 
-def _picture(run: "RunResult", case: "CaseResult") -> "Picture":
+def _picture(run: "RunResult", case: "CaseResult") -> "report.Picture":
     """The diagram of a case and its numbers."""
-    from vanelock.report import Picture
-
     (diagram,), name = case.found("campbell"), "" if len(run.cases) == 1 else case.name
     stem = f"figures/campbell_{slug(name)}" if name else "figures/campbell"
     title = f"{run.problem.name}: Campbell diagram"
@@ -186,23 +168,31 @@ def _picture(run: "RunResult", case: "CaseResult") -> "Picture":
         shows,
         lambda path: _draw(path, diagram, title, words(name), run.measured),
     )
+    circles = {
+        "engine order": diagram.order,
+        "rotor speed (rpm)": diagram.speed,
+        "frequency (Hz)": diagram.frequency,
+        "amplitude (µm)": 1e6 * diagram.amplitude,
+        "nonlinear": diagram.nonlinear,
+    }
     numbers = {
         "lines": (_line_columns(diagram.lines), "natural frequencies against rotor speed"),
         "crossings": (_crossings(name, diagram).by_head(), "where engine orders meet modes"),
-        "circles": (_circle_columns(diagram), f"amplitude of {diagram.monitor} along them"),
+        "circles": (circles, f"amplitude of {diagram.monitor} along them"),
     }
     data = [
         run.table(f"{stem}_{kind}.csv", shows, partial(dict, columns), [f"{title}: {note}"])
         for kind, (columns, note) in numbers.items()
     ]
-    return Picture(path, "Campbell diagram", _caption(diagram, name), tuple(data), case=case.name)
+    return report.Picture(
+        path, "Campbell diagram", _caption(diagram, name), tuple(data), case=case.name
+    )
 
 
 def _draw(
     path: Path, diagram: "Campbell", title: str, subtitle: str, measured: "Sequence[Measured]"
 ) -> None:
     """Draw a Campbell diagram."""
-    from vanelock import render
     from vanelock.input.measured.units import DISPLACEMENT
 
     lines = diagram.lines
@@ -287,17 +277,6 @@ def _line_columns(lines: "Lines") -> Mapping[str, ArrayLike]:
                 words = " ".join(filter(None, (f"ND {k} mode {j + 1}", held)))
                 found[f"{words} (Hz)"] = values[i, :, j]
     return found
-
-
-def _circle_columns(diagram: "Campbell") -> Mapping[str, ArrayLike]:
-    """One row for each circle."""
-    return {
-        "engine order": diagram.order,
-        "rotor speed (rpm)": diagram.speed,
-        "frequency (Hz)": diagram.frequency,
-        "amplitude (µm)": 1e6 * diagram.amplitude,
-        "nonlinear": diagram.nonlinear,
-    }
 
 
 def _crossings(name: str, diagram: "Campbell") -> Table:

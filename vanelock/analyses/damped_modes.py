@@ -13,21 +13,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field
 
-from vanelock import nonlinear
+from vanelock import nonlinear, render, report
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.arrays import Floats
 from vanelock.common.checked import Check
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
+from vanelock.input.cases.names import of_case, slug
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Answer, Picture
+    from vanelock.analyses.analysis import CaseResult, Problem, RunResult, SolvedCase
 
 BEGIN = 1e-3
 """Least amplitude drawn, of the largest: below it nothing changes."""
@@ -87,15 +84,54 @@ class ModeKeys(KeyTable):
 
 
 @dataclass(frozen=True)
-class FollowedMode(Product):
+class NumberedMode(Product):
+    """A mode of a nodal diameter.
+
+    Attributes
+    ----------
+    number, nodal_diameter : int
+        The mode's, from 1, and that of its wave, -N/2 to N/2.
+    """
+
+    number: int
+    nodal_diameter: int
+
+    @property
+    def name(self) -> str:
+        """What legends call it."""
+        return f"mode {self.number}, ND {self.nodal_diameter}"
+
+    @property
+    def place(self) -> str:
+        """Where it is in the results of an analysis."""
+        return f"mode_{self.number}_nd_{self.nodal_diameter}"
+
+    @property
+    def cells(self) -> tuple[int, int]:
+        """What tables begin with."""
+        return self.nodal_diameter, self.number
+
+
+HEADS = (
+    Column("case"),
+    Column("ND", key="diameter", note="ND: nodal diameter, negative of a backward wave"),
+    Column("mode"),
+)
+"""Of the columns that tables of modes begin with."""
+
+
+def mode_columns(modes: Sequence[NumberedMode], counts: Sequence[int]) -> dict[str, ArrayLike]:
+    """What files of modes begin with, each mode so many times."""
+    diameter, number = np.repeat(np.array([each.cells for each in modes]), counts, axis=0).T
+    return {"nodal diameter": diameter, "mode": number}
+
+
+@dataclass(frozen=True)
+class FollowedMode(NumberedMode):
     """A damped mode of a case; without one, why there is none.
 
     Attributes
     ----------
-    number : int
-        The mode's, from 1.
-    nodal_diameter : int
-        Of the wave, -N/2 to N/2.
     node, component : int
         The monitored displacement among the outputs.
     alone : DampedMode or None
@@ -105,8 +141,6 @@ class FollowedMode(Product):
     reason : str
     """
 
-    number: int
-    nodal_diameter: int
     node: int
     component: int
     alone: "nonlinear.DampedMode | None" = None
@@ -117,11 +151,6 @@ class FollowedMode(Product):
     def mode(self) -> "nonlinear.DampedMode | None":
         """The mode without the air."""
         return self.alone if self.driven is None else self.driven.mode
-
-    @property
-    def name(self) -> str:
-        """What legends call it."""
-        return f"mode {self.number}, ND {self.nodal_diameter}"
 
     @property
     def amplitude(self) -> Floats:
@@ -168,24 +197,16 @@ def _compute(case: "SolvedCase", keys: ModeKeys, part: AnalysisPart) -> Followed
     """One mode of one nodal diameter, with the harmonics of the peak."""
     number, k = part.inputs["mode"], part.inputs["nodal_diameter"]
     options, N = replace(case.options, direction=None), case.system.sectors
-    system = case.system_at([h * k for h in range(options.harmonics + 1)])
+    of = case.system_at([h * k for h in range(options.harmonics + 1)]), number
     at = number, k, case.monitored.node, case.monitored.component
-
-    def progress(done: int, total: int, hertz: float, amplitude: float) -> None:
-        case.count(done, total, float("nan"))
 
     with catch_warnings(category=RuntimeWarning, action="ignore"):  # `ended` says it
         try:
             if keys.air is None:
-                return FollowedMode(
-                    *at,
-                    alone=nonlinear.damped_mode(
-                        system, number, None, options, k % N, progress=progress
-                    ),
-                )
-            driven = nonlinear.limit_cycles(
-                system, number, keys.air, None, options, k % N, progress=progress
-            )
+                alone = nonlinear.damped_mode(*of, None, options, k % N, progress=case.progress)
+                return FollowedMode(*at, alone=alone)
+            air = keys.air, None, options, k % N
+            driven = nonlinear.limit_cycles(*of, *air, progress=case.progress)
         except InputError as error:
             return FollowedMode(*at, reason=str(error))
     return FollowedMode(*at, driven=driven)
@@ -209,17 +230,14 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     known, count = products_of(cases, "damped_modes")
     modes = [(name, each) for name, found in known.items() for each in found]
     if any(each.mode for _, each in modes):
-        yield by_case(_modes_table(modes), count)
-    if driven := [(name, each) for name, each in modes if each.driven is not None]:
-        yield by_case(_flutter_table(driven), count)
+        yield from by_case(_modes_table(modes), count)
+    yield from by_case(_flutter_table(modes), count)
 
 
 def _modes_table(modes: Sequence[tuple[str, FollowedMode]]) -> Table:
     """Each mode at rest, where it damps most and at its largest amplitude."""
     columns = (
-        Column("case"),
-        Column("ND", key="diameter", note="ND: nodal diameter, negative of a backward wave"),
-        Column("mode"),
+        *HEADS,
         Column("at rest", "Hz", ".6g", "rest_hz"),
         Column("damping", "%", ".3g", "rest_damping"),
         Column("most damping", "%", ".3g", "most_damping"),
@@ -236,7 +254,7 @@ def _modes_table(modes: Sequence[tuple[str, FollowedMode]]) -> Table:
     for name, each in modes:
         mode = each.mode
         if mode is None:
-            rows.append((name, each.nodal_diameter, each.number, *[None] * 9, each.reason))
+            rows.append((name, *each.cells, *[None] * 9, each.reason))
             flags.append("bad")
             continue
         size, frequency, damping = each.amplitude, mode.frequency, mode.damping_ratio
@@ -244,14 +262,14 @@ def _modes_table(modes: Sequence[tuple[str, FollowedMode]]) -> Table:
         numbers = [*mode.linear, damping[most], size[most], frequency[most]]
         numbers += [size[-1], frequency[-1], damping[-1]]
         ended = mode.ended or None
-        rows.append((name, each.nodal_diameter, each.number, *numbers, len(size), ended))
+        rows.append((name, *each.cells, *numbers, len(size), ended))
         flags.append("warn" if ended else "")
     title = "Damped modes: natural frequency and damping ratio against amplitude"
     notes = ["damping: of structure and friction, over the critical one; without the air"]
     return Table(title, columns, rows, notes, "damped_modes", flags).without_empty("ended")
 
 
-def _flutter_table(driven: Sequence[tuple[str, FollowedMode]]) -> Table:
+def _flutter_table(modes: Sequence[tuple[str, FollowedMode]]) -> Table:
     """Each mode that the air acts on: whether it starts by itself, and where it settles."""
     columns = (
         Column("case"),
@@ -272,12 +290,13 @@ def _flutter_table(driven: Sequence[tuple[str, FollowedMode]]) -> Table:
     )
     rows: list[tuple[Cell, ...]] = []
     flags: list[Flag] = []
-    for name, each in driven:
-        assert each.driven is not None
+    for name, each in modes:
+        if each.driven is None:
+            continue
         place, kick = _settles(each) or (None, None), _grows_beyond(each)
         rest = "grows" if each.driven.linear_damping < 0 else "decays"
         air = each.driven.aerodynamic_damping, each.driven.linear_damping
-        rows.append((name, each.nodal_diameter, each.number, *air, rest, *place, kick))
+        rows.append((name, *each.cells, *air, rest, *place, kick))
         flags.append("bad" if kick == 0 else "warn" if rest == "grows" else "good")
     title = "Flutter: damping by the air, limit cycles and critical kicks"
     made = Table(title, columns, rows, (), "flutter", flags)
@@ -300,10 +319,8 @@ def _grows_beyond(mode: FollowedMode) -> float | None:
     return float(mode.cycles[-1]) if len(mode.driven.amplitude) else 0.0
 
 
-def _answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[report.Answer]":
     """Whether the air makes a wave grow from rest."""
-    from vanelock.report import Answer
-
     driven = [(m, m.driven) for m in case.found("damped_modes") if m.driven is not None]
     if not driven:
         return
@@ -311,20 +328,17 @@ def _answers(case: "CaseResult") -> "Iterator[Answer]":
     value = f"{100 * of.linear_damping:.2g} %"
     note = f"of structure and air at small amplitudes: {worst.name}"
     if of.linear_damping >= 0:
-        yield Answer("Least damping", value, note, "good")
+        yield report.Answer("Least damping", value, note, "good")
         return
     cycle = _settles(worst)
     ends = "nothing holds it"
     if cycle is not None:
         ends = f"its amplitude settles at {1e6 * cycle[0]:.3g} µm"
-    yield Answer("Flutter", value, f"{note}; {ends}", "bad" if cycle is None else "warn")
+    yield report.Answer("Flutter", value, f"{note}; {ends}", "bad" if cycle is None else "warn")
 
 
-def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[report.Picture]":
     """Frequency and damping ratio of the modes against amplitude, and what the air adds."""
-    from vanelock import render
-    from vanelock.input.cases.names import of_case, slug
-
     modes = [mode for mode in case.found("damped_modes") if mode.mode is not None]
     if not modes:
         return
@@ -386,11 +400,8 @@ def _air(case: "CaseResult", mode: FollowedMode) -> Floats:
 def _columns(case: "CaseResult", modes: Sequence[FollowedMode]) -> dict[str, ArrayLike]:
     curves = [each.mode for each in modes if each.mode is not None]
     counts = [len(curve.frequency) for curve in curves]
-    numbers = [[each.nodal_diameter, each.number] for each in modes]
-    diameter, number = np.repeat(np.array(numbers), counts, axis=0).T
     columns: dict[str, ArrayLike] = {
-        "nodal diameter": diameter,
-        "mode": number,
+        **mode_columns(modes, counts),
         "modal amplitude (kg^0.5 m)": np.concatenate([curve.amplitude for curve in curves]),
         "amplitude (µm)": np.concatenate([1e6 * each.amplitude for each in modes]),
         "frequency (Hz)": np.concatenate([curve.frequency for curve in curves]),
@@ -424,7 +435,7 @@ DAMPED_MODES = Analysis(
     whole_ring=lambda problem, keys: keys.nodal_diameters is not None,
     check=_check,
     cost=lambda study, keys, curve: len(parts(study, keys)) * curve,
-    places=lambda product: f"damped_modes/mode_{product.number}_nd_{product.nodal_diameter}",
+    places=lambda product: f"damped_modes/{product.place}",
     warnings=_warnings,
     tables=_tables,
     pictures=_pictures,

@@ -17,10 +17,8 @@ from vanelock.common.tables import Cell, Column, Table, heads
 from vanelock.input.cases.names import fixed, of_case, slug, words
 
 if TYPE_CHECKING:
-    from vanelock.quantities.case_result import CaseResult
+    from vanelock.analyses.analysis import CaseResult, RunResult
     from vanelock.quantities.contacts import Wear
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Answer, Block
     from vanelock.stages.parts.outputs import Places
 
 SHOWN = 16
@@ -80,27 +78,20 @@ def _joint_table(title: str, cases: "Mapping[str, tuple[Places, Wear]]") -> Tabl
     return Table(title, columns, rows).without_empty(*WORN)
 
 
-def _page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[report.Block]":
     """Where the energy goes, the damping ratio it amounts to, and wear indicators."""
     return [*_damping(run), *_wear(run)]
 
 
-def _damping(run: "RunResult") -> "list[Block]":
+def _damping(run: "RunResult") -> "list[report.Block]":
     rows: list[tuple[Cell, ...]] = []
     names = list(dict.fromkeys(j for found in run.looked_into.values() for j in found.places.joint))
     for found in run.looked_into.values():
         b, joints = found.balance, _shares(found)
-        rows.append(
-            (
-                fixed(words(found.name)),
-                b.input * found.at_peak.frequency,
-                *(joints.get(name, 0.0) for name in names),
-                b.viscous / b.input if b.input > 0 else None,
-                b.damping_ratio,
-                found.bandwidth,
-                _opinion(found),
-            )
-        )
+        power, shares = b.input * found.at_peak.frequency, (joints.get(each, 0.0) for each in names)
+        structure = b.viscous / b.input if b.input > 0 else None
+        ratios = structure, b.damping_ratio, found.bandwidth
+        rows.append((fixed(words(found.name)), power, *shares, *ratios, _opinion(found)))
     columns = (
         Column("case"),
         Column("power", "mW"),
@@ -139,7 +130,7 @@ def _opinion(case: "CaseResult") -> str:
     return f"by bandwidth {ratio:.2f} times that by energy"
 
 
-def _wear(run: "RunResult") -> "list[Block]":
+def _wear(run: "RunResult") -> "list[report.Block]":
     """Wear indicators by joint, and the contacts with the most friction work."""
     title = f"Joints{_of_sector(run)} at the peak: total energy and worn volume, else the maximum"
     by_case = {}
@@ -149,7 +140,10 @@ def _wear(run: "RunResult") -> "list[Block]":
         for analysis in run.analyses:
             if states := found.states(analysis):
                 by_case[f"{name}, {analysis.state}"] = found.places, states[-1].wear
-    blocks: list[Block] = [report.Text(METHOD), _joint_table(title, by_case).without(*NOT_SHOWN)]
+    blocks: list[report.Block] = [
+        report.Text(METHOD),
+        _joint_table(title, by_case).without(*NOT_SHOWN),
+    ]
     cases = (each for each in run.looked_into.values() if each.wear.energy.any())
     blocks += run.of_cases({each.name: [_contacts(each)] for each in cases})
     return blocks
@@ -169,8 +163,8 @@ def _contacts(case: "CaseResult") -> Table:
     return replace(table, title=title, rows=chosen)
 
 
-def _files(run: "RunResult", case: "CaseResult") -> None:
-    """CSV of every contact's wear indicators, of which the page shows some."""
+def _pictures(run: "RunResult", case: "CaseResult") -> tuple[()]:
+    """None, but a CSV file of every contact's wear indicators, of which the page shows some."""
     names, *numbers = _contact_table(case.places, case.wear).by_head().items()
     columns = dict([names, *((head, short(values)) for head, values in numbers)])
     notes = [
@@ -179,6 +173,7 @@ def _files(run: "RunResult", case: "CaseResult") -> None:
     ]
     shows = [case.key, [str(k) for k in case.places.coefficient]]
     run.table(_file(case), shows, lambda: columns, notes)
+    return ()
 
 
 def _file(case: "CaseResult") -> str:
@@ -186,29 +181,26 @@ def _file(case: "CaseResult") -> str:
     return f"figures/wear_{slug(case.name)}.csv"
 
 
-def _answers(main: "CaseResult") -> "Iterator[Answer]":
+def _answers(main: "CaseResult") -> "Iterator[report.Answer]":
     """The damping ratio, and friction's share in it."""
     if not main.detailed:
         return
+    ratio, note = main.problem.damping.ratio, "structure by its matrix, or 0.3 %"
+    if ratio is not None:
+        note = f"structure alone {100 * ratio:.2g} %"
+    edge = main.at_peak.at_edge
+    if edge:
+        note += "; the largest point is no resonance, so this is no more than its order"
+    elif np.isfinite(main.bandwidth):
+        note += f"; by the half-power bandwidth {100 * main.bandwidth:.2g} %"
+    value = f"{100 * main.balance.damping_ratio:.2g} %"
+    yield report.Answer("Equivalent damping", value, note, "warn" if edge else "")
     joints = ", ".join(f"{name} {100 * s:.0f} %" for name, s in _shares(main).items() if s > 0)
-    yield _damping_card(main)
     yield report.Answer(
         "Share of friction",
         f"{100 * main.balance.friction_share:.0f} %",
         f"of the energy dissipated in a cycle: {joints}" if joints else "no contact slips",
     )
-
-
-def _damping_card(main: "CaseResult") -> "Answer":
-    ratio, note = main.problem.damping.ratio, "structure by its matrix, or 0.3 %"
-    if ratio is not None:
-        note = f"structure alone {100 * ratio:.2g} %"
-    if main.at_peak.at_edge:
-        note += "; the largest point is no resonance, so this is no more than its order"
-    elif np.isfinite(main.bandwidth):
-        note += f"; by the half-power bandwidth {100 * main.bandwidth:.2g} %"
-    value = f"{100 * main.balance.damping_ratio:.2g} %"
-    return report.Answer("Equivalent damping", value, note, "warn" if main.at_peak.at_edge else "")
 
 
 ENERGY: Analysis[Any, Any] = Analysis(
@@ -217,6 +209,6 @@ ENERGY: Analysis[Any, Any] = Analysis(
     looked_into=True,
     open=False,
     page=_page,
-    files=_files,
+    pictures=_pictures,
     answers=_answers,
 )

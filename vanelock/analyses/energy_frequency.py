@@ -11,16 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vanelock import render
 from vanelock.analyses import damped_modes
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.arrays import Floats
-from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, by_case
+from vanelock.input.cases.names import of_case, slug
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import CaseResult, RunResult, SolvedCase
     from vanelock.report import Picture
 
 TEXT = (
@@ -31,13 +30,11 @@ TEXT = (
 
 
 @dataclass(frozen=True)
-class EnergyFrequency(Product):
+class EnergyFrequency(damped_modes.NumberedMode):
     """A mode at p energies; at none where it was not followed.
 
     Attributes
     ----------
-    number, nodal_diameter : int
-        The mode's, from 1, and that of its wave, -N/2 to N/2.
     energy : (p,) float
         Of the vibration of one sector, J.
     frequency : (p,) float
@@ -46,16 +43,9 @@ class EnergyFrequency(Product):
         Of structure and friction.
     """
 
-    number: int
-    nodal_diameter: int
     energy: Floats = field(default_factory=lambda: np.empty(0), metadata={"unit": "J"})
     frequency: Floats = field(default_factory=lambda: np.empty(0), metadata={"unit": "Hz"})
     damping_ratio: Floats = field(default_factory=lambda: np.empty(0))
-
-    @property
-    def name(self) -> str:
-        """What legends call it."""
-        return f"mode {self.number}, ND {self.nodal_diameter}"
 
 
 def _compute(
@@ -80,9 +70,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Each mode at rest, where it damps most, and as far as it was followed."""
     known, count = products_of(cases, "energy_frequency")
     columns = (
-        Column("case"),
-        Column("ND", key="diameter", note="ND: nodal diameter, negative of a backward wave"),
-        Column("mode"),
+        *damped_modes.HEADS,
         *(
             Column(head, unit, form, f"{of}_{key}")
             for of, words in (("least", "least"), ("most", "most damping"), ("end", "last"))
@@ -98,18 +86,14 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         for each in (mode for mode in modes if len(mode.energy)):
             columns_of = np.column_stack((each.energy, each.frequency, each.damping_ratio))
             shown = columns_of[[0, int(each.damping_ratio.argmax()), -1]].ravel().tolist()
-            rows.append((name, each.nodal_diameter, each.number, *shown))
-    if rows:
-        notes = ["energy: of the vibration of one sector"]
-        title = "Natural frequency and damping ratio against energy"
-        yield by_case(Table(title, columns, rows, notes, "energy_frequency"), count)
+            rows.append((name, *each.cells, *shown))
+    notes = ["energy: of the vibration of one sector"]
+    title = "Natural frequency and damping ratio against energy"
+    yield from by_case(Table(title, columns, rows, notes, "energy_frequency"), count)
 
 
 def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     """The diagram, with the damping ratio below."""
-    from vanelock import render
-    from vanelock.input.cases.names import of_case, slug
-
     modes = [each for each in case.found("energy_frequency") if len(each.energy)]
     if not modes:
         return
@@ -134,8 +118,7 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
             path, panels, "energy (J)", title, subtitle, logarithmic=True
         ),
         lambda: {
-            "nodal diameter": np.repeat([each.nodal_diameter for each in modes], counts),
-            "mode": np.repeat([each.number for each in modes], counts),
+            **damped_modes.mode_columns(modes, counts),
             "energy (J)": np.concatenate([each.energy for each in modes]),
             "frequency (Hz)": np.concatenate([each.frequency for each in modes]),
             "damping ratio (%)": np.concatenate([100 * each.damping_ratio for each in modes]),
@@ -157,7 +140,7 @@ ENERGY_FREQUENCY = Analysis(
     parts=damped_modes.parts,
     whole_ring=lambda problem, keys: keys.nodal_diameters is not None,
     after=("damped_modes",),
-    places=lambda product: f"energy_frequency/mode_{product.number}_nd_{product.nodal_diameter}",
+    places=lambda product: f"energy_frequency/{product.place}",
     tables=_tables,
     pictures=_pictures,
     text=TEXT,

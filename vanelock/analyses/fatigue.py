@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vanelock import report
+from vanelock import render, report
 from vanelock.analyses.analysis import Analysis
 from vanelock.common.files.csv_table import short
 from vanelock.common.tables import Column, Flag, Table
@@ -17,10 +17,8 @@ from vanelock.input.cases.names import of_case, slug, words
 from vanelock.input.schema.structure.temperature import PARTS
 
 if TYPE_CHECKING:
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import CaseResult, RunResult
     from vanelock.quantities.stress.margins import Margin
-    from vanelock.report import Answer, Block, Picture
     from vanelock.report.blocks import Single
 
 HCF = "HCF safety factor"
@@ -33,6 +31,12 @@ MARKED = 5
 WITHOUT = (
     "A component of matrices has no field of stress: margins need the mesh and the shape functions "
     "behind it. Displacements of its nodes, forces and wear of its contacts are available."
+)
+LIMITS = (
+    "**Not in the strengths**: surface, size, scatter, corrosion, casting defects. The mean stress "
+    "is of what presses the joints at rest, gas loads and heat among it where the study gives "
+    "them, and what vibration does to it. Stresses of the casing are those of rest and first "
+    "harmonic."
 )
 SAFE, ENOUGH = 1.0, 1.5
 """Reserves below which a margin is not met, and below which it is tight."""
@@ -48,30 +52,24 @@ COLUMNS = (
 )
 
 
-def _page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[report.Block]":
     """Margins of the cases that are looked into."""
     if not run.first.has_meshes:
         return [report.Text(WITHOUT)]
     cases = run.looked_into.values()
     by_case = {each.name: _case(run, each) for each in cases}
-    blocks: list[Block] = [report.Text(_method(run)), *run.of_cases(by_case)]
+    blocks: list[report.Block] = [report.Text(_method(run)), *run.of_cases(by_case)]
     if len(run.looked_into) > 1:
         blocks.append(_others(run))
-    return [*blocks, report.Text(_limits(run))]
+    return [*blocks, report.Text(f"{_corners(run)}\n\n{LIMITS}")]
 
 
-def _flag(reserve: float) -> Flag:
-    """Colour of a safety factor."""
-    if reserve < SAFE:
-        return "bad"
-    return "warn" if reserve < ENOUGH else "good"
-
-
-def _case_flag(case: "CaseResult", reserve: float, part: str) -> Flag:
+def _flag(case: "CaseResult", reserve: float, part: str) -> Flag:
     """Colour of a safety factor: good only of given strengths and a wave known to be stable."""
-    verdict = _flag(reserve)
+    if reserve < ENOUGH:
+        return "bad" if reserve < SAFE else "warn"
     stable = (wave := case.summary.wave) is not None and wave.verdict == "stable"
-    return "" if verdict == "good" and (_assumed(case, part) or not stable) else verdict
+    return "good" if stable and not _assumed(case, part) else ""
 
 
 def _assumed(case: "CaseResult", part: str) -> bool:
@@ -96,15 +94,6 @@ def _method(run: "RunResult") -> str:
         "stress at the given mean, relative to the computed one.\n\n"
         f"**Strengths.** {bears}. They are those of the study; the defaults are assumed for a cast "
         "nickel alloy at temperature and are **not material data**."
-    )
-
-
-def _limits(run: "RunResult") -> str:
-    return (
-        f"{_corners(run)}\n\n**Not in the strengths**: surface, size, scatter, corrosion, "
-        "casting defects. The mean stress is of what presses the joints at rest, gas loads and "
-        "heat among it where the study gives them, and what vibration does to it. Stresses of the "
-        "casing are those of rest and first harmonic."
     )
 
 
@@ -148,7 +137,7 @@ def _case(run: "RunResult", case: "CaseResult") -> "list[Single]":
             blocks.append(_worst(states[-1], f"peak: {analysis.state}"))
     every = [(part, m) for part in PARTS for m in case.stress.features[part]]
     rows = [_row(case, m, part, m.where) for part, m in every]
-    flags = [_case_flag(case, m.reserve, part) for part, m in every]
+    flags = [_flag(case, m.reserve, part) for part, m in every]
     clear = "clear of sharp corners and point forces"
     title = f"Worst location of each feature{of_case(case.name)}, {clear}"
     diagram = [e for e in run.pictures if e.section == "fatigue" and e.case == case.name]
@@ -163,7 +152,7 @@ def _worst(case: "CaseResult", peak: str) -> Table:
         for what, m in _merged(case.stress.worst[part]):
             prefix = "" if m.node is None else f"{part}, "
             rows.append(_row(case, m, part, f"{prefix}{what}: {m.where}"))
-            flags.append("" if m.doubt else _case_flag(case, m.reserve, part))
+            flags.append("" if m.doubt else _flag(case, m.reserve, part))
     title = f"Worst locations at the {peak}, {case.at_peak.frequency:.2f} Hz{of_case(case.name)}"
     return Table(title, COLUMNS, rows, flags=flags)
 
@@ -183,7 +172,7 @@ def _others(run: "RunResult") -> Table:
     for found in run.looked_into.values():
         m = found.stress.governing
         rows.append(_row(found, m, m.part, f"{words(found.name)}: {m.part}, {m.where}"))
-        flags.append(_case_flag(found, m.reserve, m.part))
+        flags.append(_flag(found, m.reserve, m.part))
     return Table("The critical location of each case", COLUMNS, rows, flags=flags)
 
 
@@ -203,10 +192,8 @@ def _row(case: "CaseResult", m: "Margin", part: str, path: str) -> tuple[str | f
     )
 
 
-def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[report.Picture]":
     """Haigh diagram of the vane at a case's peak, and its numbers at every node."""
-    from vanelock import render
-
     if not case.has_meshes:
         return
     cycle, locations = case.stress.cycles.vane, case.stress.locations["vane"]
@@ -219,20 +206,11 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
     )
     subtitle = "; ".join([*([] if case.name == "nominal" else [words(case.name)]), text])
     shows = [case.key, title, subtitle, [bears.limit, bears.tensile]]
+    nodes = cycle.mean, cycle.amplitude, ~locations.clear, bears.limit, bears.tensile
     path = run.output_files.draw(
         f"figures/haigh_{slug(case.name)}.png",
         shows,
-        lambda path: render.haigh_picture(
-            path,
-            cycle.mean,
-            cycle.amplitude,
-            ~locations.clear,
-            bears.limit,
-            bears.tensile,
-            named,
-            title,
-            subtitle,
-        ),
+        lambda path: render.haigh_picture(path, *nodes, named, title, subtitle),
     )
     notes = [
         f"{title}{of_case(case.name)}; {text}",
@@ -270,7 +248,7 @@ def _nodes(case: "CaseResult") -> dict[str, ArrayLike]:
     }
 
 
-def _answers(main: "CaseResult") -> "Iterator[Answer]":
+def _answers(main: "CaseResult") -> "Iterator[report.Answer]":
     """The critical stress and its safety factor."""
     if not main.detailed or main.margins is None:
         return
@@ -287,17 +265,21 @@ def _answers(main: "CaseResult") -> "Iterator[Answer]":
     if main.at_peak.at_edge:
         yield report.withheld(HCF)
     else:
-        flag = _case_flag(main, least, m.part)
+        flag = _flag(main, least, m.part)
         yield report.Answer(HCF, f"n = {m.reserve:.3g}", _reserve(main), flag)
 
 
 def _reserve(main: "CaseResult") -> str:
     m, least = main.stress.governing, main.stress.least_growth
     where = "" if least is m else f", least {least.growth:.3g} ({least.part}, {least.where})"
+    wave = main.summary.wave
+    stability = (
+        "stability of the wave not checked" if wave is None else f"the wave is {wave.verdict}"
+    )
     text = (
         f"{m.part}; Goodman, {'ASSUMED ' if _assumed(main, m.part) else ''}fatigue limit "
         f"{1e-6 * m.strength.limit:g} MPa; vibratory stress margin {m.growth:.3g}{where}; "
-        f"{_of_wave(main)}. Clear of sharp corners and point forces"
+        f"{stability}. Clear of sharp corners and point forces"
     )
     worst = main.stress.worst[m.part][0]
     if worst.doubt:
@@ -307,13 +289,6 @@ def _reserve(main: "CaseResult") -> str:
             reserve, peak = states[-1].stress.governing.reserve, 1e6 * states[-1].at_peak.amplitude
             text = f"**n = {reserve:.3g} at {peak:.3g} µm**, {analysis.state}. {text}"
     return text
-
-
-def _of_wave(main: "CaseResult") -> str:
-    """What is known of the wave that stresses are of."""
-    if (wave := main.summary.wave) is None:
-        return "stability of the wave not checked"
-    return f"the wave is {wave.verdict}"
 
 
 FATIGUE: Analysis[Any, Any] = Analysis(

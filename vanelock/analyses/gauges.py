@@ -11,9 +11,7 @@ from vanelock.common.tables import Column, Table, heads
 from vanelock.input.cases.names import words
 
 if TYPE_CHECKING:
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Block
+    from vanelock.analyses.analysis import CaseResult, RunResult
 
 MOST = 6
 """Gauges whose curves are on the page."""
@@ -40,7 +38,7 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         yield Table("Strain gauges", columns, rows, notes, "gauges")
 
 
-def _page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[report.Block]":
     """Strain over frequency of every gauge in the cases that are looked into."""
     traces, many = [], len(run.looked_into) > 1
     names: tuple[str, ...] = ()
@@ -58,8 +56,7 @@ def _page(run: "RunResult") -> "list[Block]":
         return []
     where = "; ".join(f"gauge {i + 1}: {text}" for i, text in enumerate(names))
     caption = f"Half the peak-to-peak of the strain that the gauges read. {where}."
-    made = report.Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)
-    return [made]
+    return [report.Plot(traces, "frequency (Hz)", "strain (µm/m)", "Strain gauges", caption)]
 
 
 GAUGES: Analysis[Any, Any] = Analysis(

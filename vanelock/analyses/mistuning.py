@@ -10,25 +10,21 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Field
 
-from vanelock import nonlinear
+from vanelock import nonlinear, render, report
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
+from vanelock.input.cases.names import of_case, slug
 from vanelock.input.schema.comparison import FrequencyRange
 from vanelock.input.schema.distributions import Deviation
 from vanelock.input.schema.structure.structure import KeyTable, flat
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Answer, Picture
-    from vanelock.rom import System
+    from vanelock.analyses.analysis import CaseResult, Planned, Problem, RunResult, SolvedCase, Step
+    from vanelock.rom import Component, System
 
 FREQUENCY = "vane.frequency"
 """What the deviation of the natural frequencies of a vane alone is called."""
@@ -167,14 +163,10 @@ def _parts(problem: "Problem", keys: MistuningKeys) -> Sequence[AnalysisPart]:
 
 def _compute(case: "SolvedCase", keys: MistuningKeys, part: AnalysisPart) -> MistunedRing:
     """One ring of a case."""
-    from vanelock.stages.parts.ring_modes import ring_modes_step, vane_modes_step
-
     system, watched = case.whole, case.monitored
-    whole, own = case.planned.structure.whole, None
-    if FREQUENCY in keys.keys:
-        own = vane_modes_step(case.planned, whole, part.inputs["vane_modes"])
-    modes = None if own is None else case.get(own)
-    shared = case.get(ring_modes_step(case.planned, whole, own)).diameters
+    count = part.inputs["vane_modes"]
+    of_vane = _vane_modes_step(case.planned, count) if FREQUENCY in keys.keys else None
+    modes = None if of_vane is None else case.get(of_vane)
     hertz = case.frequencies if keys.range is None else (keys.range[0], keys.range[1])
     found = nonlinear.ring_response(
         system,
@@ -182,7 +174,7 @@ def _compute(case: "SolvedCase", keys: MistuningKeys, part: AnalysisPart) -> Mis
         _drawn(system, keys, (part.inputs["seed"], part.inputs["ring"]), modes),
         case.options,
         modes=case.modes,
-        shared=shared,
+        shared=case.get(_ring_modes_step(case.planned, of_vane)).diameters,
     )
     return MistunedRing(
         found.frequency,
@@ -190,6 +182,36 @@ def _compute(case: "SolvedCase", keys: MistuningKeys, part: AnalysisPart) -> Mis
         found.converged,
         float(found.alike[watched.node, watched.component]),
     )
+
+
+def _vane_modes_step(planned: "Planned", count: int) -> "Step[nonlinear.SectorModes]":
+    """Modes of a vane alone, free, as they are seen in the ring's coordinates."""
+    from vanelock.pipeline.step import step
+
+    def compute(system: "System", vane: "Component") -> nonlinear.SectorModes:
+        part = {}
+        for k, one in system.diameters.items():
+            part[k] = np.zeros((vane.size, len(one.K)))
+            part[k][np.arange(vane.size), one.parts["vane"]] = 1.0
+        block = vane.at(0)
+        return nonlinear.SectorModes.of_part(system, block.K.real, block.M.real, part, count)
+
+    needs, kind = (planned.structure.whole, planned.part("vane", 0)), nonlinear.SectorModes
+    return step("vane modes", "rom", {"count": count}, kind, needs, compute, False, True)
+
+
+def _ring_modes_step(
+    planned: "Planned", modes_of_vane: "Step[nonlinear.SectorModes] | None"
+) -> "Step[nonlinear.HarmonicModes]":
+    """Stuck modes of all nodal diameters, which all rings share."""
+    from vanelock.pipeline.step import step
+
+    def compute(system: "System", stuck: Any, *others: Any) -> nonlinear.HarmonicModes:
+        return nonlinear.ring_modes(system, *(others or (None,)), stuck=stuck.diameters)
+
+    needs = tuple(filter(None, (planned.structure.whole, planned.modes, modes_of_vane)))
+    kind = nonlinear.HarmonicModes
+    return step("ring modes", "nonlinear", {}, kind, needs, compute, False, True)
 
 
 def _drawn(
@@ -252,8 +274,6 @@ def _warnings(case: "CaseResult", products: Sequence[MistunedRings]) -> Iterator
 def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """Of each case how far mistuned rings are amplified, and the worst segment."""
     known, count = products_of(cases, "mistuning")
-    if not known:
-        return
     columns = (
         Column("case"),
         Column("rings"),
@@ -286,20 +306,18 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         lost, points = int(each.lost.sum()), int(each.points.sum())
         rows.append((name, len(each.largest), *shares, *worst, points, lost or None))
         flags.append("warn" if lost else "")
-    sectors = next(iter(known.values()))[0].amplitude.shape[1]
-    whitehead = nonlinear.whitehead(sectors)
-    note = (
-        f"one linear mode a segment, without friction, reaches at most {whitehead:.2f} "
-        "(Whitehead, 1966)"
-    )
-    made = Table("Mistuned rings", columns, rows, [note], "mistuning", flags)
-    yield by_case(made.without_empty("p5", "p50", "p95", "lost"), count)
+    sectors = [each.amplitude.shape[1] for (each,) in known.values()][:1]
+    notes = [
+        "one linear mode a segment, without friction, reaches at most "
+        f"{nonlinear.whitehead(N):.2f} (Whitehead, 1966)"
+        for N in sectors
+    ]
+    made = Table("Mistuned rings", columns, rows, notes, "mistuning", flags)
+    yield from by_case(made.without_empty("p5", "p50", "p95", "lost"), count)
 
 
-def _answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[report.Answer]":
     """How much more the worst segment vibrates."""
-    from vanelock.report import Answer
-
     for found in case.found("mistuning"):
         if (place := found.place) is None:
             continue
@@ -311,14 +329,11 @@ def _answers(case: "CaseResult") -> "Iterator[Answer]":
             f"at {found.frequency[place]:.2f} Hz"
         )
         verdict = "warn" if found.lost.any() or found.at_edge.any() else ""
-        yield Answer("Mistuning", f"{found.amplification[place]:.3f} times", note, verdict)
+        yield report.Answer("Mistuning", f"{found.amplification[place]:.3f} times", note, verdict)
 
 
-def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[report.Picture]":
     """The worst ring, and the numbers of all."""
-    from vanelock import render
-    from vanelock.input.cases.names import of_case, slug
-
     (found,), name = case.found("mistuning"), case.name
     if (place := found.place) is None:
         return
@@ -337,26 +352,23 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
         "segments, and what they would do if all were alike. Below: largest amplitude of each "
         "segment over the peak of a tuned ring. The table has all rings."
     )
+    rings, sectors = found.amplitude.shape
+    columns = {
+        "ring": np.repeat(np.arange(rings) + 1, sectors),
+        "segment": np.tile(np.arange(sectors) + 1, rings),
+        "amplitude (µm)": 1e6 * found.amplitude.ravel(),
+        "frequency (Hz)": found.frequency.ravel(),
+        "amplification (-)": found.amplification.ravel(),
+    }
     yield run.picture(
         f"figures/mistuning_{slug(name)}",
         "Mistuned rings",
         [*case.key_of("mistuning"), case.key_at("response"), title, subtitle],
         lambda path: render.segments_picture(path, *lines, title, subtitle),
-        lambda: _columns(found),
+        lambda: columns,
         [f"{title}: largest amplitude of every segment; {case.monitor.name}"],
         caption,
     )
-
-
-def _columns(mistuned: MistunedRings) -> dict[str, ArrayLike]:
-    rings, sectors = mistuned.amplitude.shape
-    return {
-        "ring": np.repeat(np.arange(rings) + 1, sectors),
-        "segment": np.tile(np.arange(sectors) + 1, rings),
-        "amplitude (µm)": 1e6 * mistuned.amplitude.ravel(),
-        "frequency (Hz)": mistuned.frequency.ravel(),
-        "amplification (-)": mistuned.amplification.ravel(),
-    }
 
 
 TEMPLATE = """\

@@ -20,11 +20,9 @@ from vanelock.common.tables import Column, Table
 from vanelock.input.cases.names import words
 
 if TYPE_CHECKING:
-    from vanelock.pipeline.step import Step
-    from vanelock.quantities.case_result import CaseResult
+    from vanelock.analyses.analysis import CaseResult, Planned, Step
     from vanelock.rom import Component, System
     from vanelock.stages.parts.segment import Segment
-    from vanelock.stages.plan import Planned
 
 
 INTERFERENCE = "interference"
@@ -75,7 +73,7 @@ class LoadsByCause(Product):
 
 def _by_cause_step(planned: "Planned") -> "Step[LoadsByCause] | None":
     """Loads at rest of a case by cause; None where nothing acts but interference."""
-    from vanelock.stages.parts.study_structure import StudyStructure
+    from vanelock.stages.parts.segment import StudyStructure
 
     structure = planned.structure
     if not isinstance(structure, StudyStructure) or not structure.segment.at_rest:
@@ -130,10 +128,7 @@ def _by_cause(
 
 
 def _reactions(
-    vane: "Component",
-    system: "System",
-    rest: "nonlinear.Response",
-    joints: Booleans,
+    vane: "Component", system: "System", rest: "nonlinear.Response", joints: Booleans
 ) -> dict[str, Floats]:
     """By the principle of virtual work, for a shift and a turn of the vane as a whole."""
     at = vane.dofs(vane.masters.nodes)
@@ -194,19 +189,10 @@ def _causes(name: str, loads: LoadsByCause) -> Table:
 
 def _reactions_table(name: str, loads: LoadsByCause) -> Table:
     """What holds a segment at rest against its loads."""
-    rows = [
-        (what, *values)
-        for what, values in zip(
-            (*loads.joints, "key", "loads", "sum"),
-            (*loads.reaction, loads.resultant, loads.reaction.sum(axis=0) + loads.resultant),
-            strict=True,
-        )
-    ]
-    columns = (
-        Column("from"),
-        Column("axial", "N", "+.4g"),
-        Column("torque", "N m", "+.4g"),
-    )
+    names = *loads.joints, "key", "loads", "sum"
+    values = *loads.reaction, loads.resultant, loads.reaction.sum(axis=0) + loads.resultant
+    rows = [(name, *each) for name, each in zip(names, values, strict=True)]
+    columns = Column("from"), Column("axial", "N", "+.4g"), Column("torque", "N m", "+.4g")
     notes = ["torque: about the engine axis; sum: what is not in balance"]
     return Table(f"Reactions at rest{name and f', {name}'}", columns, rows, notes, "reactions")
 

@@ -8,24 +8,22 @@ part is measured by Spearman's rank correlation, whose limits are Fisher's with 
 variance.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from vanelock import report
+from vanelock import render, report
 from vanelock.analyses.analysis import Analysis
 from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.product import Product
 from vanelock.common.tables import Column, Table, counted
 
 if TYPE_CHECKING:
+    from vanelock.analyses.analysis import RunResult, Summary
     from vanelock.input.cases.sweep import Case
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Block, Picture
-    from vanelock.stages.response.summary import Summary
 
 TITLE = "Scatter of the peaks"
 PERCENT = (5.0, 25.0, 50.0, 75.0, 95.0)
@@ -195,17 +193,6 @@ def _sensitivity_table(scattered: Scattered) -> Table:
     return Table("What the scatter comes from", columns, rows, notes, "sensitivity")
 
 
-def _sample_columns(scattered: Scattered) -> Mapping[str, ArrayLike]:
-    """Every sample, as columns."""
-    keys = {f"{key} (SI)": scattered.value[:, i] for i, key in enumerate(scattered.keys)}
-    return {
-        "case": list(scattered.case),
-        **keys,
-        "peak (µm)": 1e6 * scattered.amplitude,
-        "frequency (Hz)": scattered.frequency,
-    }
-
-
 def _run_tables(run: "RunResult") -> Iterator[Table]:
     """How far the peaks scatter, and what with, where keys scatter."""
     if run.scattered is not None:
@@ -213,15 +200,13 @@ def _run_tables(run: "RunResult") -> Iterator[Table]:
         yield _sensitivity_table(run.scattered)
 
 
-def _page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[report.Block]":
     """The same on the page."""
     return [*_run_tables(run), *(e for e in run.pictures if e.section == "scatter")]
 
 
-def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
+def _run_pictures(run: "RunResult") -> "Iterator[report.Picture]":
     """Distribution of the peaks, and the peaks against what scatters."""
-    from vanelock import render
-
     if (found := run.scattered) is None:
         return
     monitor, known = run.monitor.name, found.known
@@ -256,7 +241,13 @@ def _run_pictures(run: "RunResult") -> "Iterator[Picture]":
         ),
     )
     notes = [f"{title}, {monitor}: half the peak-to-peak"]
-    data = run.table("figures/scatter.csv", shows, lambda: _sample_columns(found), notes)
+    samples: dict[str, ArrayLike] = {
+        "case": list(found.case),
+        **{f"{key} (SI)": found.value[:, i] for i, key in enumerate(found.keys)},
+        "peak (µm)": 1e6 * found.amplitude,
+        "frequency (Hz)": found.frequency,
+    }
+    data = run.table("figures/scatter.csv", shows, lambda: samples, notes)
     table = run.table(
         "figures/percentiles.csv", shows, _percentile_table(found, monitor).by_head, notes
     )

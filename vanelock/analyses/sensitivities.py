@@ -9,9 +9,8 @@ from vanelock.analyses.analysis import Analysis
 from vanelock.common.tables import Column, Table
 
 if TYPE_CHECKING:
-    from vanelock.quantities.run_result import RunResult
+    from vanelock.analyses.analysis import RunResult
     from vanelock.quantities.sensitivities import Sensitivities
-    from vanelock.report import Block
     from vanelock.report.blocks import Single
 
 TEXT = (
@@ -21,7 +20,7 @@ TEXT = (
 )
 
 
-def _page(run: "RunResult") -> "list[Block]":
+def _page(run: "RunResult") -> "list[report.Block]":
     """What moves the peak of each case that is looked into."""
     by_case: dict[str, list[Single]] = {}
     for name, each in run.looked_into.items():

@@ -13,10 +13,8 @@ from vanelock.common.tables import Cell, Column, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.stages.response.summary import Settled, Summary
+    from vanelock.analyses.analysis import CaseResult, Problem, SolvedCase, Summary
+    from vanelock.stages.response.summary import Settled
 
 STEPS, PERIODS = 128, 1000
 """Steps a period, and periods at most; some tenths of a second each for a coarse vane's ring."""
@@ -46,13 +44,6 @@ class FollowedPeak(Product):
     component: int = 0
 
     @property
-    def balance(self) -> float:
-        """The monitored displacement of the wave, m; NaN where it was not followed."""
-        if self.found is None:
-            return float("nan")
-        return float(self.found.balance[self.node, self.component])
-
-    @property
     def settled(self) -> "Settled | None":
         """The monitored displacement in numbers."""
         from vanelock.stages.response.summary import Settled
@@ -60,16 +51,10 @@ class FollowedPeak(Product):
         if (found := self.found) is None:
             return None
         at = self.node, self.component
-        words = {
-            nonlinear.STEADY: "steady",
-            nonlinear.MODULATED: "modulated",
-            nonlinear.UNSETTLED: "not settled",
-        }
+        words = {nonlinear.STEADY: "steady", nonlinear.MODULATED: "modulated"}
         return Settled(
-            verdict=words[found.verdict],
-            mean=float(found.mean[at]),
-            largest=float(found.largest[at]),
-            smallest=float(found.smallest[at]),
+            verdict=words.get(found.verdict, "not settled"),
+            **{name: float(getattr(found, name)[at]) for name in ("mean", "largest", "smallest")},
             periods=found.periods,
             returned=found.returned,
             unsolved=found.unsolved,
@@ -103,7 +88,7 @@ def _compute(case: "SolvedCase", keys: _SettledKeys, part: AnalysisPart) -> Foll
         disturbance=DISTURBANCE,
         modes=MODES,
         growth=float(stability.growth[at[0]].min()),
-        progress=lambda done, total, defect: case.count(done, total, float("nan")),
+        progress=case.progress,
     )
     return FollowedPeak(found, case.monitored.node, case.monitored.component)
 
@@ -119,8 +104,6 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What the ring does instead of the unstable wave at the peak of each case."""
     every, count = products_of(cases, "settled")
     known = {name: each for name, (each, *_) in every.items() if each.found is not None}
-    if not known:
-        return
     columns = (
         Column("case"),
         Column("at", "Hz", ".6g", "frequency_hz"),
@@ -140,12 +123,13 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     rows: list[tuple[Cell, ...]] = []
     for name, each in known.items():
         settled = each.settled
-        size = each.balance, settled.mean, settled.smallest, settled.largest
+        balance = each.found.balance[each.node, each.component]
+        size = balance, settled.mean, settled.smallest, settled.largest
         ends = settled.words, settled.periods, settled.unsolved or None
         rows.append((name, each.found.frequency, *size, *ends))
     title = "Rings followed in time from unstable peaks"
     made = Table(title, columns, rows, (), "settled").without_empty("unsolved")
-    yield by_case(made, count)
+    yield from by_case(made, count)
 
 
 TEMPLATE = """\

@@ -4,10 +4,10 @@ import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar, cast
 
 from vanelock.analyses import ANALYSES
-from vanelock.analyses.analysis import Analysis, AnalysisPart, analysable, asked_for
+from vanelock.analyses.analysis import ALLOWED, Analysis, AnalysisPart, asked_for
 from vanelock.common.arrays import Floats
 from vanelock.common.files.digests import content_digest
 from vanelock.common.product import Product
@@ -90,20 +90,17 @@ class SolvedCase:
     @cached_property
     def system(self) -> System:
         """Its system, at the nodal diameters that the response takes."""
-        found: System = self.get(self.planned.solved(self.response).system)
-        return found
+        return cast(System, self.get(self.planned.solved(self.response).system))
 
     @cached_property
     def whole(self) -> System:
         """The same at all nodal diameters."""
-        found: System = self.get(self.planned.structure.whole)
-        return found
+        return cast(System, self.get(self.planned.structure.whole))
 
     def system_at(self, diameters: Sequence[int]) -> System:
         """A system that has some nodal diameters beside those of the response."""
         used = self.planned.solved(self.response).diameters
-        found: System = self.get(self.planned.structure.system({*used, *diameters}))
-        return found
+        return cast(System, self.get(self.planned.structure.system({*used, *diameters})))
 
     @cached_property
     def modes(self) -> Any:
@@ -123,6 +120,10 @@ class SolvedCase:
         vane = None if mesh is None else self.get(mesh)
         return places(self.problem, self.system.contacts, vane)
 
+    def progress(self, done: int, total: int, *values: float) -> None:
+        """How far an analysis is; for what the solver calls."""
+        self.count(done, total, float("nan"))
+
     def product(self, key: str, part: int) -> Any:
         """A product of an analysis before this one."""
         return self.get(self.planned.analyses[key][part])
@@ -135,8 +136,9 @@ def with_analyses(planned: Planned, monitoring: Planned, count: Count = lambda *
         if analysis.step is not None and (shared := analysis.step(planned)) is not None:
             analysed = {**planned.analyses, analysis.key: (shared,)}
             planned = replace(planned, analyses=analysed)
+    analysable = all(getattr(given.response, key) == value for key, value in ALLOWED.items())
     for analysis, keys in asked_for(ANALYSES, given):
-        if not (analysis.any_law or analysable(given)):
+        if not (analysis.any_law or analysable):
             continue
         parts = analysis.parts(given, keys)
         if analysis.by_response:

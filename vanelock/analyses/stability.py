@@ -7,19 +7,15 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from pydantic import Field
 
-from vanelock import nonlinear
+from vanelock import nonlinear, report
 from vanelock.analyses.analysis import Analysis, AnalysisPart, CurveLines, products_of
 from vanelock.common.arrays import Integers
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
 from vanelock.input.schema.structure.structure import KeyTable
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
-    from vanelock.input.schema.study import Study
-    from vanelock.quantities.case_result import CaseResult
-    from vanelock.report import Answer
-    from vanelock.stages.response.summary import Summary, WaveVerdict
+    from vanelock.analyses.analysis import CaseResult, Problem, SolvedCase, Study, Summary
+    from vanelock.stages.response.summary import WaveVerdict
 
 SECONDS, HARMONICS = 3.3, 0.5
 """Of a point, and with each (2H + 1)^1.5 (docs/benchmarks/stability.md)."""
@@ -50,11 +46,9 @@ def _check(problem: "Problem", keys: StabilityKeys) -> Iterator[str]:
 
 def _cost(study: "Study", keys: StabilityKeys, curve: float) -> float:
     """Seconds."""
-    from vanelock.stages.cost_estimate import TYPICAL
+    from vanelock.stages.cost_estimate import points_of
 
-    listed = study.response.frequencies
-    points = len(listed) if listed else study.response.points or TYPICAL
-    count = points if keys.points == "all" else 1
+    count = points_of(study) if keys.points == "all" else 1
     return float(count * (SECONDS + HARMONICS * (2 * study.response.harmonics + 1) ** 1.5))
 
 
@@ -71,7 +65,7 @@ def _compute(case: "SolvedCase", keys: StabilityKeys, part: AnalysisPart) -> "no
         case.whole,
         response,
         chosen,
-        progress=lambda done, total: case.count(done, total, float("nan")),
+        progress=case.progress,
         modes=case.modes,
     )
 
@@ -145,8 +139,6 @@ def _warnings(case: "CaseResult", products: "Sequence[nonlinear.Stability]") -> 
 def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     """What becomes of small departures from the waves of each case: of its most unstable one."""
     known, count = products_of(cases, "stability")
-    if not known:
-        return
     columns = (
         Column("case"),
         Column("at", "Hz", ".6g", "frequency_hz"),
@@ -171,23 +163,14 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         growth = np.exp(each.growth / each.frequency[:, None])
         worst = int(np.lexsort((np.nan_to_num(np.fmax(*growth.T)), RANK[each.verdict]))[-1])
         seen, verdict = each.seen[worst, 0], int(each.verdict[worst])
-        rows.append(
-            (
-                name,
-                each.frequency[worst],
-                WORDS[verdict],
-                abs(each.multiplier[worst, 0]),
-                int(each.diameter[worst, 0]),
-                int(each.growing[worst]),
-                ", ".join(f"{f:.4g}" for f in seen[np.isfinite(seen)]) or None,
-                *growth[worst],
-                _counted(each.verdict),
-            )
-        )
+        fastest = abs(each.multiplier[worst, 0]), int(each.diameter[worst, 0])
+        shows = ", ".join(f"{f:.4g}" for f in seen[np.isfinite(seen)]) or None
+        ends = int(each.growing[worst]), shows, *growth[worst], _counted(each.verdict)
+        rows.append((name, each.frequency[worst], WORDS[verdict], *fastest, *ends))
         flags.append("good" if verdict == nonlinear.STABLE else "warn")
     title = "Stability of the periodic waves, all nodal diameters considered"
     made = Table(title, columns, rows, (), "stability", flags).without_empty("points")
-    yield by_case(made, count)
+    yield from by_case(made, count)
 
 
 def _counted(verdict: Integers) -> str | None:
@@ -198,19 +181,17 @@ def _counted(verdict: Integers) -> str | None:
     return ", ".join(f"{count} {word}" for word, count in counts if count)
 
 
-def _answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[report.Answer]":
     """Whether the ring stays with the wave of the peak."""
-    from vanelock.report import Answer
-
     wave = case.summary.wave
     if wave is None or case.peak is None:
         return
     if wave.verdict == "stable":
         slowest = f"a factor {wave.growth:.4g}" if wave.growth > 0 else "0.53 or less"
         note = f"disturbances decay, the slowest by {slowest} per cycle"
-        yield Answer("Periodic wave", "stable", note, "good")
+        yield report.Answer("Periodic wave", "stable", note, "good")
     elif wave.verdict == "undecided":
-        yield Answer("Periodic wave", "undecided", wave.reason, "warn")
+        yield report.Answer("Periodic wave", "undecided", wave.reason, "warn")
     else:
         shows = ", ".join(f"{f:.4g}" for f in wave.frequencies)
         note = (
@@ -218,7 +199,7 @@ def _answers(case: "CaseResult") -> "Iterator[Answer]":
             f"grows by a factor {wave.growth:.3g} per cycle, visible at {shows} Hz{wave.followed}; "
             "amplitude, stress and wear here are those of the periodic wave"
         ).replace(" um", " µm")
-        yield Answer("Periodic wave", "unstable", note, "warn")
+        yield report.Answer("Periodic wave", "unstable", note, "warn")
 
 
 TEMPLATE = """\

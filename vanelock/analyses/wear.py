@@ -11,22 +11,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from vanelock import nonlinear
+from vanelock import nonlinear, render, report
 from vanelock.analyses.analysis import Analysis, AnalysisPart, products_of
 from vanelock.common.checked import OTHER, PLAIN
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Flag, Table, by_case
+from vanelock.input.cases.names import of_case, slug
 from vanelock.input.schema.comparison import FrequencyRange, Hertz
 from vanelock.input.schema.structure.structure import KeyTable, sequence
 
 if TYPE_CHECKING:
-    from vanelock.analyses.solved_case import SolvedCase
-    from vanelock.input.cases.values import Problem
+    from vanelock.analyses.analysis import CaseResult, Problem, RunResult, SolvedCase, State
     from vanelock.nonlinear import Dwell, WearHistory
-    from vanelock.quantities.case_result import CaseResult, State
-    from vanelock.quantities.run_result import RunResult
-    from vanelock.report import Answer, Picture
 
 SHOWN = 8
 """States of a history in a table, about."""
@@ -152,15 +149,13 @@ def _states(case: "CaseResult") -> "Iterator[State]":
 
 def _warnings(case: "CaseResult", products: Sequence[WornCase]) -> Iterator[str]:
     """What keeps wear over cycles from being taken as it is."""
-    from vanelock.nonlinear.wear.wear_history import DONE, PRELOAD
-
     (worn,) = products
     if (history := worn.history) is None:
         yield f"no wear over cycles: {worn.reason}"
         return
-    if history.status == PRELOAD:
+    if np.isfinite(history.cycles_to_loss):
         yield f"wear opens a joint at rest after {history.cycles_to_loss:.3g} cycles"
-    elif history.status != DONE:
+    elif not _done(history):
         at = f"{history.cycles[-1]:.3g} cycles"
         yield f"wear is known up to {at} only: no vibration was found beyond"
     if history.jump.any():
@@ -181,8 +176,6 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
 
     every, count = products_of(cases, "wear")
     known = {name: worn.history for name, (worn,) in every.items() if worn.history is not None}
-    if not known:
-        return
     joints = list(dict.fromkeys(joint for each in known.values() for joint in each.joints))
     columns = (
         Column("case"),
@@ -203,15 +196,13 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
         safety: Sequence[float | None] = _reserves(cases[name]) or [None] * len(shown)
         for i, reserve in zip(shown, safety, strict=True):
             loads = dict(zip(history.joints, history.rest_load[i].tolist(), strict=True))
-            event, hours = _event(history, i), history.seconds[i] / HOUR
-            numbers: list[Cell] = [
-                history.cycles[i],
-                hours,
-                history.amplitude[i],
-                history.frequency[i],
-            ]
-            numbers += [*map(loads.get, joints), float(history.worn[i].max()), reserve]
-            rows.append((name, int(history.dwell[i]) + 1, *numbers, event or None))
+            event, hours = "jump" if history.jump[i] else "", history.seconds[i] / HOUR
+            if i == len(history.cycles) - 1 and not _done(history):
+                event = str(history.status)
+            peak = history.amplitude[i], history.frequency[i]
+            ends = history.worn[i].max(), reserve, event or None
+            begins = name, int(history.dwell[i]) + 1, history.cycles[i], hours
+            rows.append((*begins, *peak, *map(loads.get, joints), *ends))
             flags.append("warn" if event else "")
     note = (
         "at rest: total normal force of a joint in one sector; wear: depth that both surfaces "
@@ -221,16 +212,14 @@ def _tables(cases: "Mapping[str, CaseResult]") -> Iterator[Table]:
     made = made.without_empty("event", "reserve")
     if not any(history.dwell[-1] for history in known.values()):
         made = made.without("dwell")
-    yield by_case(made, count)
+    yield from by_case(made, count)
 
 
-def _event(history: "WearHistory", i: int) -> str:
-    """What happens at a state."""
+def _done(history: "WearHistory") -> bool:
+    """Whether it reaches the end of its dwells."""
     from vanelock.nonlinear.wear.wear_history import DONE
 
-    if i == len(history.cycles) - 1 and history.status != DONE:
-        return str(history.status)
-    return "jump" if history.jump[i] else ""
+    return bool(history.status == DONE)
 
 
 def _reserves(case: "CaseResult") -> list[float]:
@@ -239,11 +228,8 @@ def _reserves(case: "CaseResult") -> list[float]:
     return [each.stress.governing.reserve for each in states if each.margins]
 
 
-def _answers(case: "CaseResult") -> "Iterator[Answer]":
+def _answers(case: "CaseResult") -> "Iterator[report.Answer]":
     """What becomes of the case while its joints wear."""
-    from vanelock.nonlinear.wear.wear_history import DONE
-    from vanelock.report import Answer
-
     for history in (worn.history for worn in case.found("wear") if worn.history is not None):
         loads = [
             f"{joint} at rest {new:.3g} → {last:.3g} N"
@@ -256,24 +242,22 @@ def _answers(case: "CaseResult") -> "Iterator[Answer]":
         texts += loads
         if reserves := _reserves(case):
             texts.append(f"least HCF safety factor n = {min(reserves):.3g}")
-        done = history.status == DONE
+        done = _done(history)
         if not done:
             texts.append(f"**{history.status}**, so that it ends there")
         title = f"Over {history.cycles[-1]:.3g} cycles of wear"
-        yield Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")
+        yield report.Answer(title, f"{size[top]:.3g} µm", "; ".join(texts), "" if done else "warn")
 
 
-def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
+def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[report.Picture]":
     """Amplitude, preload and worn depth over the cycles of the dwells."""
-    from vanelock import render
-    from vanelock.input.cases.names import of_case, slug
-    from vanelock.nonlinear.wear.wear_history import DONE
+    from vanelock.quantities.contacts import HOUR
 
     (worn,), name = case.found("wear"), case.name
     if (history := worn.history) is None:
         return
     title = f"Wear over cycles{of_case(name)}"
-    ended = "" if history.status == DONE else f"; {history.status} at the end"
+    ended = "" if _done(history) else f"; {history.status} at the end"
     subtitle = f"{case.monitor.name}{ended}"
     depth, wears = 1e6 * history.worn, history.worn[-1] > 0
     mean = depth[:, wears].mean(axis=1) if wears.any() else depth[:, 0]
@@ -297,32 +281,28 @@ def _pictures(run: "RunResult", case: "CaseResult") -> "Iterator[Picture]":
         "when new, and the depth that both surfaces have lost, of the contact that loses most and "
         "on average over those that wear."
     ) + (" Dotted: where the next dwell begins." if len(changes) else "")
-    yield run.picture(
-        f"figures/wear_over_cycles_{slug(name)}",
-        "Wear over cycles",
-        [*case.key_of("wear"), title, subtitle],
-        lambda path: render.panels_picture(path, panels, "cycles", title, subtitle, marks=changes),
-        lambda: _columns(history),
-        [title],
-        caption,
-    )
-
-
-def _columns(history: "WearHistory") -> dict[str, ArrayLike]:
-    from vanelock.quantities.contacts import HOUR
-
-    depth = 1e6 * history.worn
-    loads = zip(history.joints, history.rest_load.T, strict=True)
-    return {
+    columns = {
         "cycles": history.cycles,
         "time (h)": history.seconds / HOUR,
         "dwell": history.dwell + 1,
         "frequency (Hz)": history.frequency,
         "amplitude (µm)": 1e6 * history.amplitude,
         "jump": history.jump,
-        **{f"{joint} at rest (N)": load for joint, load in loads},
+        **{
+            f"{joint} at rest (N)": load
+            for joint, load in zip(history.joints, history.rest_load.T, strict=True)
+        },
         "deepest wear (µm)": depth.max(axis=1),
     }
+    yield run.picture(
+        f"figures/wear_over_cycles_{slug(name)}",
+        "Wear over cycles",
+        [*case.key_of("wear"), title, subtitle],
+        lambda path: render.panels_picture(path, panels, "cycles", title, subtitle, marks=changes),
+        lambda: columns,
+        [title],
+        caption,
+    )
 
 
 TEMPLATE = """\

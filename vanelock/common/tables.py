@@ -163,12 +163,14 @@ def heads(*names: str) -> tuple[Column, ...]:
     return tuple(map(Column, names))
 
 
-def by_case(made: Table, count: int) -> Table:
-    """A table that begins with the case, of so many cases: what it leaves out is said."""
+def by_case(made: Table, count: int) -> list[Table]:
+    """A table that begins with the case, of so many cases: what it leaves out is said.
+
+    None where it has no rows.
+    """
     if count == 1:
-        return made.without("case")
-    if count <= MOST_CASES:
-        return made
-    return replace(
-        made, notes=[*made.notes, f"the first {MOST_CASES} of {count} cases; results.h5 has all"]
-    )
+        made = made.without("case")
+    elif count > MOST_CASES:
+        rest = f"the first {MOST_CASES} of {count} cases; results.h5 has all"
+        made = replace(made, notes=[*made.notes, rest])
+    return [made] if made.rows else []

@@ -16,7 +16,7 @@ from vanelock.nonlinear.peaks.amplitude_gradient import modal_stiffness
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.parts.components import PARTS
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import Monitor, as_solved
 from vanelock.stages.response.summary import Peak

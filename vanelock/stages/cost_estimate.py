@@ -43,7 +43,6 @@ class Clock:
         self._left = {
             step.key: _work(each.case.problem) for each in planned for step in each.responses
         }
-        self._after = sum(self._left.values())
         self._done = 0.0
         self._seconds = 0.0
         self._began = time.perf_counter()
@@ -53,7 +52,7 @@ class Clock:
         """A case begins, or another of its responses."""
         self._name, self._peak = planned.case.name, 0.0
         self._own = self._left.pop((response or planned.response).key, 0.0)
-        self._after = max(self._after - self._own, 0.0)
+        self._after = sum(self._left.values())
         self._began = time.perf_counter()
 
     def end(self, computed: bool) -> None:
@@ -85,11 +84,15 @@ class Clock:
         return PointDone(self._name, done, total, peak, float("nan"))
 
 
-def _work(memory: Problem) -> float:
+def points_of(problem: Problem) -> int:
+    """Points of a response, about."""
+    response = problem.response
+    return len(response.frequencies) if response.frequencies else response.points or TYPICAL
+
+
+def _work(problem: Problem) -> float:
     """Relative cost of a response: the unknowns at a point grow with 2H + 1."""
-    response = memory.response
-    points = len(response.frequencies) if response.frequencies else response.points or TYPICAL
-    return float(points * (2 * response.harmonics + 1) ** 1.5)
+    return float(points_of(problem) * (2 * problem.response.harmonics + 1) ** 1.5)
 
 
 A = TypeVar("A")
@@ -168,10 +171,14 @@ def estimated(
 ) -> CostEstimate | None:
     """What a run of some cases takes, where their meshes are known from dimensions."""
     chosen = [case.study for case in cases[:: math.ceil(len(cases) / LOOKED_AT)]]
-    if mesh_dofs is None and any(_own(study) for study in chosen):
+    dimensions = VaneDimensions, CasingDimensions
+    parts = [part for study in chosen for part in (study.vane, study.casing)]
+    if mesh_dofs is None and not all(isinstance(part, dimensions) for part in parts):
         return None
-    sizes = {_meshed(study): _dofs(study, memory, mesh_dofs or {}) for study in chosen}
-    largest, part = max(sizes.values()), len(sizes) / len(chosen)
+    kept = {"mesh", "vane", "casing", "ring", "rom", "material", "accuracy"}  # but for diameters
+    meshed = {study.model_dump_json(include=kept): study for study in chosen}
+    sizes = [_dofs(study, memory, mesh_dofs or {}) for study in meshed.values()]
+    largest, part = max(sizes), len(sizes) / len(chosen)
     meshes = 1.0 if len(sizes) == 1 else part * len(cases)
     linear = DIAMETERS if chosen[0].accuracy is not None else 1.0
     asked = [[(a, keys) for a in analyses if (keys := a.keys_of(s)) is not None] for s in chosen]
@@ -189,17 +196,6 @@ def estimated(
     disk = KEPT + meshes * OF_DOF * largest + len(cases) * OF_CASE * (2 * harmonics + 1) / 7
     warning = next(filter(None, (_out_of_reach(study, memory) for study in chosen)), "")
     return CostEstimate(largest, peak_memory(largest), seconds, disk, warning)
-
-
-def _own(study: Study) -> bool:
-    dimensions = VaneDimensions, CasingDimensions
-    return not all(isinstance(part, dimensions) for part in (study.vane, study.casing))
-
-
-def _meshed(study: Study) -> str:
-    """What the meshes and reduced models of a case depend on, but for its nodal diameters."""
-    kept = {"mesh", "vane", "casing", "ring", "rom", "material", "accuracy"}
-    return study.model_dump_json(include=kept)
 
 
 def _dofs(study: Study, memory: float | None, mesh_dofs: Mapping[str, int]) -> float:

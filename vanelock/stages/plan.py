@@ -1,17 +1,12 @@
 """All steps of a study or a scene, case by case, known before anything is computed.
 
 But for what an accuracy chooses first, the mesh above all.
-
-The step to a response whose harmonics and frequencies are chosen while it is solved.
-
-Which nodal diameters of the casing it takes is known at its end alone. The step may need all of
-them, so its key holds all their keys; it pulls those that a point needs.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 from vanelock import nonlinear, rom
 from vanelock.input.cases.sweep import Case, label
@@ -23,10 +18,10 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
-from vanelock.stages.accuracy.mesh_errors import MeshErrors, mesh_errors_step
+from vanelock.stages.accuracy.mesh_errors import mesh_errors_step
 from vanelock.stages.matrices.scene_structure import SceneStructure
 from vanelock.stages.parts.outputs import Gauges, gauges_step
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.response.limits import frequencies
 from vanelock.stages.response.responses import (
     Progress,
@@ -40,17 +35,20 @@ from vanelock.stages.structure import CaseStructure, Linear, linear_of
 
 def _adaptive_step(
     name: str,
-    structure: CaseStructure,
+    structure: StudyStructure,
     budget: Budget,
     linear: Linear,
     free: Step[Response],
-    mesh: Step[MeshErrors],
     progress: Progress,
 ) -> Step[Response]:
-    """Nonlinear response of a case to its budget."""
+    """Nonlinear response of a case to its budget, by harmonics and frequencies chosen meanwhile.
+
+    Which nodal diameters of the casing it takes is known at its end alone. The step may need all of
+    them, so its key holds all their keys; it pulls those that a point needs.
+    """
     study, base = structure.problem, structure.system(structure.loaded)
-    given = budget.accuracy
-    shares = {key: budget.shares.get(key, given) for key in ("harmonics", "frequencies")}
+    mesh = mesh_errors_step(study, linear.system, linear.limits)
+    shares = {key: budget.shares.get(key, budget.accuracy) for key in ("harmonics", "frequencies")}
     fixed = study.response.model_dump(include={"coupling", "samples", "friction"})
     fixed["harmonics"] = study.response.harmonics if "harmonics" in budget.pinned else None
     inputs = {**frequency_keys(study), **fixed, "shares": shares, "monitor": study.outputs.monitor}
@@ -60,8 +58,7 @@ def _adaptive_step(
         watched = monitor(study.outputs.monitor, system, get(free))
 
         def systems(harmonics: int) -> System:
-            found: System = get(structure.system(diameters_of(study, harmonics)))
-            return found
+            return cast(System, get(structure.system(diameters_of(study, harmonics))))
 
         def neglected(nodal_diameter: int) -> Any:
             k = nodal_diameter
@@ -171,12 +168,10 @@ def plan(
     for case, choice in zip(cases, choices or [None] * len(cases), strict=True):
         given = case.problem if choice is None else choice.study
         structure: CaseStructure
-        if isinstance(given, Study):
-            structure = StudyStructure(given, last=last)
-        else:
-            structure = SceneStructure(given)
-        first = found[0] if found else None
-        found.append(_planned(case, structure, choice, first, progress))
+        structure = (
+            StudyStructure(given, last=last) if isinstance(given, Study) else SceneStructure(given)
+        )
+        found.append(_planned(case, structure, choice, found[0] if found else None, progress))
     cases = [each.case for each in found]
     linear = label(cases, [each.linear.key for each in found])
     preload = label(cases, [each.preload.key for each in found])
@@ -210,14 +205,10 @@ def _planned(
         response = swept()
         other = swept("down") if given.response.direction == "both" else None
     else:
-        assert isinstance(given, Study)
-        mesh = mesh_errors_step(given, linear.system, linear.limits)
+        assert isinstance(structure, StudyStructure)
         free = (linear if planned is None else planned.linear).responses["free"]
-        keys = case.name, structure, choice.budget, linear, free, mesh, progress
-        response = _adaptive_step(*keys)
-    gauges = None
-    if isinstance(given, Study) and given.outputs.gauges:
-        gauges = gauges_step(given)
+        response = _adaptive_step(case.name, structure, choice.budget, linear, free, progress)
+    gauged = given if isinstance(given, Study) and given.outputs.gauges else None
     return Planned(
         case=case,
         structure=structure,
@@ -227,7 +218,7 @@ def _planned(
         response=response,
         linear=linear,
         modes=modes,
-        gauges=gauges,
+        gauges=None if gauged is None else gauges_step(gauged),
         choice=choice,
         other=other,
     )

@@ -1,6 +1,6 @@
 """The components of a case and the system that they make at each nodal diameter, each a step.
 
-A study's two parts (`vanelock.stages.parts.study_structure`) and a scene's components
+A study's two parts (`vanelock.stages.parts.segment`) and a scene's components
 (`vanelock.stages.matrices.scene_structure`) are reduced and joined at one nodal diameter after the
 other, as these are needed; from the system on a case is a case.
 

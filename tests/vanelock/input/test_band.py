@@ -16,7 +16,7 @@ from vanelock.input.cases.sweep import cases
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 from vanelock.stages.parts.components import model_step, part_step
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import frequencies, limits
 

@@ -19,7 +19,7 @@ from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
 from vanelock.stages.matrices.piece import on_rows
 from vanelock.stages.matrices.pieces import clamped, matrices, refuse_unknown
 from vanelock.stages.matrices.scene_structure import SceneStructure, at_rest
-from vanelock.stages.parts.load_lines import load_lines
+from vanelock.stages.parts.loads import load_lines
 from vanelock.stages.response.responses import output_of
 
 
@@ -72,8 +72,7 @@ def planned_scene(scene: Scene) -> Iterator[Row]:
 
     @cache
     def body(name: str) -> RigidMotions:
-        fixed = clamped(scene.components[name], name)
-        return rigid_motions(name, first[name], fixed, given.kept[name], given.forces_on(name))
+        return rigid_motions(scene, name, given, first[name])
 
     hanging = at_rest([case.problem for case in found], lambda _, name, __: body(name))
     yield from (("warning", text) for text in hanging)

@@ -16,7 +16,7 @@ from vanelock.input.settings import unusual
 from vanelock.mesh.element_size import element_size, words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.cost_estimate import estimated
-from vanelock.stages.parts.load_lines import load_lines
+from vanelock.stages.parts.loads import load_lines
 
 Row = tuple[str, str]
 

@@ -31,8 +31,7 @@ from vanelock.pipeline.step import Step
 from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
 from vanelock.stages.parts.loads import modulus
 from vanelock.stages.parts.outputs import Gauges
-from vanelock.stages.parts.segment import segment_of
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure, segment_of
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.responses import Monitor
 

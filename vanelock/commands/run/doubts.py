@@ -16,8 +16,7 @@ from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
 from vanelock.rom import Contacts
 from vanelock.stages.matrices.gather import gathered
-from vanelock.stages.parts.load_lines import load_lines
-from vanelock.stages.parts.outputs import places_on
+from vanelock.stages.parts.loads import load_lines
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import on_inertia, static_bounds_step
@@ -71,7 +70,7 @@ def doubts(planned: Planned, result: CaseResult, stages: Stages, is_first: bool)
     yield from _reduced(limits, float(response.frequency.max()))
     if isinstance(given, Study):
         vane = result.parts[0]
-        nodes, points = vane.points, places_on(given, vane).points
+        nodes, points = vane.points, result.places.points
         small = _thin(given, vane)
     else:
         pieces = [stages.get(planned.part(name, 0)) for name in planned.structure.names]

@@ -372,7 +372,6 @@ def _of_analyses(run: RunResult) -> Iterator[Picture]:
         for each in cases:
             if analysis.looked_into or each.products.of_analysis(analysis.key):
                 made += _own(each, analysis.pictures(run, each))
-                analysis.files(run, each)
         yield from (replace(picture, section=analysis.key) for picture in made)
 
 

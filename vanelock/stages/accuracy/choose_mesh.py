@@ -30,7 +30,7 @@ from vanelock.stages.accuracy.mesh_errors import (
 )
 from vanelock.stages.accuracy.mesh_sizes import DOFS, most_dofs, unknowns
 from vanelock.stages.parts.components import PARTS, mesh_step, model_step
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.structure import linear_of
 

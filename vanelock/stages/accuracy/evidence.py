@@ -18,6 +18,7 @@ from vanelock.common.product import Product
 from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.values import diameter_of
 from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
+from vanelock.input.schema.study import Study
 from vanelock.mesh import Part
 from vanelock.nonlinear import Response
 from vanelock.pipeline.step import Stages, Step, step
@@ -25,7 +26,7 @@ from vanelock.rom import Component, System
 from vanelock.stages.accuracy.errors import Errors, LeftOut, errors, left_out
 from vanelock.stages.accuracy.mesh_errors import AmplitudeErrors, amplitude_errors_step
 from vanelock.stages.parts.components import PARTS, prepared_step, recovery_step
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import Monitor, monitor
@@ -47,10 +48,10 @@ def judged(
     choice = planned.choice
     assert choice is not None
     limits = stages.get(planned.linear.limits)
-    settings = _settings(planned, response, stages)
-    found = errors(response, choice, settings, _costs(planned, stages))
     used, k = planned.diameters, limits.nodal_diameter
     parts = {part: stages.get(planned.part(part, k)) for part in PARTS}
+    settings = _settings(planned, response, parts)
+    found = errors(response, choice, settings, _costs(planned, stages))
     without = left_out(
         response,
         stages.get(planned.system),
@@ -70,27 +71,28 @@ def _energies(
     k, place = limits.nodal_diameter, limits.stuck_mode
     _, shapes = rom.linear_modes(system, k, place + 1)
     x = shapes[:, -1]
-    found = {}
     own = system.at(k).split(x)
-    for name, part in parts.items():
-        found[name] = float((own[name].conj() @ part.at(k).K @ own[name]).real)
+    found = {
+        name: float((own[name].conj() @ part.at(k).K @ own[name]).real)
+        for name, part in parts.items()
+    }
     moved = np.abs(system.contact_rows(k) @ x) ** 2 * system.contacts.stiffness
+    joints = np.array(system.contacts.joint)
     for joint in dict.fromkeys(system.contacts.joint):
-        own = [i for i, each in enumerate(system.contacts.joint) if each == joint]
-        found[f"{joint} joint"] = float(moved[own].sum())
+        found[f"{joint} joint"] = float(moved[joints == joint].sum())
     total = sum(found.values())
     return {name: energy / total for name, energy in found.items()}
 
 
-def _settings(planned: Planned, response: Response, stages: Stages) -> dict[str, str]:
+def _settings(
+    planned: Planned, response: Response, parts: Mapping[str, Component]
+) -> dict[str, str]:
     """What was chosen of each setting, in words."""
     choice, study = planned.choice, planned.case.study
     assert choice is not None
     pinned = choice.budget.pinned
     last = choice.rounds[-1]
-    k = diameter_of(study, 1)
-    parts = [stages.get(planned.part(part, k)) for part in PARTS]
-    vectors = " + ".join(str(part.fixed_modes) for part in parts)
+    vectors = " + ".join(str(part.fixed_modes) for part in parts.values())
     assert response.estimates is not None
     own = response.estimates.harmonics
     spread = f"{own.min()} to {own.max()}" if own.min() < own.max() else str(own.max())
@@ -175,11 +177,9 @@ class ErrorPlaces(Product):
             Column("element edges", "mm", ".3g", "edge_mm"),
         )
         x, y, z = self.position.T
-        cells = zip(
-            (PARTS[part] for part in self.part), self.share, np.hypot(x, y),
-            np.degrees(np.arctan2(y, x)), z, self.edge, strict=True,
-        )  # fmt: skip
-        rows: list[tuple[Cell, ...]] = [tuple(each) for each in cells]
+        part, angle = [PARTS[each] for each in self.part], np.degrees(np.arctan2(y, x))
+        cells = part, self.share, np.hypot(x, y), angle, z, self.edge
+        rows: list[tuple[Cell, ...]] = list(zip(*cells, strict=True))
         note = (
             "Smaller elements there lower the error most: half the edges, about half of its share"
         )
@@ -188,10 +188,11 @@ class ErrorPlaces(Product):
 
 def of_own_meshes(planned: Planned) -> Step[ErrorPlaces] | None:
     """The step of a case of which a part is a user's own mesh."""
-    parts = [getattr(planned.case.problem, name, None) for name in PARTS]
-    if not any(isinstance(part, OwnVane | OwnCasing) for part in parts):
+    study = planned.case.problem
+    if not isinstance(study, Study) or not any(
+        isinstance(part, OwnVane | OwnCasing) for part in (study.vane, study.casing)
+    ):
         return None
-    study = planned.case.study
     k = diameter_of(study, 1)
     recovered = [recovery_step(study, part, k) for part in PARTS]
 
@@ -275,10 +276,8 @@ def neglected_harmonics_step(planned: Planned) -> Step[NeglectedHarmonics]:
         peak = peak_of(response, watched.amplitude(response))
         if peak is None:
             return NeglectedHarmonics(float("nan"))
-        output = watched.node, watched.component
-        return NeglectedHarmonics(
-            nonlinear.neglected_harmonics(system, response, peak.point, output)
-        )
+        at = peak.point, (watched.node, watched.component)
+        return NeglectedHarmonics(nonlinear.neglected_harmonics(system, response, *at))
 
     linear = planned.linear
     needs = (planned.system, planned.response, linear.system, linear.responses["free"])

@@ -21,12 +21,10 @@ an error besides.
 One harmonic is enough to know a gradient to some tens of per cent.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vanelock import fem, nonlinear, rom
 from vanelock.common.arrays import Floats
@@ -39,8 +37,7 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import MeshExcess, System
 from vanelock.rom.joining.mesh_excess import DOUBT
 from vanelock.stages.parts.components import PARTS, mesh_step, recovery_step
-from vanelock.stages.parts.segment import ESTIMATED
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import ESTIMATED, StudyStructure
 from vanelock.stages.response.limits import Limits, frequencies
 from vanelock.stages.response.responses import frequency_keys
 
@@ -108,10 +105,8 @@ def mesh_errors_step(study: Study, system: Step[System], limits: Step[Limits]) -
             taken_off = corrects and recovery.model.part.cell_type == ESTIMATED
             share = DOUBT if taken_off else 1.0
             raised.append(share * np.diagonal(fem.excess_stiffness(recovery.model, u)).real)
-        errors = np.divide(
-            np.array(raised).T, 2 * omega2[:, None], out=np.zeros((count + 1, 2)),
-            where=omega2[:, None] > 0,
-        )  # fmt: skip
+        none, moves = np.zeros((count + 1, 2)), omega2[:, None] > 0
+        errors = np.divide(np.array(raised).T, 2 * omega2[:, None], out=none, where=moves)
         return MeshErrors(stuck, errors[:-1], errors[-1], limits.stuck_mode)
 
     needs = (system, limits, *recovered)
@@ -169,42 +164,34 @@ def amplitude_errors_step(
     meshes = tuple(mesh_step(study, part) for part in PARTS)
 
     def compute(system: System, limits: Limits, *others: Part | MeshExcess) -> AmplitudeErrors:
-        parts = [each for each in others if isinstance(each, Part)]
-        found = [each for each in others if isinstance(each, MeshExcess)]
-        if any(part.cell_type != ESTIMATED for part in parts):
-            return AmplitudeErrors(np.full((2, 2), np.nan), corrects)
+        """What either part's excess, N/m by nodal diameter, adds at rest and in vibration."""
+        unknown = AmplitudeErrors(np.full((2, 2), np.nan), corrects)
+        if any(isinstance(each, Part) and each.cell_type != ESTIMATED for each in others):
+            return unknown
         wanted = np.asarray(frequencies(study, limits))
         near = float(wanted.min()), float(wanted.max())
-        diameters = {k: each for excess in found for k, each in excess.diameters.items()}
-        rest = {0: diameters[0].stiffness}
-        vibration = {k: diameters[k].stiffness} if k else {}
-        added = _added_to_peak(system, near, nonlinear.Options(**options), rest, vibration)
-        return AmplitudeErrors(added, corrects)
+        try:
+            found = nonlinear.peak_gradient(system, near, nonlinear.Options(**options))
+        except InputError:
+            return unknown
+        if found.peak.sharp:  # it moves by what its contacts do
+            return unknown
+        stiffness = {
+            j: matrices.stiffness
+            for each in others
+            if isinstance(each, MeshExcess)
+            for j, matrices in each.diameters.items()
+        }
+        acting: tuple[tuple[int, ...], ...] = ((0,), (k,) if k else ())
+        added = [
+            [found.at_peak.by_stiffness({j: stiffness[j][part] for j in at}) for at in acting]
+            for part in range(len(PARTS))
+        ]
+        return AmplitudeErrors(np.array(added) / found.amplitude, corrects)
 
     needs = (system, limits, *meshes, *excess)
     inputs = {**frequency_keys(study), "corrects": corrects, "options": options}
     return step("mesh errors, peak", "nonlinear", inputs, AmplitudeErrors, needs, compute)
-
-
-def _added_to_peak(
-    system: System,
-    near: tuple[float, float],
-    options: nonlinear.Options,
-    rest: Mapping[int, NDArray[np.generic]],
-    vibration: Mapping[int, NDArray[np.generic]],
-) -> Floats:
-    """What (2, n, n) of both parts' meshes, N/m by nodal diameter, add to a peak, (2, 2)."""
-    added = np.full((2, 2), np.nan)
-    try:
-        found = nonlinear.peak_gradient(system, near, options)
-    except InputError:
-        return added
-    if not found.peak.sharp:  # a sharp one moves by what its contacts do
-        for part in range(len(PARTS)):
-            for column, excess in enumerate((rest, vibration)):
-                changes = {k: each[part] for k, each in excess.items()}
-                added[part, column] = found.at_peak.by_stiffness(changes) / found.amplitude
-    return added
 
 
 def amplitude_error(errors: AmplitudeErrors, frequency: float) -> float:

@@ -17,6 +17,7 @@ determined before the response is planned, from the same reduced parts that serv
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg as sl
@@ -33,7 +34,7 @@ from vanelock.input.schema.study import Study
 from vanelock.pipeline.step import Stages
 from vanelock.rom import Component, MeshExcess, System
 from vanelock.stages.parts.loads import modulus, reference
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.response.limits import limits
 
 Factors = Callable[[float], tuple[float, float]]
@@ -47,8 +48,7 @@ MORE = 6
 """Modes beyond those asked for that help to."""
 
 
-@dataclass(frozen=True)
-class _Meeting:
+class _Meeting(NamedTuple):
     """Where a line of an engine order meets a mode: place of the mode from 0, rpm, Hz."""
 
     mode: int
@@ -159,15 +159,14 @@ def with_temperature_speeds(cases: Sequence[Case], stages: Stages) -> list[Case]
     """The cases, each with the speed of its temperatures determined."""
     if isinstance(cases[0].problem, Scene) or not any(_needs_speed(case.study) for case in cases):
         return list(cases)
-    found = []
-    for case in cases:
+
+    def known(case: Case) -> Case:
         if not _needs_speed(case.study):
-            found.append(case)
-            continue
-        speed = _crossing(case.study, stages)
-        study = with_values(case.study, {"temperature.speed": speed})
-        found.append(replace(case, problem=study))
-    return found
+            return case
+        speed = {"temperature.speed": _crossing(case.study, stages)}
+        return replace(case, problem=with_values(case.study, speed))
+
+    return [known(case) for case in cases]
 
 
 def _needs_speed(study: Study) -> bool:
@@ -218,7 +217,7 @@ def _crossing(study: Study, stages: Stages) -> float:
     met = [each for each in found if each.mode == mode - 1]
     if not met:
         raise InputError(_missed(study, over_speed, (low, high), mode))
-    return _rounded(met[0])
+    return float(f"{met[0].speed:.9g}")  # so that rounding of the last bits changes no hash
 
 
 def _missed(
@@ -237,8 +236,3 @@ def _missed(
         f"{speeds[0]:g} to {speeds[1]:g} rpm (it has {at_end:.5g} Hz there, "
         f"{60 * at_end / order:.5g} rpm): give temperatures up to that, or temperature.speed"
     )
-
-
-def _rounded(met: _Meeting) -> float:
-    """The speed to 9 digits, so that rounding of the last bits changes no hash."""
-    return float(f"{met.speed:.9g}")

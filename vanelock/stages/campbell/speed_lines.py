@@ -29,8 +29,7 @@ from vanelock.pipeline.step import Step, step
 from vanelock.rom import System
 from vanelock.stages.campbell.frequencies import ModesOverSpeed, bends, factors, grid
 from vanelock.stages.parts.loads import modulus
-from vanelock.stages.parts.segment import Segment
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import Segment, StudyStructure
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limit, Limits, fine
 from vanelock.stages.response.responses import Monitor
@@ -120,18 +119,12 @@ class Campbell(Product):
     loading: str
 
 
-def _keys_of(study: Study) -> CampbellKeys:
-    """The table `[campbell]` of a study, or its defaults; with the study's own engine order."""
-    given = study.campbell or CampbellKeys()
-    own = abs(study.excitation.engine_order)
-    orders = tuple(sorted({*given.engine_orders, own}))
-    return given.model_copy(update={"engine_orders": orders})
-
-
 def lines_step(planned: Planned) -> Step[Lines]:
     """Lines and crossings of a case."""
     study, structure = planned.case.study, planned.structure
-    keys = _keys_of(study)
+    given, own = study.campbell or CampbellKeys(), abs(study.excitation.engine_order)
+    orders = tuple(sorted({*given.engine_orders, own}))
+    keys = given.model_copy(update={"engine_orders": orders})
     diameters = sorted({*map(structure.folded, keys.engine_orders)})
     assert isinstance(structure, StudyStructure)
     bare = Segment(structure.bare.segment.joints)
@@ -227,14 +220,13 @@ class Along(Product):
 
     Attributes
     ----------
-    speed, frequency : (p,) float
-        rpm and Hz.
+    speed : (p,) float
+        rpm.
     amplitude : (p,) float
         Of the monitored displacement, m.
     """
 
     speed: Floats = field(metadata={"unit": "rpm"})
-    frequency: Floats = field(metadata={"unit": "Hz"})
     amplitude: Floats = field(metadata={"unit": "m"})
 
 
@@ -264,7 +256,7 @@ def along_step(planned: Planned, order: int, closed: Limit, monitor: Monitor) ->
             if not len(hertz):  # a warning says so
                 break
             found = nonlinear.linear_response(system, hertz, mask)
-            pieces.append((60 * hertz / order, hertz, monitor.amplitude(found)))
+            pieces.append((60 * hertz / order, monitor.amplitude(found)))
         return Along(*(np.concatenate(each) for each in zip(*pieces, strict=True)))
 
     needs = (lines_of, *structure.reduced(used))

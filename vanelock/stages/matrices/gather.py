@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from vanelock.common.arrays import Floats, Integers, unit_vectors
 from vanelock.common.errors import InputError
 from vanelock.common.quantities import bounds
-from vanelock.fem.matrix_files import load_nodes, load_pairs
+from vanelock.fem.matrix_files import load_nodes
 from vanelock.input.schema.scene import (
     GROUND,
     ContactKeys,
@@ -21,7 +22,7 @@ from vanelock.input.schema.scene import (
 )
 from vanelock.rom import Element
 from vanelock.rom.joining.connections import Load, Output, Tie, Touching
-from vanelock.stages.matrices.piece import NodalForces, read_forces
+from vanelock.stages.matrices.piece import NodalForces, read_forces, read_table
 
 NUMBERS = ("kn", "kt", "mu", "interference")
 COLUMNS = {
@@ -56,8 +57,7 @@ class Gathered:
         Loads from files.
     outputs : tuple of Output
         Output nodes; the loaded ones where none are named.
-    kept : dict of str to pair of (k,) int
-        By component: nodes that are named, and those of them whose rotations are kept.
+    components : tuple of str
     """
 
     contacts: tuple[Touching, ...]
@@ -65,16 +65,38 @@ class Gathered:
     loads: tuple[Load, ...]
     forces: tuple[NodalForces, ...]
     outputs: tuple[Output, ...]
-    kept: Mapping[str, tuple[Integers, Integers]]
+    components: tuple[str, ...]
+
+    @cached_property
+    def kept(self) -> dict[str, tuple[Integers, Integers]]:
+        """By component: nodes that are named, and those of them whose rotations are kept."""
+        joined: list[tuple[str, Touching | Tie, bool]]
+        joined = [(f"{each.where}.between", each, False) for each in self.contacts]
+        joined += [(f"ties.{each.name}.between", each, True) for each in self.ties]
+        asked = [(where, *side, turns) for where, each, turns in joined for side in _sides(each)]
+        asked += [(f"{each.where}.component", each.part, each.nodes, False) for each in self.loads]
+        asked += [(f"{f.where}.component", f.part, f.nodes[:0], False) for f in self.forces]
+        asked += [(each.where, each.part, each.nodes, False) for each in self.outputs]
+        named: dict[str, set[int]] = {name: set() for name in self.components}
+        turned: dict[str, set[int]] = {name: set() for name in self.components}
+        for where, name, numbers, turns in asked:
+            if name not in named:
+                have = ", ".join(named)
+                raise InputError(f'{where}: no component "{name}"; there are {have}')
+            named[name].update(numbers.tolist())
+            turned[name].update(numbers.tolist() if turns else ())
+        rows, turns_of = (
+            {name: np.array(sorted(numbers), np.int64) for name, numbers in each.items()}
+            for each in (named, turned)
+        )
+        return {name: (rows[name], turns_of[name]) for name in self.components}
 
     def joining(self, name: str) -> Integers:
         """Nodes of a component that contacts, elements and ties join."""
-        ends = [np.empty(0, np.int64)]
         pairs: tuple[Touching | Tie, ...] = (*self.contacts, *self.ties)
-        for each in pairs:
-            sides = (each.own, each.own_nodes), (each.mate, each.mate_nodes)
-            ends += [nodes for part, nodes in sides if part == name]
-        return np.unique(np.concatenate(ends))
+        sides = [side for each in pairs for side in _sides(each)]
+        ends = [own for part, own in sides if part == name]
+        return np.unique(np.concatenate([np.empty(0, np.int64), *ends]))
 
     def followed(self, name: str) -> tuple[tuple[tuple[int, ...], ...], tuple[int, ...]]:
         """A component's loaded sets of nodes, and its output nodes, where nothing joins them."""
@@ -97,15 +119,21 @@ class Gathered:
         links = [(each.own, each.mate) for each in self.contacts]
         links += [(each.own, each.mate) for each in self.ties]
         joined = {name for own, mate in links for name in (own, mate) if mate and own != mate}
-        for name in self.kept if len(self.kept) > 1 else ():
+        for name in self.components if len(self.components) > 1 else ():
             if name not in joined:
                 yield f"components.{name}: no contact or tie joins it to another component"
+
+
+def _sides(pairs: Touching | Tie) -> list[tuple[str, Integers]]:
+    """Components of pairs of nodes, and their nodes; the ground has none."""
+    mate = [(pairs.mate, pairs.mate_nodes)] if pairs.mate else []
+    return [(pairs.own, pairs.own_nodes), *mate]
 
 
 def gathered(scene: Scene) -> Gathered:
     """Read what the scene names; a scene of a joined system names nothing."""
     if scene.system is not None:
-        return Gathered((), (), (), (), (), {})
+        return Gathered((), (), (), (), (), ())
     contacts = (
         *(_touching(name, keys, scene) for name, keys in scene.contacts.items()),
         *(_elements(name, keys, scene) for name, keys in scene.elements.items()),
@@ -114,14 +142,9 @@ def gathered(scene: Scene) -> Gathered:
     loads = tuple(_load(i, load) for i, load in enumerate(scene.loads) if load.file is None)
     forces = tuple(_forces(i, load) for i, load in enumerate(scene.loads) if load.file is not None)
     outputs = tuple(_outputs(scene, loads))
-    return Gathered(
-        contacts,
-        ties,
-        loads,
-        forces,
-        outputs,
-        _kept(tuple(scene.components), contacts, ties, (*loads, *forces), outputs),
-    )
+    found = Gathered(contacts, ties, loads, forces, outputs, tuple(scene.components))
+    assert found.kept.keys() == scene.components.keys()  # which refuses names of others
+    return found
 
 
 def _outputs(scene: Scene, loads: Sequence[Load]) -> Iterator[Output]:
@@ -134,44 +157,6 @@ def _outputs(scene: Scene, loads: Sequence[Load]) -> Iterator[Output]:
     turned = scene.ring.sectors > 1 and scene.ring.coordinates != "cylindrical"
     for name, own in found.items():
         yield Output(f"outputs.nodes.{name}", name, own, [f"{name} {n}" for n in own], turned)
-
-
-def _kept(
-    components: Sequence[str],
-    contacts: Sequence[Touching],
-    ties: Sequence[Tie],
-    loads: Sequence[Load | NodalForces],
-    outputs: Sequence[Output],
-) -> dict[str, tuple[Integers, Integers]]:
-    kept: dict[str, set[int]] = {name: set() for name in components}
-    turned: dict[str, set[int]] = {name: set() for name in components}
-
-    def keep(name: str, numbers: Integers, where: str, rotations: bool = False) -> None:
-        if name not in kept:
-            have = ", ".join(kept)
-            raise InputError(f'{where}: no component "{name}"; there are {have}')
-        kept[name].update(numbers.tolist())
-        if rotations:
-            turned[name].update(numbers.tolist())
-
-    for contact in contacts:
-        where = f"{contact.where}.between"
-        keep(contact.own, contact.own_nodes, where)
-        if contact.mate:
-            keep(contact.mate, contact.mate_nodes, where)
-    for tie in ties:
-        where = f"ties.{tie.name}.between"
-        keep(tie.own, tie.own_nodes, where, True)
-        keep(tie.mate, tie.mate_nodes, where, True)
-    for load in loads:
-        named = load.nodes if isinstance(load, Load) else load.nodes[:0]
-        keep(load.part, named, f"{load.where}.component")
-    for output in outputs:
-        keep(output.part, output.nodes, output.where)
-    return {
-        name: (np.array(sorted(kept[name]), np.int64), np.array(sorted(turned[name]), np.int64))
-        for name in components
-    }
 
 
 def _ends(
@@ -231,19 +216,13 @@ def _touching(name: str, keys: ContactKeys, scene: Scene) -> Touching:
     for column, key in COLUMNS.items():
         if key and column in table and getattr(keys, key) is not None:
             raise InputError(f"{where}.{key}: {keys.pairs} has it too: give either")
-    numbers = {key: _each(table, keys, key, count, where) for key in NUMBERS}
+    numbers: dict[str, Any] = {key: _each(table, keys, key, count, where) for key in NUMBERS}
     for key, values in numbers.items():
         _refuse_outside(f"{where}.pairs", key, values, keys.pairs)
     frames = _frames(table, keys, count, where)
     _refuse_twice(where, ends["own_nodes"], ends["mate_nodes"], frames[:, 0])
-    return Touching(
-        **ends,
-        frames=frames,
-        kn=numbers["kn"],
-        kt=np.column_stack([numbers["kt"]] * 2),
-        mu=numbers["mu"],
-        interference=numbers["interference"],
-    )
+    both = np.column_stack([numbers["kt"]] * 2)
+    return Touching(**ends, frames=frames, **{**numbers, "kt": both})
 
 
 def _refuse_outside(where: str, key: str, values: Floats, source: Any) -> None:
@@ -303,16 +282,8 @@ def _pairs(value: Any, alone: bool, where: str) -> tuple[Integers, Integers, Map
     if isinstance(value, str) and alone and value.lower().endswith(".txt"):
         value = load_nodes(Path(value)).tolist()
     if isinstance(value, str):
-        table = dict(load_pairs(Path(value)))
-        if unknown := [column for column in table if column not in COLUMNS]:
-            raise InputError(f"{value}: column {unknown[0]!r}: allowed are {', '.join(COLUMNS)}")
         wanted = ("node",) if alone else ("node", "mate")
-        for column in wanted:
-            if column not in table or table[column].dtype.kind != "i":
-                raise InputError(f"{value}: a column {column!r} of node numbers is needed")
-        for column, values in table.items():
-            if values.dtype.kind not in "if":
-                raise InputError(f"{value}: column {column!r} does not hold numbers")
+        table = read_table(Path(value), COLUMNS, wanted)
         mine = np.asarray(table["node"])
         return mine, mine if alone else np.asarray(table["mate"]), table
     rows = np.array(value, np.int64)

@@ -10,7 +10,7 @@ rest. Where no n > 0 solves it, no contact is pressed. Motions with B R r = 0 no
 inertia bears the load along them. Rings are not looked at.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -21,9 +21,10 @@ from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import Matrices
+from vanelock.input.schema.scene import Scene
 from vanelock.stages.matrices.gather import Gathered
-from vanelock.stages.matrices.piece import NodalForces, on_rows
-from vanelock.stages.matrices.pieces import WORDS
+from vanelock.stages.matrices.piece import among, kept_rows, on_rows, rows_of
+from vanelock.stages.matrices.pieces import WORDS, clamped
 
 SOFT = 1e-14
 """Stiffness of a rigid motion, scaled to a diagonal of ones, below which it is round-off."""
@@ -55,29 +56,17 @@ class RigidMotions(Product):
 
     def at(self, nodes: Integers, directions: int) -> tuple[Floats, Booleans]:
         """(len(nodes), directions, r) of nodes, and which of these rows there are."""
-        shape = len(nodes), directions
-        found, there = np.zeros((*shape, self.motions.shape[1])), np.zeros(shape, bool)
-        row = {at: i for i, at in enumerate(zip(self.node, self.direction, strict=True))}
-        for i, n in enumerate(nodes):
-            for d in range(directions):
-                if (n, d) in row:
-                    found[i, d], there[i, d] = self.motions[row[n, d]], True
-        return found, there
+        rows = rows_of(self.node, self.direction, nodes, directions)
+        still = np.zeros((1, self.motions.shape[1]))
+        return np.append(self.motions, still, axis=0)[rows], rows >= 0
 
 
-def rigid_motions(
-    name: str,
-    matrices: Matrices,
-    fixed: Integers,
-    nodes_kept: tuple[Integers, Integers],
-    forces: Sequence[NodalForces],
-) -> RigidMotions:
+def rigid_motions(scene: Scene, name: str, gathered: Gathered, matrices: Matrices) -> RigidMotions:
     """Rigid motions of a component, turns among them where all places are known."""
+    fixed, forces = clamped(scene.components[name], name), gathered.forces_on(name)
     node, direction = matrices.node, matrices.direction
     free = ~np.isin(node, fixed)
-    own = (np.isin(node, nodes_kept[0]) & (direction < 3)) | (
-        np.isin(node, nodes_kept[1]) & (direction < 6)
-    )
+    own = kept_rows(node, direction, gathered.kept[name])
     diagonal = matrices.K.diagonal().real
     if len(alone := np.flatnonzero(free & ~own & (diagonal == 0) & (direction < 6))):
         at = int(alone[0])
@@ -114,8 +103,7 @@ def _body(matrices: Matrices) -> Floats:
     moves = direction < 6
     if matrices.position is None or not np.isin(node[moves], matrices.position_node).all():
         return R[:, :3]
-    order = np.argsort(matrices.position_node)
-    at = order[np.searchsorted(matrices.position_node[order], node[moves])]
+    at, _ = among(matrices.position_node, node[moves])
     place = matrices.position[at] - matrices.position.mean(axis=0)
     length = np.abs(place).max(initial=0.0) or 1.0
     for axis in range(3):

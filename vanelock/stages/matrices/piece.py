@@ -12,7 +12,7 @@ With x = T y the reduction, a load f acts on the coordinates as Tᵀ f, and row 
 of T; the static answer to f is among the columns of T (`vanelock.rom.routes.rows`).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -20,6 +20,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from vanelock.common.arrays import Booleans, Floats, Integers
 from vanelock.common.cyclic import cylindrical
@@ -27,7 +28,6 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.digests import content_digest
 from vanelock.common.product import Product
 from vanelock.fem.matrix_files import load_pairs
-from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.rom import ReducedRows
 from vanelock.rom.component import Reduced
 from vanelock.rom.joining.connections import Load, Output
@@ -64,30 +64,40 @@ def read_forces(path: Path) -> tuple[str, Integers, Floats]:
 @lru_cache(maxsize=16)
 def _read(path: Path, digest: str) -> tuple[Integers, Floats]:
     """Nodes and forces, once for all cases."""
-    table = load_pairs(path)
+    table = read_table(path, ("node", *COLUMNS), ("node",))
     if content_digest(path) != digest:
         raise InputError(f"{path}: changed while it was read: run again")
-    nodes, given = table.get("node"), [each for each in COLUMNS if each in table]
-    if nodes is None or nodes.dtype.kind != "i" or nodes.min() < 1:
+    nodes, none = table["node"], np.zeros(len(table["node"]))
+    if nodes.min() < 1:
         raise InputError(f"{path}: a column 'node' of node numbers is needed")
-    if unknown := [each for each in table if each not in ("node", *COLUMNS)]:
-        raise InputError(f"{path}: column {unknown[0]!r}: allowed are node, {', '.join(COLUMNS)}")
-    if not given:
+    if len(table) == 1:
         raise InputError(f"{path}: at least one of the columns {', '.join(COLUMNS)} is needed")
-    for each in given:
-        if table[each].dtype.kind not in "if":
-            raise InputError(f"{path}: column {each!r} does not hold numbers")
     distinct, count = np.unique(nodes, return_counts=True)
     if np.any(count > 1):
         raise InputError(f"{path}: node {distinct[count > 1][0]} is listed twice")
-    none = np.zeros(len(nodes))
     forces = np.column_stack([np.asarray(table.get(each, none), float) for each in COLUMNS])
     if not forces.any():
         raise InputError(f"{path}: all its forces are 0")
     return np.asarray(nodes), forces
 
 
-def _among(numbers: Integers, searched: Integers) -> tuple[Integers, Booleans]:
+def read_table(
+    path: Path, allowed: Iterable[str], numbered: Iterable[str]
+) -> Mapping[str, NDArray[Any]]:
+    """Columns of numbers of a file; nodes are `numbered` in some, which have to be there."""
+    table: Mapping[str, NDArray[Any]] = load_pairs(path)
+    if unknown := [column for column in table if column not in allowed]:
+        raise InputError(f"{path}: column {unknown[0]!r}: allowed are {', '.join(allowed)}")
+    for column in numbered:
+        if column not in table or table[column].dtype.kind != "i":
+            raise InputError(f"{path}: a column {column!r} of node numbers is needed")
+    for column, values in table.items():
+        if values.dtype.kind not in "if":
+            raise InputError(f"{path}: column {column!r} does not hold numbers")
+    return table
+
+
+def among(numbers: Integers, searched: Integers) -> tuple[Integers, Booleans]:
     """Places of some numbers among others, the first of several, and which of them are there."""
     if not len(numbers):
         return np.zeros_like(searched), np.zeros(searched.shape, bool)
@@ -96,11 +106,31 @@ def _among(numbers: Integers, searched: Integers) -> tuple[Integers, Booleans]:
     return at, numbers[at] == searched
 
 
+def rows_of(node: Integers, direction: Integers, nodes: Integers, directions: int = 3) -> Integers:
+    """(k, directions) rows of the displacements of nodes, rotations behind them; -1: there is none.
+
+    Of a component whose rows are directions of nodes.
+    """
+    found = np.full((len(nodes), directions), -1)
+    for d in range(directions):
+        own = np.flatnonzero(direction == d)
+        at, there = among(node[own], nodes)
+        found[there, d] = own[at[there]]
+    return found
+
+
+def kept_rows(
+    node: Integers, direction: Integers, nodes_kept: tuple[Integers, Integers]
+) -> Booleans:
+    """(n,) rows of nodes that are named: displacements, and rotations of the second of these."""
+    named, turned = (np.isin(node, each) for each in nodes_kept)
+    return (named & (direction < 3)) | (turned & (direction < 6))
+
+
 def on_rows(
     nodal_forces: Sequence[NodalForces], node: Integers, direction: Integers, fixed: Integers
 ) -> sp.csc_array:
     """(n, p) forces on a component's rows, one load a column, in unit size, N."""
-    key = (GENERALISED + 1) * node + direction
     rows, columns, values = [np.empty(0, np.int64)], [np.empty(0, np.int64)], [np.empty(0)]
     for i, each in enumerate(nodal_forces):
         of = f"of components.{each.part}"
@@ -108,9 +138,8 @@ def on_rows(
         nodes, forces = each.nodes[free], each.forces[free]
         if len(missing := nodes[~np.isin(nodes, node)]):
             raise InputError(f"{each.where}.file: node {missing[0]} is not among the nodes {of}")
-        wanted = (GENERALISED + 1) * nodes[:, None] + np.arange(3)
-        (at, there), acts = _among(key, wanted), forces != 0
-        if np.any(lost := acts & ~there):
+        at, acts = rows_of(node, direction, nodes), forces != 0
+        if np.any(lost := acts & (at < 0)):
             k, d = np.argwhere(lost)[0]
             raise InputError(
                 f"{each.where}.file: node {nodes[k]} {of} has no row for its {COLUMNS[d]}"
@@ -218,11 +247,7 @@ class Piece(Product):
 
         With six `directions`, (k, 6): the rotations behind them.
         """
-        found = np.full((len(nodes), directions), -1)
-        for d in range(directions):
-            own = np.flatnonzero(self.direction == d)
-            at, there = _among(self.node[own], nodes)
-            found[there, d] = own[at[there]]
+        found = rows_of(self.node, self.direction, nodes, directions)
         if np.any(missing := np.all(found[:, :3] < 0, axis=1)):
             raise InputError(
                 f"{where}: node {nodes[missing][0]} of components.{self.name} has no displacement "
@@ -232,7 +257,7 @@ class Piece(Product):
 
     def frames(self, nodes: Integers, where: str) -> Floats:
         """(k, 3, 3) turn from Cartesian components to each node's cylindrical ones."""
-        at, there = _among(self.places, nodes)
+        at, there = among(self.places, nodes)
         if not there.all():
             raise InputError(
                 f"{where}: the coordinates of node {nodes[~there][0]} are not known: give "
@@ -309,11 +334,10 @@ def seen_from(
 ) -> Seen:
     """What of loads and outputs need not be kept: nodes that move, with mass, in all directions."""
     inert = (K.diagonal().real > 0) & (M.diagonal().real > 0) & (direction < 3)
-    own = np.flatnonzero(inert & np.isin(node, _all(followed)))
-    place: dict[int, dict[int, int]] = {}
-    for row in own:
-        place.setdefault(int(node[row]), {})[int(direction[row])] = int(row)
-    whole = {n: np.array([at[d] for d in range(3)]) for n, at in place.items() if len(at) == 3}
+    own, every = np.flatnonzero(inert), _all(followed)
+    rows_of_every = rows_of(node[own], direction[own], every)
+    pairs = zip(every.tolist(), rows_of_every, strict=True)
+    whole = {n: own[at] for n, at in pairs if np.all(at >= 0)}
     pushed = [each for each in followed[0] if all(n in whole for n in each)]
     held = {n for each in followed[0] if each not in pushed for n in each}
     pushed = [each for each in pushed if held.isdisjoint(each)]
@@ -322,11 +346,8 @@ def seen_from(
     rows = rows_kept[~np.isin(node[rows_kept], gone)]
     if not len(rows):
         return Seen((), (), rows_kept)
-    return Seen(
-        tuple((np.array(each), np.array([whole[n] for n in each])) for each in pushed),
-        tuple((n, whole[n]) for n in shown),
-        rows,
-    )
+    sets = tuple((np.array(each), np.array([whole[n] for n in each])) for each in pushed)
+    return Seen(sets, tuple((n, whole[n]) for n in shown), rows)
 
 
 def _all(followed: Followed) -> Integers:

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
 
+from vanelock import rom
 from vanelock.common.arrays import Integers
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
@@ -16,20 +17,20 @@ from vanelock.fem import SingularError
 from vanelock.fem.matrix_files import Matrices, load_matrices
 from vanelock.fem.matrix_files.model import GENERALISED
 from vanelock.fem.solvers.singular import SOUGHT
-from vanelock.input.schema.scene import ND, ComponentKeys, SceneRingKeys
-from vanelock.rom import (
-    Faces,
-    Reduced,
-    ReducedRows,
-    Selection,
-    reduce_rows,
-    reduce_sector,
-    refuse_negative_mass,
-)
+from vanelock.input.schema.scene import ND, ComponentKeys, Scene, SceneRingKeys
 from vanelock.rom.fixed_interface.selection import DEFAULT
 from vanelock.rom.system.system import Matrix, common_band
-from vanelock.stages.matrices.gather import nodes
-from vanelock.stages.matrices.piece import Followed, NodalForces, Piece, Seen, on_rows, seen_from
+from vanelock.stages.matrices.gather import Gathered, nodes
+from vanelock.stages.matrices.piece import (
+    NodalForces,
+    Piece,
+    Seen,
+    among,
+    kept_rows,
+    on_rows,
+    rows_of,
+    seen_from,
+)
 
 LARGEST = 5000
 """Most coordinates of a superelement: its matrices are dense."""
@@ -48,41 +49,27 @@ def clamped(keys: ComponentKeys, name: str) -> Integers:
 def matrices(name: str, keys: ComponentKeys, nodal_diameter: int = 0) -> Matrices:
     """A component's matrices, read from its files; at a nodal diameter where names say so."""
 
-    def at(name: str | None) -> Path | None:
-        return None if name is None else Path(name.replace(ND, str(nodal_diameter)))
+    def at(key: str) -> Path | None:
+        value = getattr(keys, key)
+        return None if value is None else Path(value.replace(ND, str(nodal_diameter)))
 
-    names = {
-        "stiffness": keys.stiffness_name,
-        "mass": keys.mass_name,
-        "damping": keys.damping_name,
-    }
-    stiffness = at(keys.stiffness)
+    stiffness, units = at("stiffness"), keys.units
     assert stiffness is not None
+    others = map(at, ("mass", "damping", "dofs", "nodes"))
+    kinds = ("stiffness", "mass", "damping")
+    names = {kind: key for kind in kinds if (key := getattr(keys, f"{kind}_name")) is not None}
+    scale = {"length": units.length, "mass_unit": units.mass, "force": units.force}
     try:
-        return load_matrices(
-            stiffness,
-            at(keys.mass),
-            at(keys.damping),
-            at(keys.dofs),
-            at(keys.nodes),
-            {key: value for key, value in names.items() if value is not None},
-            length=keys.units.length,
-            mass_unit=keys.units.mass,
-            force=keys.units.force,
-        )
+        return load_matrices(stiffness, *others, names, **scale)
     except InputError as error:
         raise InputError(f"components.{name}: {error}") from None
 
 
 def superelement(
-    name: str,
-    keys: ComponentKeys,
-    ring: SceneRingKeys,
-    forces: Sequence[NodalForces],
-    nodal_diameter: int = -1,
+    scene: Scene, name: str, forces: Sequence[NodalForces], nodal_diameter: int = -1
 ) -> Piece:
     """Matrices as they are, of a nodal diameter or, without one, of all."""
-    given = matrices(name, keys, max(nodal_diameter, 0))
+    given = matrices(name, scene.components[name], max(nodal_diameter, 0))
     if given.size > LARGEST:
         raise InputError(
             f"components.{name}: {given.size:,} rows: a superelement has at most {LARGEST:,}; "
@@ -90,20 +77,13 @@ def superelement(
         )
     blocks = {nodal_diameter: _whole_block(given.K, _mass(name, given), given.C)}
     act = _whole(forces, on_rows(forces, given.node, given.direction, np.empty(0, np.int64)))
-    return _piece(name, ring, given, given.node, given.direction, blocks, forces=act)
+    return _piece(name, scene.ring, given, given.node, given.direction, blocks, forces=act)
 
 
 def reduced(
-    name: str,
-    keys: ComponentKeys,
-    ring: SceneRingKeys,
-    named: tuple[Integers, Integers],
-    nodal_diameters: Sequence[int],
-    least: float | None,
-    followed: Followed,
-    forces: Sequence[NodalForces],
+    scene: Scene, name: str, gathered: Gathered, nodal_diameters: Sequence[int], least: float | None
 ) -> Piece:
-    """A component whose rest becomes fixed-interface vectors: `named` nodes stay.
+    """A component whose rest becomes fixed-interface vectors: nodes that are named stay.
 
     The second of these with their rotations.
 
@@ -114,7 +94,8 @@ def reduced(
     loads are vectors. They are in a cyclic component, and where they lack a direction, a mass or a
     stiffness of their own, or where it takes them to hold the component.
     """
-    where, (wanted, turned) = f"components.{name}", named
+    keys, ring, named = scene.components[name], scene.ring, gathered.kept[name]
+    forces, where, wanted = gathered.forces_on(name), f"components.{name}", named[0]
     fixed, faces = clamped(keys, name), None
     if keys.low is not None:
         faces = nodes(keys.low, f"{where}.low"), nodes(keys.high, f"{where}.high")
@@ -126,8 +107,7 @@ def reduced(
     C = None if given.C is None else given.C[free][:, free]
     if len(both := np.intersect1d(wanted, fixed)):
         raise InputError(f"{where}.fixed: node {both[0]} carries a contact, tie, load or output")
-    kept = (np.isin(node, wanted) & (direction < 3)) | (np.isin(node, turned) & (direction < 6))
-    rows = np.flatnonzero(kept)
+    rows = np.flatnonzero(kept_rows(node, direction, named))
     for n in wanted:
         if n not in node[rows]:
             raise InputError(f"{where}: node {n} has no displacement among its {given.size} rows")
@@ -136,9 +116,13 @@ def reduced(
         block = _whole_block(K, M, C)
         act = _whole(forces, columns)
         return _piece(name, ring, given, node, direction, {-1: block}, forces=act)
-    selection, joined, seen = _selection(keys, least), None, Seen((), (), rows)
+    chosen = keys.modes, keys.cutoff, keys.accuracy
+    if chosen == (None, None, None):
+        chosen = None, None, DEFAULT
+    selection = rom.Selection(*chosen, keys.band, least)
+    joined, seen = None, Seen((), (), rows)
     if faces is None:
-        seen = seen_from(followed, rows, node, direction, K, M)
+        seen = seen_from(gathered.followed(name), rows, node, direction, K, M)
         if forces:
             seen = replace(seen, digests=tuple(each.digest for each in forces), forces=columns)
     else:
@@ -152,7 +136,7 @@ def reduced(
         if joined is None:
             found, rows, seen = _held(K, M, seen, rows, selection, C)
         else:
-            found = reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
+            found = rom.reduce_sector(K, M, rows, joined, nodal_diameters, selection, C)
     except SingularError as error:
         gone = rows if joined is None else np.concatenate([rows, joined.high])
         at = int(np.setdiff1d(np.arange(len(node)), gone)[error.rows[0]])
@@ -182,16 +166,16 @@ def _held(
     M: sp.csc_array,
     seen: Seen,
     every: Integers,
-    selection: Selection,
+    selection: rom.Selection,
     C: sp.csc_array | None,
-) -> tuple[dict[int, ReducedRows], Integers, Seen]:
+) -> tuple[dict[int, rom.ReducedRows], Integers, Seen]:
     """A component reduced to rows, and to those beside that it takes to hold it; which they are.
 
     Where the rows of what is followed hold it, these are kept, and nothing is followed.
     """
     rows, columns = seen.rows, seen.columns(K.shape[0])
     try:
-        return {-1: reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
+        return {-1: rom.reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
     except SingularError as error:
         if len(rows) < len(every):
             held = replace(seen, pushed=(), shown=(), rows=every)
@@ -203,7 +187,7 @@ def _held(
         rest = np.setdiff1d(np.arange(K.shape[0]), rows)
         rows = np.sort(np.append(rows, rest[pivots]))
         try:
-            return {-1: reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
+            return {-1: rom.reduce_rows(K, M, rows, selection, C, *columns)}, rows, seen
         except SingularError:
             raise error from None
 
@@ -213,10 +197,10 @@ def _whole(forces: Sequence[NodalForces], columns: sp.csc_array) -> dict[str, Ma
     return {f.digest: column for f, column in zip(forces, columns.toarray().T, strict=True)}
 
 
-def _whole_block(K: sp.csc_array, M: sp.csc_array, C: sp.csc_array | None) -> Reduced:
+def _whole_block(K: sp.csc_array, M: sp.csc_array, C: sp.csc_array | None) -> rom.Reduced:
     """Matrices that leave nothing out."""
     own = None if C is None else C.toarray()
-    return Reduced(K.toarray(), M.toarray(), complete=np.inf, C=own)
+    return rom.Reduced(K.toarray(), M.toarray(), complete=np.inf, C=own)
 
 
 def _piece(
@@ -225,13 +209,13 @@ def _piece(
     matrices: Matrices,
     node: Integers,
     direction: Integers,
-    blocks: dict[int, Reduced],
+    blocks: dict[int, rom.Reduced],
     band: float | None = None,
     **more: Any,
 ) -> Piece:
     for block in blocks.values():
         try:
-            refuse_negative_mass(block.M)
+            rom.refuse_negative_mass(block.M)
         except InputError as error:
             raise InputError(f"components.{name}: {error}") from None
     positions = np.empty((0, 3)) if matrices.position is None else matrices.position
@@ -243,13 +227,6 @@ def _mass(name: str, matrices: Matrices) -> sp.csc_array:
     if matrices.M is None:
         raise InputError(f"components.{name}.mass: must be given")
     return matrices.M
-
-
-def _selection(keys: ComponentKeys, least: float | None) -> Selection:
-    accuracy = keys.accuracy
-    if keys.modes is None and keys.cutoff is None and accuracy is None:
-        accuracy = DEFAULT
-    return Selection(keys.modes, keys.cutoff, accuracy, keys.band, least)
 
 
 def refuse_unknown(where: str, component: Matrices, nodes: Integers) -> None:
@@ -265,7 +242,7 @@ def _faces(
     node: Integers,
     direction: Integers,
     faces: tuple[Integers, Integers],
-) -> Faces:
+) -> rom.Faces:
     """Rows of the faces, and how the high one follows."""
     low, high = faces
     if ring.sectors < 2:
@@ -278,53 +255,30 @@ def _faces(
     if len(np.unique(both)) < len(both):
         again = next(n for n in both if np.sum(both == n) > 1)
         raise InputError(f"{where}.low, high: node {again} is there twice")
-    _meet(where, ring, matrices, low, high)
-    at = {(int(n), int(d)): row for row, (n, d) in enumerate(zip(node, direction, strict=True))}
+    if matrices.position is not None:  # where nodes' places are known, mates have to meet
+        (at, there), (mate, mated) = (among(matrices.position_node, each) for each in faces)
+        expected = matrices.position[at] @ turn(ring.sectors).T
+        apart = np.linalg.norm(matrices.position[mate] - expected, axis=1)
+        radius = np.linalg.norm(expected, axis=1).clip(min=1e-300)
+        if np.any(far := there & mated & (apart > TOGETHER * radius)):
+            raise InputError(
+                f"{where}.high: node {high[far][0]} lies {apart[far][0]:.3g} m from where its mate "
+                f"{low[far][0]} of low comes when turned by 360/{ring.sectors} degrees about z"
+            )
+    lows, highs = (rows_of(node, direction, each, 6) for each in faces)
+    moves = lows >= 0
+    if np.any(differ := np.any(moves != (highs >= 0), axis=1)):
+        a, b = low[differ][0], high[differ][0]
+        raise InputError(f"{where}.low: node {a} and its mate {b} differ in their directions")
     around = np.eye(6)
     if ring.coordinates == "cartesian":
         around[:3, :3] = around[3:, 3:] = turn(ring.sectors)
-    lows: list[int] = []
-    highs: list[int] = []
-    entries: list[tuple[int, int, float]] = []
-    place: dict[tuple[int, int], int] = {}
-    for a, b in zip(low.tolist(), high.tolist(), strict=True):
-        mine = [d for d in range(6) if (a, d) in at]
-        if mine != [d for d in range(6) if (b, d) in at]:
-            raise InputError(f"{where}.low: node {a} and its mate {b} differ in their directions")
-        for d in mine:
-            place[a, d] = len(lows)
-            lows.append(at[a, d])
-            highs.append(at[b, d])
-        for d in mine:
-            for e in range(6):
-                if around[d, e] and e not in mine:
-                    raise InputError(
-                        f"{where}.low: node {a} moves in {WORDS[d]} and not in {WORDS[e]}: the "
-                        "turn to the next sector mixes the two; use cylindrical coordinates"
-                    )
-                if around[d, e]:
-                    entries.append((place[a, d], place[a, e], around[d, e]))
-    rows, columns, values = np.array(entries).T
-    shape = (len(lows), len(lows))
-    turned = sp.csc_array((values, (rows.astype(int), columns.astype(int))), shape=shape)
-    return Faces(np.array(lows), np.array(highs), turned, ring.sectors)
-
-
-def _meet(
-    where: str, ring: SceneRingKeys, matrices: Matrices, low: Integers, high: Integers
-) -> None:
-    """Refuse mates that lie apart, where the nodes' places are known."""
-    if matrices.position is None:
-        return
-    known = {int(n): i for i, n in enumerate(matrices.position_node)}
-    pairs = [
-        (a, b) for a, b in zip(low.tolist(), high.tolist(), strict=True) if {a, b} <= known.keys()
-    ]
-    for a, b in pairs:
-        expected = turn(ring.sectors) @ matrices.position[known[a]]
-        apart = float(np.linalg.norm(matrices.position[known[b]] - expected))
-        if apart > TOGETHER * max(float(np.linalg.norm(expected)), 1e-300):
-            raise InputError(
-                f"{where}.high: node {b} lies {apart:.3g} m from where its mate {a} of low comes "
-                f"when turned by 360/{ring.sectors} degrees about z"
-            )
+    if np.any(mixed := moves[:, :, None] & ~moves[:, None, :] & (around != 0)):
+        i, d, e = np.argwhere(mixed)[0]
+        raise InputError(
+            f"{where}.low: node {low[i]} moves in {WORDS[d]} and not in {WORDS[e]}: the "
+            "turn to the next sector mixes the two; use cylindrical coordinates"
+        )
+    turned = sp.csc_array(sp.kron(sp.eye_array(len(low)), sp.coo_array(around)))
+    own = np.flatnonzero(moves)
+    return rom.Faces(lows[moves], highs[moves], turned[own][:, own], ring.sectors)

@@ -9,20 +9,19 @@ from typing import Any
 import numpy as np
 
 from vanelock import rom
-from vanelock.common.arrays import Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.digests import content_digest
 from vanelock.input.band import asked_for, least_band
 from vanelock.input.cases.values import Problem, diameters_of
-from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, ComponentKeys, Scene
+from vanelock.input.schema.scene import DAMPING, FILES, ND, OPEN, Scene
 from vanelock.pipeline.cache import code_of
 from vanelock.pipeline.step import Step, step
 from vanelock.rom import Assembly, System
 from vanelock.rom.system.coordinates import check_ring
 from vanelock.stages.matrices.gather import Gathered, gathered
 from vanelock.stages.matrices.hanging import RigidMotions, refuse_unbalanced, rigid_motions
-from vanelock.stages.matrices.piece import NodalForces, Piece
-from vanelock.stages.matrices.pieces import clamped, matrices, reduced, superelement
+from vanelock.stages.matrices.piece import Piece
+from vanelock.stages.matrices.pieces import matrices, reduced, superelement
 from vanelock.stages.structure import CaseStructure
 
 
@@ -69,9 +68,8 @@ class SceneStructure(CaseStructure):
     @property
     def modes_up_to(self) -> int:
         """Of a system from a file, which may hold many nodal diameters, those of its response."""
-        return (
-            super().modes_up_to if self.problem.system is None else self.problem.response.harmonics
-        )
+        given = self.problem
+        return super().modes_up_to if given.system is None else given.response.harmonics
 
     def component(self, name: str, nodal_diameter: int) -> Step[Piece]:
         """A component as it is or reduced, by nodal diameter where that matters."""
@@ -102,11 +100,11 @@ class SceneStructure(CaseStructure):
         own = self.gathered
         if not self.without:
             return own
-        zero = [np.zeros_like(each.mu) for each in own.contacts]
         return replace(
             own,
             contacts=tuple(
-                replace(c, mu=z, interference=z) for c, z in zip(own.contacts, zero, strict=True)
+                replace(each, mu=np.zeros_like(each.mu), interference=np.zeros_like(each.mu))
+                for each in own.contacts
             ),
             loads=tuple(load for load in own.loads if load.harmonic > 0),
             forces=tuple(each for each in own.forces if each.harmonic > 0),
@@ -116,22 +114,20 @@ class SceneStructure(CaseStructure):
 def _piece_step(
     scene: Scene, name: str, gathered: Gathered, by_diameter: tuple[int, ...]
 ) -> Step[Piece]:
-    keys = scene.components[name]
-    kept, followed, forces = gathered.kept[name], gathered.followed(name), gathered.forces_on(name)
     least = least_band(asked_for(scene.response))
     inputs = {
-        **_component(name, keys, kept, forces, by_diameter),
+        **_component(scene, name, gathered, by_diameter),
         "least": least,
         "ring": scene.ring.model_dump(),
-        "followed": followed,
+        "followed": gathered.followed(name),
         "diameters": by_diameter,
         "code": code_of("fem"),
     }
 
     def compute() -> Piece:
-        if keys.kind == "superelement":
-            return superelement(name, keys, scene.ring, forces, *by_diameter)
-        return reduced(name, keys, scene.ring, kept, by_diameter, least, followed, forces)
+        if scene.components[name].kind == "superelement":
+            return superelement(scene, name, gathered.forces_on(name), *by_diameter)
+        return reduced(scene, name, gathered, by_diameter, least)
 
     of = f", ND {by_diameter[0]}" if by_diameter and len(diameters_of(scene)) > 1 else ""
     return step(f"component {name}{of}", "rom", inputs, Piece, (), compute)
@@ -139,23 +135,19 @@ def _piece_step(
 
 def motions_step(scene: Scene, name: str, gathered: Gathered) -> Step[RigidMotions]:
     """Rigid motions of a component that nothing but contacts may hold."""
-    keys, kept, forces = scene.components[name], gathered.kept[name], gathered.forces_on(name)
-    inputs = _component(name, keys, kept, forces, ())
+    inputs = _component(scene, name, gathered)
 
     def compute() -> RigidMotions:
-        return rigid_motions(name, matrices(name, keys), clamped(keys, name), kept, forces)
+        return rigid_motions(scene, name, gathered, matrices(name, scene.components[name]))
 
     return step("rigid motions", "fem", inputs, RigidMotions, (), compute, of=name, quick=True)
 
 
 def _component(
-    name: str,
-    keys: ComponentKeys,
-    nodes_kept: tuple[Integers, Integers],
-    forces: Sequence[NodalForces],
-    by_diameter: tuple[int, ...],
+    scene: Scene, name: str, gathered: Gathered, by_diameter: tuple[int, ...] = ()
 ) -> dict[str, Any]:
     """What a component and its forces are, its files by what they hold, for a hash."""
+    keys = scene.components[name]
     files = {key: getattr(keys, key) for key in FILES["components"]}
     return {
         "keys": keys.model_dump(exclude=set(files)),
@@ -164,8 +156,8 @@ def _component(
             for key, value in files.items()
             if value is not None
         },
-        "kept": [each.tolist() for each in nodes_kept],
-        "forces": [each.digest for each in forces],
+        "kept": [each.tolist() for each in gathered.kept[name]],
+        "forces": [each.digest for each in gathered.forces_on(name)],
     }
 
 
@@ -265,12 +257,11 @@ def _plain(value: Any) -> Any:
 
 def _ready_step(scene: Scene, path: Path, bare: bool) -> Step[System]:
     """A system from a file, with the contact properties that the scene gives."""
-    given = {name: keys.model_dump(exclude_unset=True) for name, keys in scene.contacts.items()}
-    if bare:
-        given = {
-            name: {key: v for key, v in each.items() if key in ("kn", "kt")}
-            for name, each in given.items()
-        }
+    of = {"kn", "kt"} if bare else None
+    given = {
+        name: keys.model_dump(exclude_unset=True, include=of)
+        for name, keys in scene.contacts.items()
+    }
     inputs = {
         "file": content_digest(path),
         "contacts": given,

@@ -16,7 +16,6 @@ from vanelock.common.files.digests import content_digest
 from vanelock.fem import Model
 from vanelock.input.band import LEAST, asked_by, least_band, softest
 from vanelock.input.schema.structure.own_mesh import Casing, OwnCasing, OwnVane, Vane
-from vanelock.input.schema.structure.structure import Rom
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Mates, OwnPart, Part, VaneDimensions
 from vanelock.mesh.element_size import element_size
@@ -76,12 +75,12 @@ def _meshed(
 
 def _mates_step(study: Study) -> Step[Mates]:
     """Both parts, matched; one that has dimensions comes out as it was."""
-    needs: list[Step[Any]] = []
-    for name, part in (("vane", study.vane), ("casing", study.casing)):
-        if isinstance(part, OwnVane | OwnCasing):
-            needs.append(_read_step(study, name, part))
-        else:
-            needs.append(_made_step(study, name))
+    needs: list[Step[Any]] = [
+        _read_step(study, name, part)
+        if isinstance(part, OwnVane | OwnCasing)
+        else _made_step(study, name)
+        for name, part in (("vane", study.vane), ("casing", study.casing))
+    ]
     sectors, tolerance = study.ring.sectors, study.mesh.tolerance or TOLERANCE
 
     def compute(vane: Part | OwnPart, casing: Part | OwnPart) -> Mates:
@@ -188,22 +187,15 @@ def prepared_step(study: Study, part: str) -> Step[Any]:
     The factors of its interior, or by the route "paper" the casing's Craig-Bampton model.
     """
     options, cyclic = study.rom, part == "casing"
-    inputs: dict[str, Any] = {"cyclic": cyclic}
+    inputs: dict[str, Any] = {"cyclic": cyclic, **_kept(study, part)}
     if cyclic and options.route == "paper":
         inputs |= {"route": options.route, **options.of(part)}
-    kept = _masters(study, part), averaged(study, part)
-    return _prepared(part, *kept, tuple(inputs.items()), model_step(study, part, True))
+    return _prepared(part, tuple(inputs.items()), model_step(study, part, True))
 
 
 @lru_cache(maxsize=SHARED)
-def _prepared(
-    part: str,
-    node_sets: tuple[str, ...],
-    means: tuple[str, ...],
-    options: tuple[tuple[str, Any], ...],
-    model: Step[Model],
-) -> Step[Any]:
-    inputs = {"masters": node_sets, "averaged": means, **dict(options)}
+def _prepared(part: str, options: tuple[tuple[str, Any], ...], model: Step[Model]) -> Step[Any]:
+    inputs = dict(options)
 
     def compute(model: Model) -> Any:
         return rom.prepare(model, **inputs)
@@ -211,52 +203,43 @@ def _prepared(
     return step(f"rom {part}, condensed", "rom", inputs, object, (model,), compute, False)
 
 
-def _least(study: Study, part: str) -> tuple[bool, float | None]:
-    """Whether a part's band follows from the study, and what it reaches at least, Hz.
+def _reduced_step(
+    study: Study, part: str, nodal_diameter: int = 0, is_last: bool = False
+) -> Step[Component]:
+    """A part reduced with its modulus of reference.
 
-    Where an accuracy is asked for, the vane's tenth elastic mode ends it for both, or
+    Where an accuracy is asked for, the vane's tenth elastic mode ends the band of both parts, or
     the highest frequency that the study asks for (`vanelock.input.band`) where that is higher; a
     vane that is reduced to a number of modes gives no band, and the casing then takes its own.
     """
     follows = "accuracy" in study.rom.of(part)
-    return follows, least_band(asked_by(study), softest(study), LEAST) if follows else None
-
-
-def _reduced_step(
-    study: Study, part: str, nodal_diameter: int = 0, is_last: bool = False
-) -> Step[Component]:
-    """A part reduced with its modulus of reference."""
-    follows, least = _least(study, part)
+    least = least_band(asked_by(study), softest(study), LEAST) if follows else None
     needs: list[Step[Any]] = [model_step(study, part, True), prepared_step(study, part)]
     loads: tuple[RestLoad, ...] = ()
     if part == "vane":
         loads = tuple(load.unit for load in loads_of(study))
     elif follows:
         needs.append(_reduced_step(study, "vane"))
-    inputs: dict[str, Any] = {} if least is None else {"least": least}
+    inputs: dict[str, Any] = {**study.rom.of(part), **_kept(study, part)}
+    if least is not None:
+        inputs["least"] = least
     if part == "casing":
         inputs |= {"nodal_diameters": (nodal_diameter,), "route": study.rom.route}
     shape = study.vane if isinstance(study.vane, VaneDimensions) else None
-    sets = _masters(study, part), averaged(study, part)
-    return _reduced(
-        part, *sets, study.rom, tuple(inputs.items()), tuple(needs), loads, shape, is_last
-    )
+    return _reduced(part, tuple(inputs.items()), tuple(needs), loads, shape, is_last)
 
 
 @lru_cache(maxsize=SHARED)
 def _reduced(
     part: str,
-    node_sets: tuple[str, ...],
-    means: tuple[str, ...],
-    options: Rom,
-    more: tuple[tuple[str, Any], ...],
+    options: tuple[tuple[str, Any], ...],
     needs: tuple[Step[Any], ...],
     loads: tuple[RestLoad, ...],
     shape: VaneDimensions | None,
     is_last: bool,
 ) -> Step[Component]:
     """Without the vane's band, which a casing's may follow, and `loads` in unit size."""
-    inputs = {"masters": node_sets, **options.of(part), "averaged": means, **dict(more)}
+    inputs = dict(options)
 
     def compute(model: Model, prepared: Any, *vane: Component) -> Component:
         band = {"band": vane[0].band} if vane else {}
@@ -299,6 +282,11 @@ def _masters(study: Study, part: str) -> tuple[str, ...]:
     if study.joints.interlock:
         return MASTERS[part]
     return tuple(name for name in MASTERS[part] if not name.startswith("interlock"))
+
+
+def _kept(study: Study, part: str) -> dict[str, Any]:
+    """What a part keeps of its nodes."""
+    return {"masters": _masters(study, part), "averaged": averaged(study, part)}
 
 
 def averaged(study: Study, part: str) -> tuple[str, ...]:

@@ -71,14 +71,14 @@ def places(problem: Problem, contacts: Contacts, vane: Part | None) -> Places:
     """Contacts of a case, on its vane if it has one."""
     if vane is not None:
         assert isinstance(problem, Study)
-        return places_on(problem, vane)
+        return _places_on(problem, vane)
     joint, unknown = contacts.joints, np.full(contacts.count, np.nan)
     names = tuple(f"{name} {joint[: i + 1].count(name)}" for i, name in enumerate(joint))
     none = np.full(contacts.count, -1)
     return Places(names, joint, none, np.full((contacts.count, 3), np.nan), unknown, unknown)
 
 
-def places_on(study: Study, vane: Part) -> Places:
+def _places_on(study: Study, vane: Part) -> Places:
     """Contacts of a case on its vane."""
     areas = _areas(study, vane)
     sets = [*HOOKS, *(["interlock_right"] if study.joints.interlock else [])]
@@ -98,15 +98,8 @@ def places_on(study: Study, vane: Part) -> Places:
         nodes.append(own[kept])
         area.append(areas[name][kept])
         coefficient.append(np.full(count, np.nan if k is None else k))
-    found = np.concatenate(nodes)
-    return Places(
-        tuple(names),
-        tuple(joint),
-        found,
-        vane.points[found],
-        np.concatenate(area),
-        np.concatenate(coefficient),
-    )
+    found, *known = map(np.concatenate, (nodes, area, coefficient))
+    return Places(tuple(names), tuple(joint), found, vane.points[found], *known)
 
 
 def _areas(study: Study, vane: Part) -> dict[str, Floats]:
@@ -202,21 +195,13 @@ def gauges_step(study: Study) -> Step[Gauges]:
         surface = skin(part)
         placed = []
         for i, gauge in enumerate(wanted):
-            place = mesh.on_aerofoil(
-                dimensions, study.ring.sectors, **gauge.model_dump(exclude={"length"})
-            )
+            at = gauge.model_dump(exclude={"length"})
+            place = mesh.on_aerofoil(dimensions, study.ring.sectors, **at)
+            where = place.position, place.direction, gauge.length, place.normal
             try:
-                found = fem.gauge(
-                    part,
-                    place.position,
-                    place.direction,
-                    gauge.length,
-                    place.normal,
-                    surface=surface,
-                )
+                placed.append(fem.gauge(part, *where, surface=surface))
             except InputError as error:
                 raise InputError(f"outputs.gauges[{i}]: {error}") from None
-            placed.append(found)
         rows = recovery.rows(sp.vstack([each.row for each in placed]), 0)
         return Gauges(
             tuple(_name(gauge) for gauge in wanted),

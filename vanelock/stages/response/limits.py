@@ -12,20 +12,13 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from vanelock import rom
 from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.errors import InputError
 from vanelock.common.product import Product
 from vanelock.input.band import asked_by, refuse_beyond
 from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.study import Study
-from vanelock.rom import (
-    System,
-    frequency_errors,
-    linear_damping,
-    linear_modes,
-    mac,
-    unheld_motions,
-)
 from vanelock.rom.errors import ReducedPart
 from vanelock.rom.system.system import Matrix
 
@@ -128,10 +121,10 @@ class Limits(Product):
 
 
 def limits(
-    system: System,
+    system: rom.System,
     mode: int,
     parts: Mapping[str, ReducedPart] | None = None,
-    meshed: System | None = None,
+    meshed: rom.System | None = None,
 ) -> Limits:
     """Modes of both limits, and the mode of interest in both."""
     parts = parts or {}
@@ -139,7 +132,7 @@ def limits(
     size = len(system.at(k).K)
     if mode > size:
         raise InputError(f"response.mode = {mode}: the reduced model has {size} modes")
-    rigid = unheld_motions(system, k).shape[1]
+    rigid = rom.unheld_motions(system, k).shape[1]
     place = rigid + mode - 1
     if rigid and place >= size:
         raise InputError(
@@ -148,15 +141,15 @@ def limits(
         )
     count = min(size, max(SHOWN, mode + 6) + rigid)
     closed = ~system.contacts.opens
-    free, free_shapes = linear_modes(system, k, count, closed=closed)
-    stuck, stuck_shapes = linear_modes(system, k, count)
+    free, free_shapes = rom.linear_modes(system, k, count, closed=closed)
+    stuck, stuck_shapes = rom.linear_modes(system, k, count)
     if place >= len(stuck):
         raise InputError(f"response.mode = {mode}: only {len(stuck) - rigid} modes have a mass")
-    likeness = mac(stuck_shapes[:, [place]], free_shapes, system.at(k).M)[0]
+    likeness = rom.mac(stuck_shapes[:, [place]], free_shapes, system.at(k).M)[0]
     partner = int(np.argmax(likeness >= (1 - ALIKE) * likeness.max()))
     lowered = float("nan"), float("nan")
     if meshed is not None:
-        raised = linear_modes(meshed, k, count, closed=closed)[0], linear_modes(meshed, k, count)[0]
+        raised = [rom.linear_modes(meshed, k, count, which)[0] for which in (closed, None)]
         own = (free[partner], raised[0][partner]), (stuck[place], raised[1][place])
         lowered = tuple(1 - after / before for after, before in own)
     reduced = meshed or system
@@ -179,7 +172,7 @@ def limits(
     )
 
 
-def _ratio(system: System, closed: Booleans | None, shape: Matrix, hertz: float) -> float:
+def _ratio(system: rom.System, closed: Booleans | None, shape: Matrix, hertz: float) -> float:
     """Damping ratio of a mode of unit mass, contacts as for `linear_modes`."""
     if not hertz:
         return float("nan")
@@ -187,12 +180,12 @@ def _ratio(system: System, closed: Booleans | None, shape: Matrix, hertz: float)
     acting = springs if closed is None else closed & springs
     if system.at(k).C is None and np.array_equal(acting, springs & ~system.opens_in_damping):
         return float(system.damping_ratio)  # a mode that the ratio is of
-    C = linear_damping(system, k)
+    C = rom.linear_damping(system, k)
     return float(np.vdot(shape, C @ shape).real / (4 * np.pi * hertz))
 
 
 def _errors(
-    system: System,
+    system: rom.System,
     parts: Mapping[str, ReducedPart],
     count: int,
     closed: Booleans | None,
@@ -204,7 +197,7 @@ def _errors(
         each.neglected is None and each.complete != np.inf for each in blocks.values()
     ):
         return np.full(count, np.nan)
-    return np.asarray(frequency_errors(system, estimated, k, count, closed).total)
+    return np.asarray(rom.frequency_errors(system, estimated, k, count, closed).total)
 
 
 def frequencies(problem: Study | Scene, limits: Limits) -> Floats | tuple[float, float]:

@@ -8,7 +8,7 @@ Which displacement stands for the vibration: one component of one output node.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, TypeAlias
 
@@ -29,8 +29,6 @@ from vanelock.stages.response.limits import Limit, Limits, dense, frequencies, l
 
 SHARPEST = 1e-6
 """Smallest damping ratio of a mode that a linear response resolves."""
-FIRST = {"up": "up", "down": "down", "both": "up"}
-"""Direction of the first sweep, by `response.direction`."""
 Progress: TypeAlias = Callable[[int, int, float, float], None]
 
 READ = ("rom", "excitation", "damping", "response", "campbell")
@@ -95,24 +93,16 @@ def linear_step(
     modes: Step[HarmonicModes],
 ) -> Step[Response]:
     """Linear response with contacts free or stuck, dense enough to be drawn as a curve."""
-    return _linear(which, _Alike(problem), system, limits, modes)
+    read = tuple(getattr(problem, name, None) for name in READ)
+    return _linear(which, _Alike(read, problem), system, limits, modes)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class _Alike:
     """A study or scene that equals another with the same frequencies of the same limits."""
 
-    problem: Problem
-
-    @property
-    def _read(self) -> tuple[Any, ...]:
-        return tuple(getattr(self.problem, name, None) for name in READ)
-
-    def __hash__(self) -> int:
-        return hash(self._read)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Alike) and self._read == other._read
+    read: tuple[Any, ...]
+    problem: Problem = field(compare=False)
 
 
 @lru_cache(maxsize=SHARED)
@@ -153,7 +143,7 @@ def response_step(
     In the file's direction, or another one; upwards where the file wants both.
     """
     options = problem.response.model_dump(include={"harmonics", "coupling", "samples", "friction"})
-    options["direction"] = direction or FIRST[problem.response.direction]
+    options["direction"] = direction or problem.response.direction.replace("both", "up")
     inputs = {**frequency_keys(problem), **options}
 
     def compute(

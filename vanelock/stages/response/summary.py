@@ -12,7 +12,6 @@ from vanelock.rom import Contacts
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import Monitor
 
-OPENING = (OPEN, SLIP_OPEN)
 LEAST_WORK = 1e-6
 """Friction work of a contact that slips, relative to the largest: one that opens without sliding
 is not counted as slipping."""
@@ -245,7 +244,7 @@ def summarise(
         work = response.dissipation[peak.point]
         slips = work > LEAST_WORK * work.max(initial=np.finfo(float).tiny)
         slipping, closed_slipping = _share(slips[opens]), _share(slips[~opens])
-        opening = _share(np.isin(state[opens], OPENING))
+        opening = _share(np.isin(state[opens], (OPEN, SLIP_OPEN)))
         if (total := float(work.sum())) > 0:
             friction = float(work[opens].sum()) / total
         each = {name: float(work[joints == name].sum()) for name in dict.fromkeys(contacts.joints)}

@@ -7,7 +7,7 @@ from vanelock import mesh, parse_study
 from vanelock.mesh import VaneDimensions
 from vanelock.mesh.geometry.aerofoil import output_points
 from vanelock.quantities.stress.locations import _reentrant_edges, _within, locations_of
-from vanelock.stages.parts.outputs import places_on
+from vanelock.stages.parts.outputs import _places_on
 
 
 @pytest.fixture(scope="module")
@@ -109,7 +109,7 @@ def test_contact_nodes_carry_point_forces(vane, found):
 
 
 def test_areas_tile_the_contact_faces(study, vane):
-    at = places_on(study, vane)
+    at = _places_on(study, vane)
     joint = np.array(at.joint)
     assert at.names[0] == "front hook 1"
     assert at.names[-1] == "interlock 10"

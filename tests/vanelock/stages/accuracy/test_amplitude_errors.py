@@ -9,7 +9,7 @@ from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import nonlinear
 from vanelock.stages.accuracy.evidence import amplitude_errors_of
 from vanelock.stages.accuracy.mesh_errors import AmplitudeErrors, amplitude_error
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.response.limits import frequencies
 
 PARTS = np.array([[0.01, -0.03], [0.02, -0.04]])

@@ -7,7 +7,7 @@ from vanelock.input.schema.scene import LoadKeys, Scene
 from vanelock.rom.joining.connections import Load
 from vanelock.stages.matrices.gather import Gathered
 from vanelock.stages.matrices.piece import NodalForces
-from vanelock.stages.parts.load_lines import load_lines
+from vanelock.stages.parts.loads import load_lines
 
 
 def test_forces_on_nodes_are_summed_over_nodes_and_segments(tmp_path):
@@ -32,7 +32,7 @@ def test_directions_are_shown_at_length_one():
     acting = [Load(f"loads[{i}]", "a", np.arange(2 - i), np.zeros(3, complex), 1) for i in (0, 1)]
     forces = np.array([[1.0, 2.0, 0.0], [0.5, -2.0, 0.0]])
     gas = NodalForces("loads[2]", "a", "", np.array([8, 9]), forces, 2.0, 0)
-    lists = Gathered((), (), tuple(acting), (gas,), (), {})
+    lists = Gathered((), (), tuple(acting), (gas,), (), ())
     assert list(load_lines(given, None, lists)) == [
         "loads[0]: 5 N on each of 2 nodes, 10 N together, along [0, 0.6, 0.8], "
         "the direction [0, 3, 4] at length 1",

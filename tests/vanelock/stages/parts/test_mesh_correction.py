@@ -15,7 +15,7 @@ from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.rom.joining.mesh_excess import MODES
 from vanelock.stages.parts.components import recovery_step
-from vanelock.stages.parts.study_structure import StudyStructure
+from vanelock.stages.parts.segment import StudyStructure
 from vanelock.stages.response.limits import Limits
 
 TEXT = """

@@ -6,8 +6,8 @@ import numpy as np
 
 from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import parse_study
+from vanelock.analyses.mistuning import _vane_modes_step
 from vanelock.pipeline.step import Stages
-from vanelock.stages.parts.ring_modes import vane_modes_step
 
 RIGID = 6
 """Modes of a body that nothing holds."""
@@ -23,7 +23,7 @@ def test_modes_of_a_vane_alone_are_all_its_stiffness(
     planned, other = planned_of(text), planned_of(text + stiffer)
     whole = planned.structure.whole
     vane = stages.get(planned.part("vane", 0))
-    modes = stages.get(vane_modes_step(planned, whole, vane.size - RIGID))
+    modes = stages.get(_vane_modes_step(planned, vane.size - RIGID))
     system, changed = stages.get(whole), stages.get(other.structure.whole)
     for k in range(7):
         g = modes.rows[k]

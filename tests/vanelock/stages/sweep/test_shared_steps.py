@@ -14,7 +14,7 @@ from vanelock.pipeline.cache import Cache, key_of
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages, reachable
 from vanelock.stages import structure
-from vanelock.stages.parts import components, segment, study_structure
+from vanelock.stages.parts import components, segment
 from vanelock.stages.plan import plan
 from vanelock.stages.response import responses
 
@@ -46,7 +46,7 @@ def names_of(planned):
 
 def forget():
     """All steps that cases share."""
-    rooms = components, segment, study_structure, structure, responses
+    rooms = components, segment, structure, responses
     for module in rooms:
         for value in vars(module).values():
             if hasattr(value, "cache_clear"):
