@@ -144,7 +144,7 @@ def test_closed_names_joints_and_refuses_what_does_not_fit():
     mask = np.array([True] * 2 + [False] * 4)
     by_name = linear_response(named, [0.1], "hook")
     np.testing.assert_array_equal(by_name.x[1], linear_response(system, [0.1], mask).x[1])
-    of_none, none = (linear_response(system, [0.1], closed) for closed in ([], "none"))
+    of_none, none = linear_response(system, [0.1], []), linear_response(system, [0.1], "none")
     np.testing.assert_array_equal(of_none.x[1], none.x[1])  # also where no joint has a name
     with pytest.raises(InputError, match="'bolt'.*hook, interlock"):
         linear_response(named, [0.1], "bolt")
