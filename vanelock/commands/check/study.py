@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from vanelock.analyses import ANALYSES
 from vanelock.commands.fit.parameters import varied_parameters
@@ -10,13 +11,17 @@ from vanelock.common.tables import counted
 from vanelock.files import load_study
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.measured.curve import Measured, curve_mistakes, load_measured
-from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
+from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unusual
 from vanelock.mesh.element_size import element_size, words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.cost_estimate import estimated
 from vanelock.stages.parts.load_lines import load_lines
+
+if TYPE_CHECKING:
+    from vanelock.mesh import Part
+    from vanelock.pipeline.step import Step
 
 Row = tuple[str, str]
 
@@ -73,9 +78,7 @@ def _parts(study: Study, cases: tuple[Case, ...], dofs: dict[str, int]) -> Itera
     own = [name for name, kind in parts.items() if isinstance(getattr(study, name), kind)]
     meshes = {}
     if own:
-        from vanelock.commands.check.own_meshes import own_meshes
-
-        meshes = own_meshes(case.study for case in cases)
+        meshes = _own_meshes(case.study for case in cases)
     for name in parts:
         if name in own:
             part = meshes[name]
@@ -88,6 +91,25 @@ def _parts(study: Study, cases: tuple[Case, ...], dofs: dict[str, int]) -> Itera
         else:
             sizes = dict.fromkeys(_elements(case.study, name) for case in cases)
             yield name, f"from dimensions, elements {', '.join(sizes)}"
+
+
+def _own_meshes(studies: Iterable[Study]) -> "dict[str, Part]":
+    """Both parts of the first of some studies; those of the others are read and matched, too."""
+    from vanelock.stages.parts.components import PARTS, mesh_step
+
+    made: dict[str, Any] = {}
+
+    def product(step: Step[Any]) -> Any:
+        if step.key not in made:
+            made[step.key] = step.compute(*map(product, step.needs))
+        return made[step.key]
+
+    first: dict[str, Part] = {}
+    for study in studies:
+        parts = {name: product(mesh_step(study, name)) for name in PARTS}
+        first = first or parts
+        refuse_without_areas(study, parts["vane"])
+    return first
 
 
 def _accuracy(study: Study) -> str:
