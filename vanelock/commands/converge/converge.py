@@ -163,11 +163,12 @@ class _Measuring:
         outcomes = []
         for level, peak, cpu in runs:
             seconds = sum(s for step, s in cpu.items() if step not in shared)
-            errors = [abs(a / b - 1) for a, b in zip(peak[:2], truth[:2], strict=True)]
+            cost, size, place = (seconds / self.unit, seconds), peak.amplitude, peak.frequency
+            errors = abs(size / truth.amplitude - 1), abs(place / truth.frequency - 1)
             if peak is truth:
-                errors = [float("nan"), float("nan")]
-            numbers = seconds / self.unit, seconds, peak.amplitude, peak.frequency, *errors
-            outcomes.append(Outcome(key, level.shown, *numbers, level.own, peak.lost))
+                errors = float("nan"), float("nan")
+            outcome = Outcome(key, level.shown, *cost, size, place, *errors, level.own, peak.lost)
+            outcomes.append(outcome)
         return tuple(outcomes)
 
     def _cpu(self, made: Planned) -> dict[str, float]:
