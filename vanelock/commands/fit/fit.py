@@ -73,7 +73,9 @@ def fit_study(
         raise InputError("fit: the study has no [fit] table, which names what to fit")
     path, began, starts = Path(folder), time.perf_counter(), study.fit.starts
     curves = _usable(study, load_measured(study), listener)
-    study = _unswept(study, listener)
+    if study.sweep or study.rows or study.scatter:
+        listener(Notice("keys that vary have their own value"))
+        study = with_values(study, {})
     parameters = varied_parameters(study, "fit")
     enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
@@ -103,14 +105,6 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
         name = own[known.index(False)].name
         raise InputError(f"fit: {name} has no sigma while others have: give it for all or for none")
     return own
-
-
-def _unswept(study: Study, listener: Listener) -> Study:
-    """The study with its unswept values, which is said."""
-    if not (study.sweep or study.rows or study.scatter):
-        return study
-    listener(Notice("keys that vary have their own value"))
-    return with_values(study, {})
 
 
 def _fitted(
@@ -161,15 +155,20 @@ def remarks(model: Rejoined, curves: Sequence[Measured], solution: FitSolution) 
         size = model.amplitudes(after, curve)
         missed = model.neglected(after, curve) * size / (solution.scale * _spread(curve))
         missed = np.where(np.isnan(missed) & np.isfinite(size), np.inf, np.nan_to_num(missed))
-        worst = int(missed.argmax())
-        if missed[worst] > MISSED:
-            known = f"{missed[worst]:.2g} standard deviations of the points"
-            by = known if np.isfinite(missed[worst]) else "an unknown amount"
+        if text := _beyond_scatter(curve, missed):
             yield (
-                f"HARMONICS ARE TOO FEW: those above {model.study.response.harmonics} change the "
-                f"fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by {by}: raise "
-                "response.harmonics"
+                f"HARMONICS ARE TOO FEW: those above {model.study.response.harmonics} change {text}"
+                ": raise response.harmonics"
             )
+
+
+def _beyond_scatter(curve: Measured, share: Floats) -> str:
+    """Where a change is largest over the scatter of a curve's points; empty if it is within."""
+    worst = int(share.argmax())
+    by = f"{share[worst]:.2g} standard deviations of the points"
+    by = by if np.isfinite(share[worst]) else "an unknown amount"
+    text = f"the fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by {by}"
+    return text if share[worst] > MISSED else ""
 
 
 def _other_correction(
@@ -184,12 +183,10 @@ def _other_correction(
     for curve in curves:
         change = there.amplitudes(after, curve) - model.amplitudes(after, curve)
         moved = np.nan_to_num(np.abs(change) / (solution.scale * _spread(curve)))
-        worst = int(moved.argmax())
-        if moved[worst] > MISSED:
+        if text := _beyond_scatter(curve, moved):
             yield (
                 "THE MESH CORRECTION IS THAT OF THE STUDY'S JOINTS: that of the fitted ones "
-                f"changes the fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by "
-                f"{moved[worst]:.2g} standard deviations of the points: fit fitted.toml, too"
+                f"changes {text}: fit fitted.toml, too"
             )
 
 
@@ -233,8 +230,16 @@ def write_fitted(
     without: Iterable[str] = (),
 ) -> list[Path]:
     """Write the study's text with fitted values, if that can be; what was written."""
+    changes: dict[Any, float | str] = {
+        key: value if isinstance(value, str) else float(f"{value:.{DIGITS}g}")
+        for key, value in values.items()
+    }
     try:
-        made = _fitted_text(text, values, beside, path.parent, without)
+        for location, file in files_named(toml_tables(text, "study")):
+            if not os.path.isabs(file):  # so that it is reachable from another folder
+                place = os.path.relpath(beside / file, path.parent)
+                changes[location] = place.replace(os.sep, "/")
+        made = rewritten(text, changes, without)
         record(path, made)
     except InputError as error:
         listener(Notice(f"{path.name} is not written: {error}"))
@@ -242,24 +247,6 @@ def write_fitted(
     if any(file.startswith("..") for _, file in files_named(toml_tables(made, "study"))):
         listener(Notice(f"{path.name} names files outside its folder: run it with --allow-outside"))
     return [path]
-
-
-def _fitted_text(
-    text: str,
-    values: Mapping[str, float | str],
-    beside: Path,
-    folder: Path,
-    without: Iterable[str],
-) -> str:
-    """The study's text with fitted values, its files reachable from another folder."""
-    changes: dict[Any, float | str] = {
-        key: value if isinstance(value, str) else float(f"{value:.{DIGITS}g}")
-        for key, value in values.items()
-    }
-    for location, file in files_named(toml_tables(text, "study")):
-        if not os.path.isabs(file):
-            changes[location] = os.path.relpath(beside / file, folder).replace(os.sep, "/")
-    return rewritten(text, changes, without)
 
 
 def _panel(model: Rejoined, curve: Measured, after: dict[str, float]) -> render.FitPanel:
