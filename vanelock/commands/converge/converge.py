@@ -125,7 +125,7 @@ class _Measuring:
     """The runs."""
 
     def __init__(self, study: Study, stages: Stages, listener: Listener) -> None:
-        self.study, self.stages, self.listener = study, stages, listener
+        self.stages, self.listener = stages, listener
         base = _planned(study, "as it stands")
         system, options = stages.get(base.system), study.response
         free = stages.get(base.linear.responses["free"])

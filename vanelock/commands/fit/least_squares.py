@@ -68,8 +68,8 @@ def fit(
     """Fit parameters to data of standard deviations, or, not `known`, of about such sizes."""
     n, p = len(data), len(parameters)
     enough(n, p)
-    unit = (1, "standard deviations") if known else (100, "% of the largest amplitude")
-    progress = Progress(listener, 0, "misfit", unit[1], unit[0])
+    unit, scale = ("standard deviations", 1.0) if known else ("% of the largest amplitude", 100.0)
+    progress = Progress(listener, 0, "misfit", unit, scale)
     problem = _Problem(predict, slopes, data, sigma, tuple(parameters), known, progress)
     curves = curves or [[f"point {i + 1}" for i in range(n)]]
     found: list[tuple[Start, Floats]] = []

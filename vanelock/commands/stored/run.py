@@ -331,8 +331,14 @@ def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> R
                 "goes on from there"
             )
         show(run)
-    pictures = [str(file) for shown in run.pictures for file in (shown.path, *shown.data)]
-    found = {"results": str(place / NAME), "pictures": pictures}
-    page = str(place / REPORT) if "report" in run.problem.outputs.show else ""
-    listener(Finished(str(place), time.perf_counter() - began, found, page, largest()))
+    listener(finished(run, began))
     return run
+
+
+def finished(run: RunResult, began: float, **summary: Any) -> Finished:
+    """What is said of a run, or of one that is shown again, in the end: all that there is now."""
+    folder = run.output_files.folder
+    pictures = [str(file) for shown in run.pictures for file in (shown.path, *shown.data)]
+    summary |= {"results": str(folder / NAME), "pictures": pictures}
+    page = str(folder / REPORT) if "report" in run.problem.outputs.show else ""
+    return Finished(str(folder), time.perf_counter() - began, summary, page, largest())
