@@ -34,8 +34,8 @@ _modules = {
     "run": "commands.run.study",
     "run_scene": "commands.run.study",
     "run_study": "commands.run.study",
-    "template_text": "commands.template",
-    "write_template": "commands.template",
+    "template_text": "commands.installed",
+    "write_template": "commands.installed",
 }
 __all__ = list(_modules)
 __getattr__, __dir__ = lazy.attributes(__name__, _modules | {"__version__": "common.process"})

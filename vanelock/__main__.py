@@ -17,7 +17,14 @@ from typer._completion_classes import completion_init
 from typer._completion_shared import get_completion_script
 
 import vanelock
-from vanelock.commands.installed import example_names, how_to_use, page_names, show, write_example
+from vanelock.commands.installed import (
+    example_names,
+    how_to_use,
+    page_names,
+    show,
+    write_example,
+    write_template,
+)
 from vanelock.commands.options import (
     FIRST_STUDY,
     AsJson,
@@ -301,8 +308,6 @@ def init(
         written = write_example(example, path)
         print(f"{written} written; {how_to_use(written)}")
         return
-    from vanelock.commands.template import write_template
-
     path = path or Path("study.toml")
     write_template(path, "scene" if scene else "study", all_keys)
     print(f"{path} written; run it with: vanelock run {path}")

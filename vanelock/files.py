@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from copy import deepcopy
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from pydantic import Field, ValidationError, create_model
 
@@ -113,17 +113,13 @@ def load_study(
     InputError
         One line for each mistake: the file, the full key, the value given and what is allowed.
     """
-    where, place = str(path), Path(path)
-    data = toml_tables(read_text(place), where)
+    data = toml_tables(read_text(Path(path)), str(path))
     if is_scene(data):
         raise InputError(
-            f"{where}: a scene of matrices, which run, check and compare take; this needs a study, "
+            f"{path}: a scene of matrices, which run, check and compare take; this needs a study, "
             "whose parts have meshes"
         )
-    data, refused = _beside(data, place.parent, outside, _files_of_study)
-    return checked(
-        Study, data, where, refused, lambda study: [*_case_mistakes(study), *also(study)]
-    )
+    return _loaded(Study, data, path, outside, _files_of_study, also)
 
 
 def load_given(path: str | os.PathLike[str], outside: bool = False) -> Problem:
@@ -153,10 +149,8 @@ def load_scene(path: str | os.PathLike[str], outside: bool = False) -> Scene:
     InputError
         One line for each mistake: the file, the full key, the value given and what is allowed.
     """
-    where = str(path)
-    data = toml_tables(read_text(Path(path)), where)
-    data, refused = _beside(data, Path(path).parent, outside, _files_of_scene)
-    return checked(Scene, data, where, refused, _case_mistakes)
+    data = toml_tables(read_text(Path(path)), str(path))
+    return _loaded(Scene, data, path, outside, _files_of_scene)
 
 
 def is_scene(data: dict[str, Any]) -> bool:
@@ -202,32 +196,32 @@ def checked(
     raise InputError("\n".join(f"{where}: {line}" for line in lines))
 
 
-def _case_mistakes(problem: Problem) -> list[str]:
-    """What is wrong with the cases."""
-    return raised(lambda: cases(problem))
-
-
 _NamedFile = tuple[dict[Any, Any], Any, str]
 """The table of a key that names a file, the key, and what errors call it."""
 
 
-def _beside(
+def _loaded(
+    schema: type[S],
     data: dict[str, Any],
-    folder: Path,
+    path: str | os.PathLike[str],
     outside: bool,
     named: Callable[[dict[str, Any]], Iterable[_NamedFile]],
-) -> tuple[dict[str, Any], list[str]]:
-    """The tables with files where they are, and a line for each that may not be read.
-
-    Their paths start at the folder of the study or scene.
-    """
-    found, refused = deepcopy(data), []
-    for table, key, where in named(found):
+    also: Further[S] = lambda table: [],
+) -> S:
+    """A file's tables, checked; paths of files that they name start at its folder."""
+    data, refused = deepcopy(data), []
+    for table, key, where in named(data):
         try:
-            table[key] = _place(folder, table[key], where, outside)
+            table[key] = _place(Path(path).parent, table[key], where, outside)
         except InputError as error:
             refused.append(str(error))
-    return found, refused
+    return checked(
+        schema,
+        data,
+        str(path),
+        refused,
+        lambda problem: [*raised(lambda: cases(cast(Problem, problem))), *also(problem)],
+    )
 
 
 def _files_of_study(data: dict[str, Any]) -> Iterator[_NamedFile]:

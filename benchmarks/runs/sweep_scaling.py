@@ -21,7 +21,7 @@ from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.pipeline.tasks import Task, TaskQueue
 from vanelock.stages.plan import plan
-from vanelock.commands.run.graph import bundle, jobs
+from vanelock.commands.run.graph import bundle
 
 STUDY = """
 [mesh]
@@ -49,14 +49,14 @@ def measured(count: int, harmonics: int) -> dict[str, str]:
         planned = plan(cases(study), lambda *_: None)
         cache = Cache(shared, print)
         stages = Stages(cache, silent)
-        for step in bundle(jobs(planned), cache)[0]:
+        for step in bundle(planned, cache)[0]:
             stages.get(step)
         took: dict[int, list[float]] = {}
         work: dict[int, list[float]] = {}
         for turn, processes in enumerate((1, 2, 2, 1)):
             folder = Path(place) / str(turn)
             shutil.copytree(shared, folder)
-            tasks = bundle(jobs(planned), Cache(folder, print))[1]
+            tasks = bundle(planned, Cache(folder, print))[1]
             workers = Processes(processes)
             queue = TaskQueue(tasks, workers, folder, silent)
             try:

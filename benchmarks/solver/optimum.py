@@ -20,7 +20,8 @@ from examples.paper.paper import MAP_INTERFERENCE as INTERFERENCE
 from examples.paper.paper import MAP_MU as MU
 from examples.paper.paper import Model, Plane
 from vanelock import parse_study
-from vanelock.commands.fit.fit import model_of, planned_alone, varied_parameters
+from vanelock.commands.fit.parameters import varied_parameters
+from vanelock.commands.fit.refit_model import rejoined
 from vanelock.commands.optimise.objective import Peaks
 from vanelock.commands.optimise.search import Optimum, optimum
 from vanelock.nonlinear import Options
@@ -44,11 +45,10 @@ def both(size: str, harmonics: int, force: float) -> tuple[Plane, Optimum, float
     )
     with tempfile.TemporaryDirectory() as folder:
         stages = Stages(Cache(Path(folder), print), lambda event: None)
-        planned = planned_alone(study, stages)
-        wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
+        model = rejoined(study, stages)
+        wanted = np.asarray(frequencies(study, stages.get(model.planned.linear.limits)))
         near = float(wanted.min()), float(wanted.max())
-        model = model_of(planned, stages)
-        system = stages.get(planned.system)
+        system = stages.get(model.planned.system)
     output = model.monitor.node, model.monitor.component
     assert study.optimise is not None
     optimum(Peaks(model, varied_parameters(study, "optimise"), near))  # compiles

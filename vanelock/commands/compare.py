@@ -1,13 +1,13 @@
 """`vanelock compare`: two runs side by side, as tables and a page."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import vanelock
 from vanelock.commands.stored.contents import StoredRun, load_run
 from vanelock.common.errors import InputError
-from vanelock.common.tables import Cell, Column, Shown, Table, counted, heads
+from vanelock.common.tables import Cell, Column, Table, counted, heads
 from vanelock.input.cases.names import words
 from vanelock.input.settings import as_text, flattened, same
 from vanelock.pipeline.progress import Listener, Notice, silent
@@ -17,7 +17,7 @@ from vanelock.report import Page, Plot, Section, Text, curve_plot, write_page
 from vanelock.results.listing import CASE_COLUMNS, case_row
 
 PAGE = "compare.html"
-_Pairs = Sequence[tuple[CaseResult, CaseResult]]
+_Pair = tuple[CaseResult, CaseResult]
 
 
 def compare_runs(
@@ -48,14 +48,14 @@ def compare_runs(
         If a folder holds no results, both are the same, or the output would go into one of them.
     """
     folders = Path(one), Path(other)
-    runs = load_run(folders[0]), load_run(folders[1])
+    runs = [load_run(folder) for folder in folders]
     if runs[0].label == runs[1].label:
         for run, folder in zip(runs, folders, strict=True):
             run.label = "-".join(folder.resolve().parts[-2:])
     labels = [run.label for run in runs]
     if folders[0].resolve() == folders[1].resolve():
         raise InputError(f"{folders[1]}: the same folder as {folders[0]}: nothing to compare")
-    target = Path(output) if output is not None else Path(f"compare_{labels[0]}_{labels[1]}")
+    target = Path(f"compare_{labels[0]}_{labels[1]}" if output is None else output)
     for folder in folders:
         if target.resolve().is_relative_to(folder.resolve()):
             raise InputError(
@@ -86,11 +86,35 @@ def compared(one: StoredRun, other: StoredRun) -> tuple[list[str], Table, Table,
     if all(watched) and watched[0] != watched[1]:
         both = f"{watched[0]} in {one.label}, {watched[1]} in {other.label}"
         notes.append(f"amplitudes are of different displacements: {both}")
-    inputs, results = _inputs(one, other), _results(one, other, pairs)
-    return [*notes, *alone], inputs, results, _plot(one, other, pairs)
+    settings = [flattened(run.settings) for run in (one, other)]
+    inputs = [
+        (key, *(as_text(key, of[key]) if key in of else "-" for of in settings))
+        for key in settings[0] | settings[1]
+        if not same(settings[0].get(key), settings[1].get(key))
+    ]
+    title = "Inputs that differ, defaults included" if inputs else "Inputs: all the same"
+    labels = one.label, other.label
+    columns = (*heads("of", "what", *labels), Column("difference", key="change"))
+    curves = [
+        Curve(*case.line, _called(pair, words) if len(pairs) > 1 else "", variant=label)
+        for pair in pairs
+        for label, case in zip(labels, pair, strict=True)
+    ]
+    plot = curve_plot(
+        curves,
+        "Forced responses",
+        f"Half the peak-to-peak of {' and '.join(sorted({*watched} - {''}))}. Solid: {one.label}; "
+        f"dashed: {other.label}; cases that belong together share a colour.",
+    )
+    return (
+        [*notes, *alone],
+        Table(title, heads("key", *labels), inputs, key="inputs"),
+        Table("Results", columns, [row for pair in pairs for row in _rows(pair)], key="results"),
+        plot,
+    )
 
 
-def matched(one: StoredRun, other: StoredRun) -> tuple[_Pairs, list[str]]:
+def matched(one: StoredRun, other: StoredRun) -> tuple[Sequence[_Pair], list[str]]:
     """Cases that belong together: by name, else by the values they share, else by their order.
 
     And a note on each that has no namesake.
@@ -119,58 +143,21 @@ def _agree(one: CaseResult, other: CaseResult) -> bool:
     return bool(shared) and all(same(one.values[key], other.values[key]) for key in shared)
 
 
-def _inputs(one: StoredRun, other: StoredRun) -> Table:
-    """Keys that differ, with both values in words."""
-    both = [flattened(run.settings) for run in (one, other)]
-    rows = [
-        (key, *(as_text(key, of[key]) if key in of else "-" for of in both))
-        for key in {**both[0], **both[1]}
-        if not same(both[0].get(key), both[1].get(key))
-    ]
-    title = "Inputs that differ, defaults included" if rows else "Inputs: all the same"
-    return Table(title, heads("key", one.label, other.label), rows, key="inputs")
+def _called(pair: _Pair, name: Callable[[str], str] = str) -> str:
+    """What tables and curves call a pair."""
+    return " | ".join(dict.fromkeys(name(case.name) for case in pair))
 
 
-def _results(one: StoredRun, other: StoredRun, pairs: _Pairs) -> Table:
-    """The numbers of each pair of cases, a line each, and how far the second is off the first."""
-    rows: list[tuple[Cell, ...]] = []
-    for pair in pairs:
-        a, b = (case_row(case.summary, case.numbers) for case in pair)
-        for column in CASE_COLUMNS[1:]:
-            values = column.shown(a[column.name]), column.shown(b[column.name])
-            if values != (None, None):
-                unit = f" {column.unit}".rstrip()
-                both = (None if v is None else column.text(v) + unit for v in values)
-                rows.append((_called(*pair), column.head, *both, _change(*values)))
-    columns = (*heads("of", "what", one.label, other.label), Column("difference", key="change"))
-    return Table("Results", columns, rows, key="results")
-
-
-def _called(one: CaseResult, other: CaseResult) -> str:
-    """What tables call a pair."""
-    return " | ".join(dict.fromkeys((one.name, other.name)))
-
-
-def _change(one: Shown, other: Shown) -> str:
-    """The relative difference of two measured values, in per cent."""
-    if one == other:
-        return "same"
-    if not isinstance(one, float) or not isinstance(other, float) or one == 0:
-        return ""
-    return f"{100 * (other / one - 1):+.3g} %"
-
-
-def _plot(one: StoredRun, other: StoredRun, pairs: _Pairs) -> Plot:
-    """The curves of all pairs over one another."""
-    curves = []
-    for pair in pairs:
-        group = " | ".join(dict.fromkeys(words(c.name) for c in pair)) if len(pairs) > 1 else ""
-        for run, case in zip((one, other), pair, strict=True):
-            curves.append(Curve(*case.line, group, variant=run.label))
-    what = " and ".join(sorted({one.monitor.name, other.monitor.name} - {""}))
-    return curve_plot(
-        curves,
-        "Forced responses",
-        f"Half the peak-to-peak of {what}. Solid: {one.label}; dashed: {other.label}; cases that "
-        "belong together share a colour.",
-    )
+def _rows(pair: _Pair) -> Iterator[tuple[Cell, ...]]:
+    """The numbers of a pair of cases, and how far, in per cent, the second is off the first."""
+    a, b = (case_row(case.summary, case.numbers) for case in pair)
+    for column in CASE_COLUMNS[1:]:
+        one, other = column.shown(a[column.name]), column.shown(b[column.name])
+        if one is other is None:
+            continue
+        change = "same" if one == other else ""
+        if not change and isinstance(one, float) and isinstance(other, float) and one:
+            change = f"{100 * (other / one - 1):+.3g} %"
+        unit = f" {column.unit}".rstrip()
+        both = (None if v is None else column.text(v) + unit for v in (one, other))
+        yield _called(pair), column.head, *both, change

@@ -1,4 +1,4 @@
-"""What is installed with the program: pages of the manual and examples."""
+"""What is installed with the program: pages of the manual, examples, and files to begin with."""
 
 import os
 import posixpath
@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 import vanelock
 from vanelock.common.errors import InputError
-from vanelock.common.files.files import writing
+from vanelock.common.files.files import placed, writing
 
 PAGES = Path(vanelock.__path__[0]) / "manual"
 PARTS = {
@@ -135,11 +135,7 @@ def write_example(name: str, path: Path | None = None) -> Path:
         raise InputError(f'--example "{name}": expected one of {", ".join(examples())}')
     source = examples()[name]
     target = Path(source.name) if path is None else path
-    if os.path.lexists(target):
-        kind = "folder" if source.is_dir() else "file"
-        raise InputError(f"{target}: exists already; name another {kind}")
-    if not target.parent.is_dir():
-        raise InputError(f"{target}: cannot be written: {target.parent} is not a folder")
+    _refuse_taken(target, "folder" if source.is_dir() else "file")
     with (
         writing(target),
         TemporaryDirectory(prefix=f".{target.name}.", dir=target.parent) as folder,
@@ -153,9 +149,47 @@ def write_example(name: str, path: Path | None = None) -> Path:
     return target
 
 
+def _refuse_taken(path: Path, kind: str) -> None:
+    """Refuse a path that is there already, or whose folder is not."""
+    if os.path.lexists(path):
+        raise InputError(f"{path}: exists already; name another {kind}")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: cannot be written: {path.parent} is not a folder")
+
+
 def how_to_use(path: Path) -> str:
     """What to do with an example that was written."""
     for file in (path, path / "scene.toml", path / "study.toml"):
         if file.is_file():
             return f"run it with: vanelock run {file}"
     return "open its notebooks with Jupyter"
+
+
+TEMPLATES = Path(vanelock.__path__[0]) / "input" / "templates"
+
+
+def template_text(kind: str = "study", all_keys: bool = False) -> str:
+    """The text of a commented file, "study" or "scene": the first keys to set, or every key."""
+    if not all_keys:
+        return (TEMPLATES / f"first_{kind}.toml").read_text("utf-8")
+    from vanelock.analyses import ANALYSES
+
+    text = (TEMPLATES / f"{kind}.toml").read_text("utf-8")
+    joint = "contacts.lap" if kind == "scene" else "joints.interlock"
+    tables = [a.template for a in ANALYSES if kind == "study" or a.scene_keys is not None]
+    return "\n".join([text, *(each.replace("JOINT", joint) for each in tables if each)])
+
+
+def write_template(
+    path: str | os.PathLike[str], kind: str = "study", all_keys: bool = False
+) -> None:
+    """Write it to a file that is not there yet.
+
+    Raises
+    ------
+    InputError
+        If the file exists or cannot be written.
+    """
+    _refuse_taken(Path(path), "file")
+    with placed(path) as temporary:
+        temporary.write_text(template_text(kind, all_keys), "utf-8")

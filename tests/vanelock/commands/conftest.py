@@ -8,8 +8,7 @@ import pytest
 from tests.small_study import SMALL
 from vanelock import parse_study
 from vanelock.__main__ import main
-from vanelock.commands.fit.fit import rejoined
-from vanelock.commands.fit.refit_model import Rejoined
+from vanelock.commands.fit.refit_model import Rejoined, rejoined
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.step import Stages
 

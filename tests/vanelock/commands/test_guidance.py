@@ -86,7 +86,7 @@ def test_study_files_and_every_setting_of_a_study_are_completed(tmp_path):
         {"rom": {"route": "paper", "modes": 5}},
         {"rom": {"modes": 5}},
     ]
-    found = {setting.key for each in studies for setting in settings_of(Study.model_validate(each))}
+    found = {key for each in studies for key in settings_of(Study.model_validate(each))}
     assert found <= set(setting_keys(""))
     assert setting_keys("mesh") == ["mesh.size"]
 

@@ -14,9 +14,9 @@ from scipy.stats import binom
 
 from tests.verification.vane import DIMENSIONS, HOOK, JOINTS, SIZE
 from vanelock import parse_study
-from vanelock.commands.fit.fit import rejoined
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter
+from vanelock.commands.fit.refit_model import rejoined
 from vanelock.commands.fit.solution import LEVEL
 from vanelock.commands.fit.tables import doubts
 from vanelock.input.measured.curve import Measured
@@ -90,9 +90,8 @@ def fitted(model, hertz, true, seed, starts, given=True, by_slopes=True, **fixed
         chosen = fixed | dict(zip(starts, values.tolist(), strict=True))
         return model.slopes(chosen, list(starts), rig)
 
-    return fit(
-        predict, data, sigma if given else None, parameters, slopes=slopes if by_slopes else None
-    )
+    sizes = sigma if given else np.ones(len(data))
+    return fit(predict, data, sizes, parameters, 1, given, slopes=slopes if by_slopes else None)
 
 
 @pytest.fixture(scope="module")

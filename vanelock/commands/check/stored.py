@@ -5,7 +5,7 @@ from pathlib import Path
 
 import h5py
 
-from vanelock.commands.stored.contents import as_written, load_file
+from vanelock.commands.stored.contents import as_written, contents_of
 from vanelock.common.errors import InputError
 from vanelock.common.files.hdf5 import opened
 from vanelock.common.tables import counted
@@ -33,28 +33,23 @@ def stored(path: Path) -> tuple[list[Row], str]:
     if kind == "vanelock-system":
         return list(_system(System.load(path))), f"{path}: a system that can be solved"
     with results_file.open_results(path) as file:
-        loaded = load_file(path, file)
         with as_written(file):
-            sizes = list(_sizes(file))
+            loaded, sizes = contents_of(path, file), list(_sizes(file))
         products = list(_products(file))
+    failed = f"{len(loaded.failed):,}"
+    if loaded.failed:
+        named = [*(name[:60] for name in list(loaded.failed)[:LISTED])]
+        failed += f": {', '.join(named + ['...'] * (len(loaded.failed) > LISTED))}"
     rows = [
         ("complete", "yes" if loaded.complete else "NO: the run was stopped or is under way"),
         ("date", loaded.date),
         ("cases", f"{len(loaded.cases):,}"),
-        ("failed", _failed(list(loaded.failed))),
+        ("failed", failed),
         ("monitor", loaded.monitor.name or "-"),
         *sizes,
         ("read", ", ".join(counted(products.count(n), n) for n in KINDS if n in products) or "-"),
     ]
     return rows, f"{path}: results of a run"
-
-
-def _failed(names: list[str]) -> str:
-    """How many cases could not be computed, and the first of them."""
-    if not names:
-        return "0"
-    listed = ", ".join(name[:60] for name in names[:LISTED])
-    return f"{len(names):,}: {listed}{', ...' if len(names) > LISTED else ''}"
 
 
 def _system(system: System) -> Iterator[Row]:

@@ -1,7 +1,8 @@
 """Check a study without computing: its cases, parts, outputs, and what they will take."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from vanelock.analyses import ANALYSES
 from vanelock.commands.fit.parameters import varied_parameters
@@ -10,13 +11,17 @@ from vanelock.common.tables import counted
 from vanelock.files import load_study
 from vanelock.input.cases.sweep import Case, cases
 from vanelock.input.measured.curve import Measured, curve_mistakes, load_measured
-from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane
+from vanelock.input.schema.structure.own_mesh import OwnCasing, OwnVane, refuse_without_areas
 from vanelock.input.schema.study import Study
 from vanelock.input.settings import unusual
 from vanelock.mesh.element_size import element_size, words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.cost_estimate import estimated
 from vanelock.stages.parts.loads import load_lines
+
+if TYPE_CHECKING:
+    from vanelock.mesh import Part
+    from vanelock.pipeline.step import Step
 
 Row = tuple[str, str]
 
@@ -31,11 +36,12 @@ def planned_study(path: Path, outside: bool) -> Iterator[Row]:
     if any(case.study.accuracy is not None for case in found):
         yield "accuracy", "; ".join(dict.fromkeys(_accuracy(case.study) for case in found))
     yield from (("warning", text) for text in unusual(study))
-    own: dict[str, int] = {}
-    yield from _parts(study, found, own)
+    meshes = _own_meshes([case.study for case in found])
+    yield from _parts(found, meshes)
     loaded = getattr(found[0].study.casing, "force_nodes", None)
     yield from (("load", text) for text in load_lines(found[0].study, loaded))
-    needed = estimated(found, mesh_dofs=own, analyses=ANALYSES)
+    dofs = {name: 3 * len(part.points) for name, part in meshes.items()}
+    needed = estimated(found, mesh_dofs=dofs, analyses=ANALYSES)
     if needed is not None:
         yield from ((what, f"about {value}") for what, value in needed.words().items())
         yield from [("warning", needed.warning)] if needed.warning else []
@@ -64,30 +70,39 @@ def _of_curves(study: Study) -> list[str]:
     return found
 
 
-def _parts(study: Study, cases: tuple[Case, ...], dofs: dict[str, int]) -> Iterator[Row]:
-    """Sizes of the parts; a user's mesh is read and matched, once for each way that is swept.
-
-    The degrees of freedom of these go into `dofs`.
-    """
-    parts = {"vane": OwnVane, "casing": OwnCasing}
-    own = [name for name, kind in parts.items() if isinstance(getattr(study, name), kind)]
-    meshes = {}
-    if own:
-        from vanelock.commands.check.own_meshes import own_meshes
-
-        meshes = own_meshes(case.study for case in cases)
-    for name in parts:
-        if name in own:
-            part = meshes[name]
-            dofs[name] = 3 * len(part.points)
+def _parts(cases: tuple[Case, ...], meshes: "dict[str, Part]") -> Iterator[Row]:
+    """Sizes of the parts, a user's own meshes among them."""
+    for name in ("vane", "casing"):
+        if (part := meshes.get(name)) is not None:
             sets = ", ".join(f"{key} {len(nodes)}" for key, nodes in part.node_sets.items())
-            yield (
-                name,
-                f"{len(part.points):,} nodes, {len(part.cells):,} {part.cell_type}; {sets}",
-            )
+            size = f"{len(part.points):,} nodes, {len(part.cells):,} {part.cell_type}"
+            yield name, f"{size}; {sets}"
         else:
             sizes = dict.fromkeys(_elements(case.study, name) for case in cases)
             yield name, f"from dimensions, elements {', '.join(sizes)}"
+
+
+def _own_meshes(studies: Sequence[Study]) -> "dict[str, Part]":
+    """A user's meshes in the first of some studies; the others' are read and matched, too."""
+    kinds = {"vane": OwnVane, "casing": OwnCasing}
+    own = [name for name, kind in kinds.items() if isinstance(getattr(studies[0], name), kind)]
+    if not own:
+        return {}
+    from vanelock.stages.parts.components import PARTS, mesh_step
+
+    made: dict[str, Any] = {}
+
+    def product(step: Step[Any]) -> Any:
+        if step.key not in made:
+            made[step.key] = step.compute(*map(product, step.needs))
+        return made[step.key]
+
+    first: dict[str, Part] = {}
+    for study in studies:
+        parts = {name: product(mesh_step(study, name)) for name in PARTS}
+        first = first or parts
+        refuse_without_areas(study, parts["vane"])
+    return {name: first[name] for name in own}
 
 
 def _accuracy(study: Study) -> str:

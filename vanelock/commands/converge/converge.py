@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,8 @@ from vanelock import nonlinear
 from vanelock.commands.converge.settings import (
     DOFS,
     NAME,
-    NumericalSetting,
+    POINTS,
+    Level,
     Outcome,
     draw,
     markdown,
@@ -35,7 +36,7 @@ from vanelock.input.schema.study import Study
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Finished, Listener, Notice, silent
-from vanelock.pipeline.step import Stages, Step
+from vanelock.pipeline.step import Stages, reachable
 from vanelock.results.files.run_folder import claimed, record
 from vanelock.stages.accuracy.choose_mesh import choose_mesh
 from vanelock.stages.campbell.frequencies import with_temperature_speeds
@@ -90,7 +91,9 @@ def converge_study(
         if case.study.response.direction == "both":
             raise InputError('response.direction = "both": converge takes one of them, up or down')
         base = pinned(case, stages)
-        found = _Measuring(base, stages, listener).all(settings_of(base, dofs, only))
+        measuring, found = _Measuring(base, stages, listener), tuple[Outcome, ...]()
+        for key, levels in settings_of(base, dofs, only).items():
+            found += measuring.setting(key, levels)
         text = table(found, study.name)
         record(path / f"{NAME}.json", json.dumps([asdict(each) for each in found], indent=1))
         record(path / f"{NAME}.md", markdown(found))
@@ -122,99 +125,56 @@ class _Measuring:
     """The runs."""
 
     def __init__(self, study: Study, stages: Stages, listener: Listener) -> None:
-        self.study, self.stages, self.listener = study, stages, listener
+        self.stages, self.listener = stages, listener
         base = _planned(study, "as it stands")
-        free = self.stages.get(base.linear.responses["free"])
-        self.monitor = monitor(study.outputs.monitor, stages.get(base.system), free)
-        self._warm_up(base)
-        self.stages.get(base.response)
-        self.costs = self._known()
+        system, options = stages.get(base.system), study.response
+        free = stages.get(base.linear.responses["free"])
+        self.monitor = monitor(study.outputs.monitor, system, free)
+        tuned = stages.get(base.linear.limits).free_frequency
+        nonlinear.frequency_response(  # loads what the first one loads, which is no cost of its own
+            system,
+            [0.99 * tuned, tuned],
+            nonlinear.Options(1, coupling=options.coupling, friction=options.friction),
+        )
+        stages.get(base.response)
+        self.costs_file = stages.cache.folder / "costs.json"
+        self.costs = _costs(self.costs_file)
         self.unit = sum(self._cpu(base).values())
 
-    def all(self, settings: Sequence[NumericalSetting]) -> tuple[Outcome, ...]:
-        """Every value of every setting."""
-        found: list[Outcome] = []
-        for setting in settings:
-            found += self._setting(setting)
-            record(self._costs_file, json.dumps(self.costs))
-        return tuple(found)
-
-    @property
-    def _costs_file(self) -> Path:
-        assert isinstance(self.stages.cache, Cache)
-        return self.stages.cache.folder / "costs.json"
-
-    def _known(self) -> dict[str, float]:
-        """Processor times of stages whose products no cache holds, from an earlier run here."""
-        try:
-            known = json.loads(self._costs_file.read_text("utf-8"))
-            return {str(key): float(value) for key, value in known.items()}
-        except (OSError, ValueError, AttributeError, TypeError):
-            return {}
-
-    def _warm_up(self, planned: Planned) -> None:
-        """Load what the first response loads, which is no cost of its own."""
-        limits, system = self.stages.get(planned.linear.limits), self.stages.get(planned.system)
-        options = self.study.response
-        nonlinear.frequency_response(
-            system,
-            [0.99 * limits.free_frequency, limits.free_frequency],
-            nonlinear.Options(1, coupling=options.coupling, friction=self.study.response.friction),
-        )
-
-    def _setting(self, setting: NumericalSetting) -> list[Outcome]:
+    def setting(self, key: str, levels: Sequence[Level]) -> tuple[Outcome, ...]:
         """All values of one; what cannot be computed is reported and left out."""
-        runs: list[tuple[str, bool, _Peak, dict[str, float]]] = []
-        chains = [_planned(each.study, f"{setting.key} = {each.shown}") for each in setting.levels]
-        for i, (level, made) in enumerate(zip(setting.levels, chains, strict=True)):
+        runs: list[tuple[Level, _Peak, dict[str, float]]] = []
+        chains = [_planned(level.study, f"{key} = {level.shown}") for level in levels]
+        for i, (level, made) in enumerate(zip(levels, chains, strict=True)):
             try:
                 response = self.stages.get(made.response)
-                peak = self._peak(made, response, not setting.points)
+                peak = self._peak(made, response, key != POINTS)
             except InputError as error:
-                self.listener(Notice(f"{setting.key} = {level.shown}: {error}"))
+                self.listener(Notice(f"{key} = {level.shown}: {error}"))
                 continue
-            runs.append((level.shown, level.own, peak, self._cpu(made)))
+            runs.append((level, peak, self._cpu(made)))
             last = made, response
             self.stages.retain([later.response for later in chains[i + 1 :]])
-        shared = set.intersection(*(set(cpu) for *_, cpu in runs)) if runs else set[str]()
+        record(self.costs_file, json.dumps(self.costs))
         if not runs:
-            return []
-        truth = self._peak(*last, True) if setting.points else runs[-1][2]
+            return ()
+        shared = set.intersection(*(set(cpu) for *_, cpu in runs))
+        truth = self._peak(*last, True) if key == POINTS else runs[-1][1]
         outcomes = []
-        for i, (value, own, peak, cpu) in enumerate(runs):
-            seconds = sum(s for key, s in cpu.items() if key not in shared)
-            finest = i == len(runs) - 1
-            errors = (
-                abs(peak.amplitude / truth.amplitude - 1),
-                abs(peak.frequency / truth.frequency - 1),
-            )
-            if finest and not setting.points:
-                errors = (float("nan"), float("nan"))
-            outcomes.append(
-                Outcome(
-                    setting.key,
-                    value,
-                    seconds / self.unit,
-                    seconds,
-                    peak.amplitude,
-                    peak.frequency,
-                    *errors,
-                    own,
-                    peak.lost,
-                )
-            )
-        return outcomes
+        for level, peak, cpu in runs:
+            seconds = sum(s for step, s in cpu.items() if step not in shared)
+            cost, size, place = (seconds / self.unit, seconds), peak.amplitude, peak.frequency
+            errors = abs(size / truth.amplitude - 1), abs(place / truth.frequency - 1)
+            if peak is truth:
+                errors = float("nan"), float("nan")
+            outcome = Outcome(key, level.shown, *cost, size, place, *errors, level.own, peak.lost)
+            outcomes.append(outcome)
+        return tuple(outcomes)
 
     def _cpu(self, made: Planned) -> dict[str, float]:
         """Processor time of the stages behind a response, by key, s."""
-        found: dict[str, float] = {}
-        waiting: list[Step[Any]] = [made.response]
-        while waiting:
-            step = waiting.pop()
-            if step.key not in found:
-                found[step.key] = self.costs.setdefault(step.key, self.stages.cpu.get(step.key, 0))
-                waiting += step.needs
-        return found
+        keys = [step.key for step in reachable([made.response])]
+        return {key: self.costs.setdefault(key, self.stages.cpu.get(key, 0)) for key in keys}
 
     def _peak(self, made: Planned, response: Response, located: bool) -> _Peak:
         """The largest response, between the frequencies computed if asked."""
@@ -229,17 +189,20 @@ class _Measuring:
             return _Peak(float(a[top]), float(f[top]), lost)
         lead = f[max(top - 1 - LEAD, 0) : top - 1]
         listed = np.unique([*lead, *np.linspace(f[top - 1], f[top + 1], NEAR)])
-        near = with_values(
-            made.case.study,
-            {
-                "response.frequencies": listed.tolist(),
-                "response.range": None,
-                "response.points": None,
-            },
-        )
+        every = {"response.frequencies": listed.tolist(), "response.range": None, POINTS: None}
+        near = with_values(made.case.study, every)
         fine = self.stages.get(_planned(near, "near the peak").response)
         amplitude, frequency = vertex(fine.frequency, self.monitor.amplitude(fine))
         return _Peak(amplitude, frequency, lost)
+
+
+def _costs(file: Path) -> dict[str, float]:
+    """Processor times of stages whose products no cache holds, from an earlier run here."""
+    try:
+        costs = json.loads(file.read_text("utf-8"))
+        return {str(key): float(value) for key, value in costs.items()}
+    except (OSError, ValueError, AttributeError, TypeError):
+        return {}
 
 
 def vertex(frequency: Floats, amplitude: Floats) -> tuple[float, float]:

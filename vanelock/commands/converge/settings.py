@@ -7,7 +7,7 @@ what is measured against it says nothing of the other settings, nor of what the 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -20,6 +20,7 @@ from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.schema.structure.structure import ACCURACY
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
+from vanelock.input.settings import same
 from vanelock.mesh.element_size import LARGEST, SMALLEST, element_size, words_of
 from vanelock.mesh.geometry.dimensions import CasingDimensions, VaneDimensions
 from vanelock.nonlinear.contact.sampling import least_samples
@@ -33,12 +34,15 @@ COARSEST = 0.025
 """Largest elements tried, m, unless the study has larger ones; larger ones change little."""
 
 
+POINTS = "response.points"
+"""The setting that varies the frequencies themselves: the peak is then the largest of them, not
+located between them."""
+
 _Values = Iterable[tuple[str, dict[str, Any]]]
 """Of a setting: each in words, and the keys that are changed for it."""
 
 
-@dataclass(frozen=True)
-class _Level:
+class Level(NamedTuple):
     """A value of a setting in words, the study with it, and whether the study has it anyway."""
 
     shown: str
@@ -46,62 +50,42 @@ class _Level:
     own: bool
 
 
-@dataclass(frozen=True)
-class NumericalSetting:
-    """A setting and its values.
-
-    Attributes
-    ----------
-    key : str
-        Of the study file.
-    levels : tuple of Level
-        From rough to fine; the last one is the reference.
-    points : bool
-        Whether it is the frequencies themselves that are varied: the peak is then the largest of
-        them, not located between them.
-    """
-
-    key: str
-    levels: tuple[_Level, ...]
-    points: bool = False
-
-
 def settings_of(
     study: Study, dofs: float = DOFS, names: Sequence[str] = ()
-) -> tuple[NumericalSetting, ...]:
-    """The settings of some names that a study has, all where none is named."""
-    every = [setting for setting in _every(study, dofs) if len(setting.levels) > 1]
-    known = [setting.key for setting in every]
+) -> dict[str, list[Level]]:
+    """The settings that a study has, or those named, from rough to fine: the last is the truth."""
+    every = {key: _levels(study, values) for key, values in _every(study, dofs)}
+    every = {key: levels for key, levels in every.items() if len(levels) > 1}
     for name in names:
-        if name not in known:
-            raise InputError(f"--setting {show(name)}: this study has {', '.join(known)}")
-    return tuple(setting for setting in every if not names or setting.key in names)
+        if name not in every:
+            raise InputError(f"--setting {show(name)}: this study has {', '.join(every)}")
+    return {key: levels for key, levels in every.items() if not names or key in names}
 
 
-def _every(study: Study, dofs: float) -> Iterator[NumericalSetting]:
+def _every(study: Study, dofs: float) -> Iterator[tuple[str, _Values]]:
     if isinstance(study.vane, VaneDimensions) and isinstance(study.casing, CasingDimensions):
-        yield _setting(study, "mesh.size", [_size(study, s) for s in _sizes(study, dofs)])
+        yield "mesh.size", [_size(study, s) for s in _sizes(study, dofs)]
     yield _reductions(study)
     response, H = study.response, study.response.harmonics
     least = {h: least_samples(h) for h in (1, 2, 3, 5, 7, 9, H, 2 * H - 1 if H > 4 else 9)}
     sampled = response.samples
     harmonics = sorted(h for h, count in least.items() if sampled is None or sampled >= count)
-    yield _setting(study, "response.harmonics", _of("response.harmonics", harmonics))
+    yield "response.harmonics", _of("response.harmonics", harmonics)
     if response.friction == "orthogonal":
         counts = {2**i for i in range(5, 11) if 2**i >= least[H]}
         counts |= set() if sampled is None else {sampled}
-        values = [*_of("response.samples", sorted(counts)), ("located", {"response.samples": None})]
-        yield _setting(study, "response.samples", values)
-    if response.frequencies is None:
-        yield _points(study)
+        key = "response.samples"
+        yield key, [*_of(key, sorted(counts)), ("located", {key: None})]
+    if response.frequencies is None:  # even ones, each step half of the one before, or adaptive
+        even = _of(POINTS, sorted({*(20 * 2**i + 1 for i in range(7)), response.points or 21}))
+        yield POINTS, [*even[:-1], ("adaptive", {POINTS: None}), even[-1]]
     words = ("constant-load", "uncoupled", "coupled")
-    yield _setting(study, "response.coupling", _of("response.coupling", words))
-    own = set(study.patches.values())
-    patches = ((word, {} if own == {word} else {"joints.patch": word}) for word in ("node", "area"))
-    yield _setting(study, "joints.patch", patches)
+    yield "response.coupling", _of("response.coupling", words)
+    own, key = set(study.patches.values()), "joints.patch"
+    yield key, [(word, {} if own == {word} else {key: word}) for word in ("node", "area")]
 
 
-def _of(key: str, values: Iterable[Any]) -> _Values:
+def _of(key: str, values: Iterable[Any]) -> list[tuple[str, dict[str, Any]]]:
     """Values of one key."""
     return [(str(value), {key: value}) for value in values]
 
@@ -113,17 +97,13 @@ def _sizes(study: Study, dofs: float) -> list[Any]:
     found: list[Any] = [own]
     coarser = largest * STEP
     while coarser <= min(max(COARSEST, largest), LARGEST) * 1.02:
-        found.insert(0, _rounded(coarser))
+        found.insert(0, float(f"{coarser:.3g}"))
         coarser *= STEP
     finer = min(element_size(own, part) for part in ("vane", "casing")) / STEP
     while finer >= SMALLEST and unknowns(study, finer) <= dofs:
-        found.append(_rounded(finer))
+        found.append(float(f"{finer:.3g}"))
         finer /= STEP
     return found
-
-
-def _rounded(size: float) -> float:
-    return float(f"{size:.3g}")
 
 
 def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
@@ -133,7 +113,7 @@ def _size(study: Study, size: Any) -> tuple[str, dict[str, Any]]:
     return shown, {"mesh.size": size, "mesh.face_nodes": None}  # no other mesh has so many
 
 
-def _reductions(study: Study) -> NumericalSetting:
+def _reductions(study: Study) -> tuple[str, _Values]:
     """Accuracy of the reduced parts, or their numbers of modes."""
     own, options = study.rom, [study.rom.of(part) for part in PARTS]
     levels: list[tuple[str, dict[str, Any]]] = []
@@ -142,39 +122,25 @@ def _reductions(study: Study) -> NumericalSetting:
         for a in sorted({1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, accuracy}, reverse=True):
             is_own = own.accuracy is None and a == accuracy
             levels.append((f"{a:g}", {} if is_own else {"rom.accuracy": a}))
-        return _setting(study, "rom.accuracy", levels)
+        return "rom.accuracy", levels
     for factor in (0.5, 1, 2, 4):
         pair = tuple(max(int(factor * (each["modes"] or 1)), 1) for each in options)
         shown = f"{pair[0]}" if pair[0] == pair[1] else f"{pair[0]} + {pair[1]}"
         levels.append((shown, {} if factor == 1 else {"rom.modes": pair}))
-    return _setting(study, "rom.modes", levels)
+    return "rom.modes", levels
 
 
-def _points(study: Study) -> NumericalSetting:
-    """Frequencies over the range: even ones, each step half of the one before, or adaptive ones."""
-    key, own = "response.points", study.response.points
-    *counts, finest = sorted({*(20 * 2**i + 1 for i in range(7)), own or 21})
-    values = [*_of(key, counts), ("adaptive", {key: None}), *_of(key, [finest])]
-    return _setting(study, key, values, points=True)
-
-
-def _setting(study: Study, key: str, values: _Values, points: bool = False) -> NumericalSetting:
-    """A setting of those of its values that the study can have."""
+def _levels(study: Study, values: _Values) -> list[Level]:
+    """Those of a setting's values that the study can have."""
     levels = []
     for shown, changes in values:
-        own = all(_same(value_at(study, name), value) for name, value in changes.items())
+        own = all(same(value_at(study, name), value) for name, value in changes.items())
         try:
             changed = study if own else with_values(study, changes)
         except ValidationError:
             continue  # such as patches of a part that has no dimensions
-        levels.append(_Level(shown, changed, own))
-    return NumericalSetting(key, tuple(levels), points)
-
-
-def _same(setting_value: Any, value: Any) -> bool:
-    if isinstance(setting_value, float) and isinstance(value, float):
-        return bool(np.isclose(setting_value, value, rtol=1e-9))
-    return bool(setting_value == value)
+        levels.append(Level(shown, changed, own))
+    return levels
 
 
 NAME = "converge"

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from vanelock import render
-from vanelock.commands.converge.converge import pinned
 from vanelock.commands.fit.least_squares import enough, fit
 from vanelock.commands.fit.parameters import FitParameter, by_key, in_words, varied_parameters
-from vanelock.commands.fit.refit_model import Rejoined
+from vanelock.commands.fit.refit_model import Rejoined, rejoined
 from vanelock.commands.fit.solution import FitSolution
 from vanelock.commands.fit.tables import fit_table, json_of
 from vanelock.common.arrays import Floats
@@ -22,7 +21,6 @@ from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import counted
 from vanelock.common.toml import toml_tables
-from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.input.measured.curve import Measured, load_measured
 from vanelock.input.measured.units import DISPLACEMENT
@@ -33,10 +31,6 @@ from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Begun, Finished, Listener, Notice, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results.files.run_folder import claimed, record
-from vanelock.stages.campbell.frequencies import with_temperature_speeds
-from vanelock.stages.parts.loads import described
-from vanelock.stages.plan import Planned, plan
-from vanelock.stages.response.responses import monitor
 
 NAME = "fit"
 FINE = 160
@@ -79,7 +73,9 @@ def fit_study(
         raise InputError("fit: the study has no [fit] table, which names what to fit")
     path, began, starts = Path(folder), time.perf_counter(), study.fit.starts
     curves = _usable(study, load_measured(study), listener)
-    study = _unswept(study, listener)
+    if study.sweep or study.rows or study.scatter:
+        listener(Notice("keys that vary have their own value"))
+        study = with_values(study, {})
     parameters = varied_parameters(study, "fit")
     enough(sum(len(each.amplitude) for each in curves), len(parameters))
     with claimed(path):
@@ -111,41 +107,6 @@ def _usable(study: Study, curves: Sequence[Measured], listener: Listener) -> lis
     return own
 
 
-def _unswept(study: Study, listener: Listener) -> Study:
-    """The study with its unswept values, which is said."""
-    if not (study.sweep or study.rows or study.scatter):
-        return study
-    listener(Notice("keys that vary have their own value"))
-    return with_values(study, {})
-
-
-def planned_alone(study: Study, stages: Stages, listener: Listener = silent) -> Planned:
-    """The steps of a study's only case, its temperatures known and an accuracy's mesh chosen."""
-    (case,) = with_temperature_speeds(cases(study), stages)
-    if text := described(case.study):
-        listener(Notice(text))
-    chosen = pinned(case, stages)
-    if study.accuracy is not None:
-        (case,) = cases(chosen)
-    return plan([case])[0]
-
-
-def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:
-    """A study's reduced parts, to be joined with other values of what does not change them."""
-    return model_of(planned_alone(study, stages, listener), stages)
-
-
-def model_of(planned: Planned, stages: Stages) -> Rejoined:
-    """The same of a case that is planned."""
-    study = planned.case.study
-    for step in planned.structure.reduced(planned.diameters):  # before one of them is asked for
-        stages.get(step)
-    free = stages.get(planned.linear.responses["free"])
-    watched = monitor(study.outputs.monitor, stages.get(planned.system), free)
-    gauges = None if planned.gauges is None else stages.get(planned.gauges)
-    return Rejoined(planned, study, stages.get, watched, gauges)
-
-
 def _fitted(
     model: Rejoined,
     curves: Sequence[Measured],
@@ -168,21 +129,16 @@ def _fitted(
         return f"{hertz:.6g} Hz" + (f" of {curve.label}" if len(curves) > 1 else "")
 
     data = np.concatenate([curve.amplitude for curve in curves])
-    sigma = [curve.sigma for curve in curves if curve.sigma is not None]
-    weights = np.concatenate(
-        [np.full(len(curve.amplitude), curve.amplitude.max()) for curve in curves]
-    )
-    return fit(
-        predict,
-        data,
-        np.concatenate(sigma) if sigma else None,
-        parameters,
-        starts,
-        weights,
-        listener,
-        [[named(each, f) for f in each.frequency] for each in curves],
-        slopes,
-    )
+    spread = np.concatenate([_spread(curve) for curve in curves])
+    known = curves[0].sigma is not None
+    names = [[named(each, f) for f in each.frequency] for each in curves]
+    return fit(predict, data, spread, parameters, starts, known, listener, names, slopes)
+
+
+def _spread(curve: Measured) -> Floats:
+    """Standard deviations of a curve's points, or, not known, its largest amplitude for each."""
+    size = curve.amplitude.max() if curve.sigma is None else curve.sigma
+    return np.full(len(curve.amplitude), size)
 
 
 def remarks(model: Rejoined, curves: Sequence[Measured], solution: FitSolution) -> Iterator[str]:
@@ -197,22 +153,22 @@ def remarks(model: Rejoined, curves: Sequence[Measured], solution: FitSolution) 
         if curve.quantity != DISPLACEMENT:
             continue
         size = model.amplitudes(after, curve)
-        missed = model.neglected(after, curve) * size / _scatter(solution, curve)
+        missed = model.neglected(after, curve) * size / (solution.scale * _spread(curve))
         missed = np.where(np.isnan(missed) & np.isfinite(size), np.inf, np.nan_to_num(missed))
-        worst = int(missed.argmax())
-        if missed[worst] > MISSED:
-            known = f"{missed[worst]:.2g} standard deviations of the points"
-            by = known if np.isfinite(missed[worst]) else "an unknown amount"
+        if text := _beyond_scatter(curve, missed):
             yield (
-                f"HARMONICS ARE TOO FEW: those above {model.study.response.harmonics} change the "
-                f"fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by {by}: raise "
-                "response.harmonics"
+                f"HARMONICS ARE TOO FEW: those above {model.study.response.harmonics} change {text}"
+                ": raise response.harmonics"
             )
 
 
-def _scatter(solution: FitSolution, curve: Measured) -> Any:
-    """Standard deviations of a curve's points, as far as is known."""
-    return solution.scale * (curve.amplitude.max() if curve.sigma is None else curve.sigma)
+def _beyond_scatter(curve: Measured, share: Floats) -> str:
+    """Where a change is largest over the scatter of a curve's points; empty if it is within."""
+    worst = int(share.argmax())
+    by = f"{share[worst]:.2g} standard deviations of the points"
+    by = by if np.isfinite(share[worst]) else "an unknown amount"
+    text = f"the fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by {by}"
+    return text if share[worst] > MISSED else ""
 
 
 def _other_correction(
@@ -226,13 +182,11 @@ def _other_correction(
         return
     for curve in curves:
         change = there.amplitudes(after, curve) - model.amplitudes(after, curve)
-        moved = np.nan_to_num(np.abs(change) / _scatter(solution, curve))
-        worst = int(moved.argmax())
-        if moved[worst] > MISSED:
+        moved = np.nan_to_num(np.abs(change) / (solution.scale * _spread(curve)))
+        if text := _beyond_scatter(curve, moved):
             yield (
                 "THE MESH CORRECTION IS THAT OF THE STUDY'S JOINTS: that of the fitted ones "
-                f"changes the fitted {curve.label} at {curve.frequency[worst]:.6g} Hz by "
-                f"{moved[worst]:.2g} standard deviations of the points: fit fitted.toml, too"
+                f"changes {text}: fit fitted.toml, too"
             )
 
 
@@ -276,8 +230,16 @@ def write_fitted(
     without: Iterable[str] = (),
 ) -> list[Path]:
     """Write the study's text with fitted values, if that can be; what was written."""
+    changes: dict[Any, float | str] = {
+        key: value if isinstance(value, str) else float(f"{value:.{DIGITS}g}")
+        for key, value in values.items()
+    }
     try:
-        made = _fitted_text(text, values, beside, path.parent, without)
+        for location, file in files_named(toml_tables(text, "study")):
+            if not os.path.isabs(file):  # so that it is reachable from another folder
+                place = os.path.relpath(beside / file, path.parent)
+                changes[location] = place.replace(os.sep, "/")
+        made = rewritten(text, changes, without)
         record(path, made)
     except InputError as error:
         listener(Notice(f"{path.name} is not written: {error}"))
@@ -285,24 +247,6 @@ def write_fitted(
     if any(file.startswith("..") for _, file in files_named(toml_tables(made, "study"))):
         listener(Notice(f"{path.name} names files outside its folder: run it with --allow-outside"))
     return [path]
-
-
-def _fitted_text(
-    text: str,
-    values: Mapping[str, float | str],
-    beside: Path,
-    folder: Path,
-    without: Iterable[str],
-) -> str:
-    """The study's text with fitted values, its files reachable from another folder."""
-    changes: dict[Any, float | str] = {
-        key: value if isinstance(value, str) else float(f"{value:.{DIGITS}g}")
-        for key, value in values.items()
-    }
-    for location, file in files_named(toml_tables(text, "study")):
-        if not os.path.isabs(file):
-            changes[location] = os.path.relpath(beside / file, folder).replace(os.sep, "/")
-    return rewritten(text, changes, without)
 
 
 def _panel(model: Rejoined, curve: Measured, after: dict[str, float]) -> render.FitPanel:

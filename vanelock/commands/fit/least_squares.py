@@ -15,9 +15,8 @@ model is linear as far as its own errors reach: Σ r² must rise by s² one stan
 each singular vector, which is evaluated.
 """
 
-import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -26,9 +25,9 @@ from scipy.stats import qmc
 
 from vanelock.commands.fit.parameters import (
     FitParameter,
+    Progress,
     bounds_of,
     in_words,
-    on_bounds,
     starts_of,
     values_of,
 )
@@ -36,7 +35,7 @@ from vanelock.commands.fit.solution import UNDETERMINED, Direction, FitSolution,
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
 from vanelock.common.tables import counted
-from vanelock.pipeline.progress import Listener, Notice, Trial, silent
+from vanelock.pipeline.progress import Listener, Notice, silent
 
 Predict = Callable[[Floats], Floats]
 """Model values (n,) at parameters θ (p,), or their (n, p) slopes θ dA/dθ; NaN where not known."""
@@ -51,8 +50,6 @@ USUAL = 8
 """Of them, before any is known."""
 UNKNOWN = 100.0
 """Standard error of x that stands for any larger one, and for none at all."""
-BOUND = 1e-2
-"""Of the range: closer to a bound a parameter is said to be held by it."""
 LOST = 0.5
 """Share of points without a model value above which a trial is refused."""
 
@@ -60,28 +57,27 @@ LOST = 0.5
 def fit(
     predict: Predict,
     data: Floats,
-    sigma: Floats | None,
+    sigma: Floats,
     parameters: Sequence[FitParameter],
     starts: int = 1,
-    weights: Floats | None = None,
+    known: bool = True,
     listener: Listener = silent,
     curves: Sequence[Sequence[str]] | None = None,
     slopes: Predict | None = None,
 ) -> FitSolution:
-    """Fit parameters to data."""
+    """Fit parameters to data of standard deviations, or, not `known`, of about such sizes."""
     n, p = len(data), len(parameters)
     enough(n, p)
-    spread = np.asarray(sigma if sigma is not None else np.ones(n) if weights is None else weights)
-    problem = _Problem(
-        predict, slopes, data, spread, tuple(parameters), sigma is not None, listener
-    )
+    unit, scale = ("standard deviations", 1.0) if known else ("% of the largest amplitude", 100.0)
+    progress = Progress(listener, 0, "misfit", unit, scale)
+    problem = _Problem(predict, slopes, data, sigma, tuple(parameters), known, progress)
     curves = curves or [[f"point {i + 1}" for i in range(n)]]
     found: list[tuple[Start, Floats]] = []
     for number, x in enumerate(problem.begins(starts), 1):
-        begun = problem.evaluations
+        begun = progress.trials
         problem.expect(starts - number + 1, [start.evaluations for start, _ in found])
-        before = problem.misfit(x)
-        start = Start(problem.outer(x), problem.outer(x), before, before, 0, 1)
+        before, value = problem.misfit(x), values_of(parameters, x)
+        start = Start(value, value, before, before, 0, 1)
         if np.isfinite(before):
             size = before * np.sqrt(n) or 1.0  # least_squares takes a small gradient for none
             run = least_squares(
@@ -94,11 +90,10 @@ def fit(
                 ftol=STOP,
                 max_nfev=MOST,
             )
-            after, ended = problem.misfit(run.x), problem.outer(run.x)
-            used = problem.evaluations - begun
-            start = replace(start, found=ended, after=after, steps=int(run.nfev), evaluations=used)
+            ends = values_of(parameters, run.x), before, problem.misfit(run.x)
+            start = Start(value, *ends, int(run.nfev), progress.trials - begun)
             found.append((start, run.x))
-        where = in_words(parameters, start.value)
+        where = in_words(parameters, value)
         done = f"{counted(start.steps, 'step')}, {counted(start.evaluations, 'response')}"
         misfits = f"misfit {start.before:.3g} to {start.after:.3g}"
         listener(Notice(f"start {number} of {starts} ({where}): {misfits}, {done}"))
@@ -127,11 +122,7 @@ class _Problem:
     sigma: Floats
     parameters: tuple[FitParameter, ...]
     known: bool
-    listener: Listener
-    evaluations: int = 0
-    total: int = 0
-    _least: float = float("inf")
-    _began: float = field(default_factory=time.perf_counter)
+    progress: Progress
     _known: dict[bytes, Floats] = field(default_factory=dict)
     _sloped: dict[bytes, Floats] = field(default_factory=dict)
 
@@ -140,29 +131,13 @@ class _Problem:
         """(p,) lowest and highest x."""
         return bounds_of(self.parameters)
 
-    def outer(self, x: Floats) -> Floats:
-        """θ of x."""
-        return values_of(self.parameters, x)
-
     def model(self, x: Floats) -> Floats:
         """Model values, NaN where there are none."""
         key = np.asarray(x).tobytes()
         if key not in self._known:
-            self.evaluations += 1
-            self._known[key] = np.asarray(self.predict(self.outer(x)), float)
-            misfit = self.misfit(x)
-            self._least = min(self._least, misfit)
-            self._tell(misfit)
+            self._known[key] = np.asarray(self.predict(values_of(self.parameters, x)), float)
+            self.progress.tried(self.misfit(x))
         return self._known[key]
-
-    def _tell(self, misfit: float) -> None:
-        """How far the fit is."""
-        factor, unit = (1, "standard deviations")
-        if not self.known:
-            factor, unit = (100, "% of the largest amplitude")
-        count, total = self.evaluations, max(self.total, self.evaluations)
-        left = (time.perf_counter() - self._began) / count * (total - count)
-        self.listener(Trial(count, factor * misfit, factor * self._least, unit, total, left))
 
     def residuals(self, x: Floats) -> Floats:
         """Weighted residuals; all huge where the model mostly has no value.
@@ -205,7 +180,7 @@ class _Problem:
             return np.full((len(self.data), len(x)), np.nan)
         key = np.asarray(x).tobytes()
         if key not in self._sloped:
-            values = self.outer(x)
+            values = values_of(self.parameters, x)
             stretch = [q.stretch(float(v)) for q, v in zip(self.parameters, values, strict=True)]
             self._sloped[key] = np.asarray(self.slopes(values) * stretch)
         return self._sloped[key]
@@ -214,7 +189,7 @@ class _Problem:
         """Estimate evaluations: of so many more starts like those known, and of the errors."""
         p = len(self.parameters)
         usual = float(np.mean(counts)) if counts else USUAL * (1 if self.slopes else 1 + p)
-        self.total = self.evaluations + round(starts * usual) + 2 * p
+        self.progress.likely = self.progress.trials + round(starts * usual) + 2 * p
 
     def allowed(self, x: Floats) -> bool:
         """Whether it lies within the bounds."""
@@ -229,7 +204,7 @@ class _Problem:
         exponent = int(np.ceil(np.log2(2 * count + 2 * len(own))))
         spread = qmc.Sobol(len(own), seed=1).random_base2(exponent)
         self.expect(count, [])
-        self.total += len(spread)
+        self.progress.likely += len(spread)
         tried = low + (high - low) * spread
         order = np.argsort([self.misfit(x) for x in tried], kind="stable")
         return [own, *tried[order[: count - 1]]]
@@ -258,38 +233,34 @@ def _assessed(
     lengths = [int(np.sum(~each)) for each in np.split(lost, ends[:-1])]
     named = [name for curve in curves for name in curve]
     names = [name for name, gone in zip(named, lost, strict=True) if not gone]
+    directions = tuple(
+        Direction(v * np.sign(v[np.argmax(np.abs(v))]), float(each))
+        for v, each in zip(Vh, spread, strict=True)
+    )
     return FitSolution(
         parameters=problem.parameters,
-        value=problem.outer(x),
+        value=values_of(problem.parameters, x),
         deviation=deviation,
         correlation=np.nan_to_num(correlation),
-        directions=tuple(
-            Direction(_pointed(v), float(each)) for v, each in zip(Vh, spread, strict=True)
-        ),
+        directions=directions,
         before=problem.misfit(starts_of(problem.parameters)),
         after=problem.misfit(x),
         given=known,
         scale=float(scale),
-        held=on_bounds(problem.parameters, x, BOUND),
         points=n,
         lost=int(lost.sum()),
         tests=noise_tests(left, J[~lost], lengths, known, names),
-        rises=tuple(
-            _rises(problem, x, each * v, float(scale)) if each <= UNDETERMINED else ()
-            for v, each in zip(map(_pointed, Vh), spread, strict=True)
-        ),
+        rises=tuple(_rises(problem, x, each, float(scale)) for each in directions),
         starts=starts,
     )
 
 
-def _rises(problem: _Problem, x: Floats, step: Floats, scale: float) -> tuple[float, ...]:
+def _rises(problem: _Problem, x: Floats, way: Direction, scale: float) -> tuple[float, ...]:
     """Of the squared misfit over s², a standard error down and up a direction, within bounds."""
+    if way.deviation > UNDETERMINED:
+        return ()
+    step = way.deviation * way.along
     base = float(np.sum(problem.residuals(x) ** 2))
     ends = [end for end in (x - step, x + step) if problem.allowed(end)]
     floor = max(scale**2, np.finfo(float).tiny)
     return tuple(float(np.sum(problem.residuals(end) ** 2) - base) / floor for end in ends)
-
-
-def _pointed(v: Floats) -> Floats:
-    """The direction with its largest component positive."""
-    return np.asarray(v * np.sign(v[np.argmax(np.abs(v))]))

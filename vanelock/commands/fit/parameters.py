@@ -3,8 +3,9 @@
 Apart from the fit itself, so that checking a study need not load it.
 """
 
+import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from vanelock.common.errors import InputError
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.input.schema.comparison import Varied
 from vanelock.input.schema.study import Study
+from vanelock.pipeline.progress import Listener, Trial
 
 DECADE = 10.0
 """Bounds unless the study gives any: the study's value over and times this."""
@@ -96,9 +98,9 @@ def bounds_of(parameters: Sequence[FitParameter]) -> tuple[Floats, Floats]:
     return x_of(parameters, low), x_of(parameters, high)
 
 
-def on_bounds(parameters: Sequence[FitParameter], x: Floats, share: float) -> tuple[bool, ...]:
+def on_bounds(parameters: Sequence[FitParameter], values: Floats, share: float) -> tuple[bool, ...]:
     """Whether each value is closer to a bound than a share of the range."""
-    low, high = bounds_of(parameters)
+    x, (low, high) = x_of(parameters, values), bounds_of(parameters)
     margin = share * (high - low)
     return tuple(((x < low + margin) | (x > high - margin)).tolist())
 
@@ -112,6 +114,41 @@ def in_words(parameters: Sequence[FitParameter], values: Floats, sign: str = " "
     """All values in a line."""
     pairs = zip(parameters, values, strict=True)
     return ", ".join(f"{each.name}{sign}{value:.4g}" for each, value in pairs)
+
+
+@dataclass
+class Progress:
+    """Counts the places that a search tries, and reports them to a listener.
+
+    Attributes
+    ----------
+    listener : callable
+    likely : int
+        How many places there will be, as far as is known.
+    name, unit, scale : str, str, float
+        What is to be small, the unit it is reported in, and how many of these one of it is.
+    trials : int
+        Those so far.
+    least : float
+        The smallest so far.
+    """
+
+    listener: Listener
+    likely: int
+    name: str = "largest peak"
+    unit: str = "um"
+    scale: float = 1e6
+    trials: int = 0
+    least: float = np.inf
+    _began: float = field(default_factory=time.perf_counter)
+
+    def tried(self, size: float) -> None:
+        """Report a place."""
+        self.trials, self.least = self.trials + 1, min(self.least, size)
+        total = max(self.trials, self.likely)
+        left = (time.perf_counter() - self._began) / self.trials * (total - self.trials)
+        sizes = self.scale * size, self.scale * self.least
+        self.listener(Trial(self.trials, *sizes, self.unit, total, left, self.name))
 
 
 def varied_parameters(study: Study, table: str) -> list[FitParameter]:

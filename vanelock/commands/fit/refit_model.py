@@ -13,8 +13,10 @@ import numpy as np
 
 from vanelock import nonlinear
 from vanelock.analyses.bounds import BoundsKeys
+from vanelock.commands.converge.converge import pinned
 from vanelock.common.arrays import Floats, Integers
 from vanelock.common.cyclic import folded
+from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import with_values
 from vanelock.input.measured.curve import Measured
 from vanelock.input.measured.units import DISPLACEMENT
@@ -27,13 +29,15 @@ from vanelock.nonlinear.peaks.amplitude_gradient import (
     prepared_again,
     solution_at,
 )
-from vanelock.pipeline.step import Step
+from vanelock.pipeline.progress import Listener, Notice, silent
+from vanelock.pipeline.step import Stages, Step
 from vanelock.quantities.sensitivities import EXCITATION, Moduli, by_moduli, effects
-from vanelock.stages.parts.loads import modulus
+from vanelock.stages.campbell.frequencies import with_temperature_speeds
+from vanelock.stages.parts.loads import described, modulus
 from vanelock.stages.parts.outputs import Gauges
 from vanelock.stages.parts.segment import StudyStructure, segment_of
-from vanelock.stages.plan import Planned
-from vanelock.stages.response.responses import Monitor
+from vanelock.stages.plan import Planned, plan
+from vanelock.stages.response.responses import Monitor, monitor
 
 KEPT = 8
 """Responses that are kept, for their slopes."""
@@ -44,13 +48,18 @@ class Rejoined:
     """A case whose joints, load, damping and moduli may be others."""
 
     planned: Planned
-    study: Study
     get: Callable[[Step[Any]], Any]
     monitor: Monitor
     gauges: Gauges | None
-    _stiff: tuple[Any, ...] = ()
-    _modes: Mapping[int, Any] = field(default_factory=dict)
-    _known: dict[Any, "_SolvedCurve"] = field(default_factory=dict)
+    harmonics: int
+    _stiff: tuple[Any, ...] = field(default=(), init=False)
+    _modes: Mapping[int, Any] = field(default_factory=dict, init=False)
+    _known: dict[Any, "_SolvedCurve"] = field(default_factory=dict, init=False)
+
+    @property
+    def study(self) -> Study:
+        """The case as it is."""
+        return self.planned.case.study
 
     @property
     def structure(self) -> StudyStructure:
@@ -139,22 +148,16 @@ class Rejoined:
             modes=self._stuck(system),
         )
 
-    def with_harmonics(self, highest: int) -> "Rejoined":
-        """The same case with another highest harmonic."""
-        study = with_values(self.study, {"response.harmonics": highest})
-        return replace(self, study=study, _stiff=(), _modes={}, _known={})
-
     def _stuck(self, system: System) -> Mapping[int, Any]:
         """Modes with all contacts stuck, of the stiffness that was asked for last."""
         if not self._modes:
-            harmonics = self.study.response.harmonics
-            self._modes = nonlinear.harmonic_modes(system, harmonics).diameters
+            self._modes = nonlinear.harmonic_modes(system, self.harmonics).diameters
         return self._modes
 
     def _options(self, direction: str) -> nonlinear.Options:
         given = self.study.response
         return nonlinear.Options(
-            given.harmonics,
+            self.harmonics,
             coupling=given.coupling,
             samples=given.samples,
             friction=given.friction,
@@ -243,3 +246,20 @@ class _SolvedCurve(NamedTuple):
     system: System
     response: Response
     modes: Mapping[int, Any]
+
+
+def rejoined(study: Study, stages: Stages, listener: Listener = silent) -> Rejoined:
+    """The only case of a study, reduced: its temperatures known, an accuracy's mesh chosen."""
+    (case,) = with_temperature_speeds(cases(study), stages)
+    if text := described(case.study):
+        listener(Notice(text))
+    chosen = pinned(case, stages)
+    if study.accuracy is not None:
+        (case,) = cases(chosen)
+    (planned,) = plan([case])
+    for step in planned.structure.reduced(planned.diameters):  # before one of them is asked for
+        stages.get(step)
+    free = stages.get(planned.linear.responses["free"])
+    watched = monitor(case.study.outputs.monitor, stages.get(planned.system), free)
+    gauges = None if planned.gauges is None else stages.get(planned.gauges)
+    return Rejoined(planned, stages.get, watched, gauges, case.study.response.harmonics)

@@ -19,11 +19,12 @@ Each is made at `LEVEL` over their number, so that at most that share of right m
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import binom, chi2, t
 
-from vanelock.commands.fit.parameters import FitParameter, x_of
+from vanelock.commands.fit.parameters import FitParameter, on_bounds, x_of
 from vanelock.common.arrays import Booleans, Floats
 from vanelock.common.tables import counted
 
@@ -35,15 +36,14 @@ SINGLE = 1e-6
 """Of 1 less a point's leverage, below which only this point determines a direction."""
 
 
-@dataclass(frozen=True)
-class _NoiseTest:
+class _NoiseTest(NamedTuple):
     """A test of residuals: what is tested, how probable by noise alone, the finding in words."""
 
     name: str
     statistic: float
     p: float
-    failed: bool
     text: str
+    failed: bool = False
 
 
 def noise_tests(
@@ -61,17 +61,11 @@ def noise_tests(
         square = float(left @ left)
         misfit = np.sqrt(square / (n - p))
         text = f"by {misfit:.3g} times their standard deviations"
-        found.append(("size", square, float(chi2.sf(square, n - p)), text))
-    return tuple(
-        _NoiseTest(name, statistic, each, each < LEVEL / len(found), text)
-        for name, statistic, each, text in found
-    )
+        found.append(_NoiseTest("size", square, float(chi2.sf(square, n - p)), text))
+    return tuple(each._replace(failed=each.p < LEVEL / len(found)) for each in found)
 
 
-_Found = tuple[str, float, float, str]
-
-
-def _signs(left: Floats, near: Booleans, names: Sequence[str]) -> _Found:
+def _signs(left: Floats, near: Booleans, names: Sequence[str]) -> _NoiseTest:
     positive = left > 0
     changes = int(np.sum((positive[1:] != positive[:-1]) & near))
     ends = np.flatnonzero(np.concatenate([[True], (positive[1:] != positive[:-1]) | ~near, [True]]))
@@ -81,10 +75,10 @@ def _signs(left: Floats, near: Booleans, names: Sequence[str]) -> _Found:
         f"residuals change sign {counted(changes, 'time')} between {near.sum()} neighbours, "
         f"and keep it from {names[first]} to {names[last]}"
     )
-    return "signs", float(changes), float(binom.cdf(changes, near.sum(), 0.5)), text
+    return _NoiseTest("signs", float(changes), float(binom.cdf(changes, near.sum(), 0.5)), text)
 
 
-def _neighbours(left: Floats, near: Booleans, span: Floats) -> _Found:
+def _neighbours(left: Floats, near: Booleans, span: Floats) -> _NoiseTest:
     def ratio(r: Floats) -> Floats:
         square = np.sum(np.diff(r, axis=0)[near] ** 2, axis=0) / np.sum(r**2, axis=0)
         return np.asarray(square)
@@ -95,10 +89,10 @@ def _neighbours(left: Floats, near: Booleans, span: Floats) -> _Found:
     scatter = np.sqrt(np.mean(np.diff(left)[near] ** 2) / 2)
     times = float(np.sqrt(np.mean(left**2)) / scatter)
     text = f"residuals are {times:.2g} times as large as the scatter between neighbours"
-    return "neighbours", own, float((1 + below) / (1 + DRAWS)), text
+    return _NoiseTest("neighbours", own, float((1 + below) / (1 + DRAWS)), text)
 
 
-def _largest(left: Floats, span: Floats, names: Sequence[str]) -> _Found:
+def _largest(left: Floats, span: Floats, names: Sequence[str]) -> _NoiseTest:
     n, p = span.shape
     free = 1 - np.sum(span**2, axis=1)
     others = left @ left - left**2 / np.maximum(free, SINGLE)
@@ -110,9 +104,11 @@ def _largest(left: Floats, span: Floats, names: Sequence[str]) -> _Found:
         f"at {names[worst]} the residual is {student[worst]:.3g} standard deviations of the others "
         "(a jump of the response, an outlier, or scatter that grows with amplitude: give sigma)"
     )
-    return "largest", float(student[worst]), chance, text
+    return _NoiseTest("largest", float(student[worst]), chance, text)
 
 
+BOUND = 1e-2
+"""Of the range: closer to a bound a parameter is said to be held by it."""
 UNDETERMINED = 0.3
 """Standard error of x along a direction above which the data are said not to determine it."""
 APART = 0.1
@@ -122,24 +118,14 @@ RISE = 0.676
 standard errors hold the truth in fewer than 90 of 100 cases, (1.645 / 2)², rather than in 95."""
 
 
-@dataclass(frozen=True)
-class Direction:
-    """A direction of the parameters and how well the data determine it.
-
-    Attributes
-    ----------
-    along : (p,) float
-        Unit vector in x: the exponents of a product of powers.
-    deviation : float
-        Standard error of x along it.
-    """
+class Direction(NamedTuple):
+    """A unit vector (p,) in x, exponents of a product of powers; the standard error along it."""
 
     along: Floats
     deviation: float
 
 
-@dataclass(frozen=True)
-class Start:
+class Start(NamedTuple):
     """Where a fit began and ended: misfits, number of steps and of model evaluations."""
 
     value: Floats
@@ -171,8 +157,6 @@ class FitSolution:
         Whether the data had standard deviations.
     scale : float
         s, by which errors from the given σ were multiplied; the scatter itself without σ.
-    held : tuple of bool
-        Whether each parameter lies on a bound.
     points : int
         Points n that have a model value.
     lost : int
@@ -197,7 +181,6 @@ class FitSolution:
     after: float
     given: bool
     scale: float
-    held: tuple[bool, ...]
     points: int
     lost: int
     tests: tuple[_NoiseTest, ...]
@@ -211,6 +194,11 @@ class FitSolution:
         values = [self.value, *(start.found for start in self.as_good())]
         x = [parameter.inner(float(each[index])) for each in values]
         return parameter.outer(min(x) - spread), parameter.outer(max(x) + spread)
+
+    @property
+    def held(self) -> tuple[bool, ...]:
+        """Whether each parameter lies on a bound."""
+        return on_bounds(self.parameters, self.value, BOUND)
 
     @property
     def missed(self) -> tuple[_NoiseTest, ...]:

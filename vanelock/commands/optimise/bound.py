@@ -7,15 +7,15 @@ are added (outer approximation; B. C. Eaves and W. I. Zangwill, SIAM J. Control 
 no place of sliders is found with a peak that none of the known ones has.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from vanelock.analyses.bounds import HIGH
-from vanelock.commands.fit.parameters import on_bounds, starts_of, values_of, x_of
+from vanelock.commands.fit.parameters import Progress, starts_of, values_of, x_of
 from vanelock.commands.optimise.objective import Functions, Peaks
-from vanelock.commands.optimise.search import ON_BOUND, TRIALS, Optimum, Progress, searched
+from vanelock.commands.optimise.search import TRIALS, Optimum, searched
 from vanelock.common.arrays import Floats
 from vanelock.nonlinear import PeakBounds
 from vanelock.pipeline.progress import Listener, silent
@@ -25,17 +25,6 @@ AGREE = 1e-2
 ADDED = 8
 """Places of sliders, at most."""
 BOUND = "upper bound"
-
-
-def _together(parts: Sequence[Functions | None]) -> Functions | None:
-    """All functions; None if one is missing."""
-    known = [each for each in parts if each is not None]
-    if len(known) < len(parts):
-        return None
-    value, gradient = (
-        np.concatenate([getattr(each, name) for each in known]) for name in ("value", "gradient")
-    )
-    return Functions(value, gradient)
 
 
 def least_bound(
@@ -51,6 +40,14 @@ def least_bound(
     places, largest = [peaks], begun.after
     progress = Progress(listener, TRIALS, BOUND)
     best, settled = None, False
+
+    def together(x: Floats, afresh: bool = False) -> Functions | None:
+        parts = [each(x, afresh) for each in places]
+        known = [each for each in parts if each is not None]
+        if len(known) < len(parts):
+            return None
+        return Functions(*map(np.concatenate, zip(*known, strict=True)))
+
     for _ in range(ADDED):
         there = bounds(x)
         solved += there.solved
@@ -60,13 +57,7 @@ def least_bound(
             settled = True
             break
         places.append(peaks.assembled_at(there.slider[HIGH]))
-        found = searched(
-            lambda x: _together([each(x) for each in places]),
-            lambda x: _together([each.afresh(x) for each in places]),
-            peaks.parameters,
-            x,
-            progress,
-        )
+        found = searched(together, peaks.parameters, x, progress)
         if found is None:
             break
         x, largest = found.x, found.functions.largest
@@ -82,6 +73,5 @@ def least_bound(
         trials=begun.trials + progress.trials,
         solved=solved + sum(each.solved for each in places),
         settled=settled,
-        held=on_bounds(peaks.parameters, x, ON_BOUND),
         of=BOUND,
     )

@@ -13,22 +13,22 @@ and of the best among places all over the bounds, tried with one harmonic.
 What an optimum comes to: its table, the notes below, and the same for machines.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from vanelock.commands.fit.parameters import bounds_of, on_bounds, values_of, x_of
+from vanelock.commands.fit.parameters import Progress, bounds_of, on_bounds, values_of, x_of
 from vanelock.commands.optimise.objective import Functions, Peaks
 from vanelock.commands.optimise.search import (
     ON_BOUND,
     TRIALS,
     FrontPoint,
     Optimum,
-    Progress,
     searched,
     spread,
+    tried,
 )
 from vanelock.common.arrays import Floats
 from vanelock.common.tables import Cell, Column, Table, counted
@@ -45,47 +45,6 @@ CLOSER = 1e-2
 """Relative difference of wear below which two points are one."""
 STEP = 1e-3
 """Of x, over which wear is differenced."""
-
-
-@dataclass
-class _PeaksAndWear:
-    """Peaks [m] and `ratio` times the wear [m³/s] at them, as multiples of the first point's.
-
-    Wear coefficients, m²/N, are by joint.
-    """
-
-    peaks: Peaks
-    coefficient: Mapping[str, float]
-    peak: float
-    wear: float
-    ratio: float
-
-    def __call__(self, x: Floats) -> Functions | None:
-        """Peaks that are followed to x, and wear, with their gradients."""
-        return self._beside(self.peaks, x)
-
-    def afresh(self, x: Floats) -> Functions | None:
-        """The same of the peaks that the whole range has."""
-        return self._beside(self.peaks.afresh, x)
-
-    def _beside(self, of: Callable[[Floats], Functions | None], x: Floats) -> Functions | None:
-        peaks = of(x)
-        if peaks is None:
-            return None
-        value = worn(self.peaks, x, self.peaks.known, self.coefficient)
-        gradient = np.zeros((len(value), len(x)))
-        for i in range(len(x)):
-            there = x.copy()
-            there[i] += STEP
-            moved = self.peaks.moved(there)
-            if not moved:
-                return None
-            gradient[:, i] = (worn(self.peaks, there, moved, self.coefficient) - value) / STEP
-        share = self.ratio / self.wear
-        return Functions(
-            np.append(peaks.value / self.peak, share * value),
-            np.vstack([peaks.gradient / self.peak, share * gradient]),
-        )
 
 
 def worn(
@@ -115,40 +74,77 @@ def front(
     starts: int = 0,
     listener: Listener = silent,
 ) -> list[FrontPoint]:
-    """The front from where the largest peak is smallest towards less wear."""
+    """The front from where the largest peak is smallest towards less wear.
 
-    def point(x: Floats, settled: bool) -> FrontPoint:
-        largest = max(each.amplitude for each in peaks.known)
-        wear = float(worn(peaks, x, peaks.known, coefficient).max())
-        return FrontPoint(values_of(peaks.parameters, x), largest, wear, settled)
-
+    Wear coefficients, m²/N, are by joint.
+    """
     x = x_of(peaks.parameters, begun.value)
-    found = [point(x, begun.settled)]
-    first = found[0]
+    first = FrontPoint(begun.value, *_largest(peaks, x, coefficient), begun.settled)
+    found = [first]
     if not first.wear > 0:
         return found
-    tried = _tried(peaks, starts, coefficient, Progress(listener, starts))
+    trials, progress = [], Progress(listener, starts)
+    single = peaks.with_one_harmonic()
+    for place in spread(*bounds_of(peaks.parameters), starts):
+        single.known = []
+        if tried(progress, single(place)) < np.inf:
+            trials.append((place, *_largest(single, place, coefficient)))
     progress = Progress(listener, (count - 1) * TRIALS, "peak or wear", "of the first point", 1.0)
     for i in range(1, count):
         ratio, progress.least = RATIO**i, np.inf
-        both = _PeaksAndWear(peaks, coefficient, first.peak, first.wear, ratio)
+        both = partial(_peaks_and_wear, peaks, coefficient, first, ratio)
         last = peaks.known
-        here = progress(both, x)
-        sizes = [max(peak / first.peak, ratio * wear / first.wear) for _, peak, wear in tried]
-        if sizes and (here is None or min(sizes) < here.largest):
-            other = tried[int(np.argmin(sizes))][0]
+        here = tried(progress, both(x))
+        sizes = [max(peak / first.peak, ratio * wear / first.wear) for _, peak, wear in trials]
+        if min(sizes, default=np.inf) < here:
+            other = trials[int(np.argmin(sizes))][0]
             peaks.known = []
-            there = progress(both, other)
-            if here is not None and (there is None or there.largest > here.largest):
+            there = tried(progress, both(other))
+            if here < there:
                 peaks.known, peaks.place = last, x
             else:
                 x = other
-        place = searched(both, both.afresh, peaks.parameters, x, progress)
+        place = searched(both, peaks.parameters, x, progress)
         if place is None:
             break
         x = place.x
-        found.append(point(x, place.settled))
+        value = values_of(peaks.parameters, x)
+        found.append(FrontPoint(value, *_largest(peaks, x, coefficient), place.settled))
     return undominated(found)
+
+
+def _largest(peaks: Peaks, x: Floats, coefficient: Mapping[str, float]) -> tuple[float, float]:
+    """The largest of the known peaks at x, m, and the most worn at one of them, m³/s."""
+    wear = worn(peaks, x, peaks.known, coefficient)
+    return max(each.amplitude for each in peaks.known), float(wear.max())
+
+
+def _peaks_and_wear(
+    peaks: Peaks,
+    coefficient: Mapping[str, float],
+    first: FrontPoint,
+    ratio: float,
+    x: Floats,
+    afresh: bool = False,
+) -> Functions | None:
+    """Peaks and `ratio` times the wear at them, as multiples of the first point's."""
+    size = peaks(x, afresh)
+    if size is None:
+        return None
+    wear = worn(peaks, x, peaks.known, coefficient)
+    gradient = np.zeros((len(wear), len(x)))
+    for i in range(len(x)):
+        there = x.copy()
+        there[i] += STEP
+        moved = peaks.moved(there)
+        if not moved:
+            return None
+        gradient[:, i] = (worn(peaks, there, moved, coefficient) - wear) / STEP
+    share = ratio / first.wear
+    return Functions(
+        np.append(size.value / first.peak, share * wear),
+        np.vstack([size.gradient / first.peak, share * gradient]),
+    )
 
 
 def undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
@@ -158,20 +154,6 @@ def undominated(points: Sequence[FrontPoint]) -> list[FrontPoint]:
         if not kept or each.wear < (1 - CLOSER) * kept[-1].wear:
             kept.append(each)
     return kept
-
-
-def _tried(
-    peaks: Peaks, starts: int, coefficient: Mapping[str, float], progress: Progress
-) -> list[tuple[Floats, float, float]]:
-    """Places with their largest peak, m, and most wear, m³/s, by one harmonic."""
-    single, found = peaks.with_one_harmonic(), []
-    for x in spread(*bounds_of(peaks.parameters), starts) if starts else ():
-        single.known = []
-        if progress(single, x) is not None:
-            largest = max(each.amplitude for each in single.known)
-            wear = float(worn(single, x, single.known, coefficient).max())
-            found.append((x, largest, wear))
-    return found
 
 
 NAME = "optimise"
@@ -209,7 +191,7 @@ def notes(optimum: Optimum) -> list[str]:
     )
     if len(optimum.frequencies) > 1:
         said.append("several peaks are equally high there: to lower one raises another")
-    for name in _held(optimum, optimum.held):
+    for name in _held(optimum, optimum.value):
         said.append(f"{name} LIES ON A BOUND: beyond it the peak may be lower")
     if not optimum.settled:
         said.append("NOT SETTLED: the search ended before steps promised nothing more")
@@ -228,7 +210,7 @@ def cases_table(by_case: Sequence[tuple[Case, Optimum]], name: str) -> Table:
     rows = [(case.name, *each.value.tolist(), each.before, each.after) for case, each in by_case]
     said = []
     for case, each in by_case:
-        if names := _held(each, each.held):
+        if names := _held(each, each.value):
             said.append(f"{case.name}: {' and '.join(names)} ON A BOUND")
         if not each.settled:
             said.append(f"{case.name}: NOT SETTLED")
@@ -240,8 +222,9 @@ def _values(optimum: Optimum) -> tuple[Column, ...]:
     return tuple(Column(each.name, each.unit, ".4g") for each in optimum.parameters)
 
 
-def _held(optimum: Optimum, held: Sequence[bool]) -> list[str]:
-    """Names of the parameters that lie on a bound."""
+def _held(optimum: Optimum, values: Floats) -> list[str]:
+    """Names of the parameters that lie on a bound with some values."""
+    held = on_bounds(optimum.parameters, values, ON_BOUND)
     return [each.name for each, on in zip(optimum.parameters, held, strict=True) if on]
 
 
@@ -264,8 +247,7 @@ def _front_notes(optimum: Optimum) -> list[str]:
         "worn volume: while the vane vibrates at the peak; no values were found with less of both"
     ]
     for i, point in enumerate(optimum.front):
-        x = x_of(optimum.parameters, point.value)
-        if names := _held(optimum, on_bounds(optimum.parameters, x, ON_BOUND)):
+        if names := _held(optimum, point.value):
             said.append(f"line {i + 1}: {' and '.join(names)} ON A BOUND")
         if not point.settled:
             said.append(f"line {i + 1}: NOT SETTLED")

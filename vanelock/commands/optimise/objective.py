@@ -14,6 +14,7 @@ derivative that does not exist. Δ follows how well the steps are predicted.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize, nnls
@@ -38,15 +39,8 @@ EQUAL = 1e-6
 """Relative difference of functions that bind alike."""
 
 
-@dataclass(frozen=True)
-class Functions:
-    """Values of several functions at x, and their gradients.
-
-    Attributes
-    ----------
-    value : (j,) float
-    gradient : (j, p) float
-    """
+class Functions(NamedTuple):
+    """Values (j,) of several functions at x, and their gradients (j, p)."""
 
     value: Floats
     gradient: Floats
@@ -57,17 +51,10 @@ class Functions:
         return float(self.value.max())
 
 
-@dataclass(frozen=True)
-class Minimax:
-    """Where the largest of the functions is smallest.
+class Minimax(NamedTuple):
+    """Where (p,) the largest function is smallest, the functions there, and whether it is sure.
 
-    Attributes
-    ----------
-    x : (p,) float
-    functions : Functions
-        There.
-    settled : bool
-        Whether no step promised more than the tolerance.
+    That is, whether no step promised more than the tolerance.
     """
 
     x: Floats
@@ -79,7 +66,7 @@ def minimax(
     evaluate: Callable[[Floats], Functions | None],
     start: Floats,
     bounds: tuple[Floats, Floats],
-    tolerance: float = 1e-4,
+    tolerance: float,
     most: int = 40,
 ) -> Minimax | None:
     """Find it from a start; None where there is no value at the start."""
@@ -230,7 +217,7 @@ class Peaks:
 
     def with_one_harmonic(self) -> "Peaks":
         """The same study with one harmonic."""
-        return Peaks(self.model.with_harmonics(1), self.parameters, self.near)
+        return Peaks(replace(self.model, harmonics=1), self.parameters, self.near)
 
     def assembled_at(self, slider: Floats) -> "Peaks":
         """The same study with its sliders, (c, 2) m, assembled elsewhere."""
@@ -247,40 +234,37 @@ class Peaks:
     def led_by(self, peaks: Sequence[CurvePoint], x: Floats) -> None:
         """Begin with peaks of fewer harmonics at x, the others zero."""
         self.known, self.place = [], x
-        length = 2 * self.model.study.response.harmonics + 1
+        length = 2 * self.model.harmonics + 1
         for peak in peaks:
             w = np.zeros((*peak.solution.w.shape[:2], length))
             w[:, :, : peak.solution.w.shape[2]] = peak.solution.w
             self.known.append(replace(peak, solution=replace(peak.solution, w=w, reuse=None)))
 
     @one_thread
-    def __call__(self, x: Floats) -> Functions | None:
-        """Amplitudes of the peaks, m, and their gradients; None where no peak is found."""
+    def __call__(self, x: Floats, afresh: bool = False) -> Functions | None:
+        """Amplitudes of the peaks, m, and their gradients; None where no peak is found.
+
+        They are followed from the place before; `afresh`, those of the whole range, and of the
+        known ones those that a sweep leaves out. A peak that is low here may be the highest a step
+        away; one that is met here alone is looked for again wherever the search comes near.
+        """
         ready = self._ready(x)
-        found = self._followed(self.place, x, ready, self.known) or self._swept(ready)
+        known = self._followed(self.place, x, ready, self.known)
+        if afresh:
+            swept = self._swept(ready)
+            self.met += [(x, each) for each in swept if _is_new(each, known)]
+            others = [each for each in known if _is_new(each, swept)]
+            return self._functions(ready, x, [*swept, *others])
+        found = known or self._swept(ready)
         for place, peak in self.met:
             if np.abs(x - place).max() < NEAR:
                 again = self._followed(place, x, ready, [peak])
                 found += [each for each in again if _is_new(each, found)]
         return self._functions(ready, x, found)
 
-    def afresh(self, x: Floats) -> Functions | None:
-        """The same, by the whole range, and of the known peaks those that a sweep leaves out.
-
-        A peak that is low here may be the highest a step away; one that is met here alone is looked
-        for again wherever the search comes near this place.
-        """
-        ready = self._ready(x)
-        known = self._followed(self.place, x, ready, self.known)
-        swept = self._swept(ready)
-        self.met += [(x, each) for each in swept if _is_new(each, known)]
-        others = [each for each in known if _is_new(each, swept)]
-        return self._functions(ready, x, [*swept, *others])
-
     def moved(self, x: Floats) -> list[CurvePoint]:
         """The known peaks at x, which is close; none where one is lost."""
-        ready = self._ready(x)
-        return self._followed(self.place, x, ready, self.known)
+        return self._followed(self.place, x, self._ready(x), self.known)
 
     def _functions(
         self, ready: PreparedSystem, x: Floats, curve_points: list[CurvePoint]

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from vanelock.analyses.bounds import BOUNDS, BoundsKeys
-from vanelock.commands.fit.fit import model_of, planned_alone, write_fitted
+from vanelock.commands.fit.fit import write_fitted
 from vanelock.commands.fit.parameters import by_key, varied_parameters
+from vanelock.commands.fit.refit_model import rejoined
 from vanelock.commands.optimise.bound import BOUND, least_bound
 from vanelock.commands.optimise.front import (
     NAME,
@@ -112,19 +113,19 @@ def _case_optimum(case: Case, stages: Stages, listener: Listener = silent) -> Op
     keys, name = study.optimise, ", ".join([study.name, *[case.name] * bool(case.values)])
     assert keys is not None
     parameters = varied_parameters(study, "optimise")
-    planned = planned_alone(study, stages, listener)
-    wanted = np.asarray(frequencies(study, stages.get(planned.linear.limits)))
-    near = float(wanted.min()), float(wanted.max())
+    model = rejoined(study, stages, listener)
+    asked = np.asarray(frequencies(study, stages.get(model.planned.linear.limits)))
+    near = float(asked.min()), float(asked.max())
     listener(Begun(f"largest peak over {counted(len(parameters), 'parameter')}"))
-    peaks = Peaks(model_of(planned, stages), parameters, near)
+    peaks = Peaks(model, parameters, near)
     found = optimum(peaks, keys.starts, listener)
     peaks, found = _corrected(peaks, found, study, stages, listener)
     if keys.of == BOUND:
-        asked = BOUNDS.keys_of(study) or BoundsKeys()
+        bounds = BOUNDS.keys_of(study) or BoundsKeys()
         listener(Notice(f"with assembled joints: {notes(found)[0]}"))
         listener(Begun("upper bound of the peak"))
         found = least_bound(
-            peaks, found, lambda x: peaks.model.bounds(peaks.values(x), near, asked), listener
+            peaks, found, lambda x: peaks.model.bounds(peaks.values(x), near, bounds), listener
         )
     listener(optimum_table(found, name))
     if keys.of == "peak and wear":
@@ -146,7 +147,7 @@ def _corrected(
     """
     for _ in range(ROUNDS):
         values = by_key(best.parameters, best.value)
-        model = model_of(planned_alone(with_values(study, values), stages), stages)
+        model = rejoined(with_values(study, values), stages)
         if model.reduced == peaks.model.reduced:
             return peaks, best
         begun = [replace(each, start=values[each.key]) for each in best.parameters]

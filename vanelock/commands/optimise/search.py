@@ -5,16 +5,17 @@ tried with one harmonic, which takes a tenth of the time; the lowest of them wit
 the search follows the peaks of the lowest of these.
 """
 
-import time
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
 from vanelock.commands.fit.parameters import (
     FitParameter,
+    Progress,
     bounds_of,
     on_bounds,
     starts_of,
@@ -23,7 +24,7 @@ from vanelock.commands.fit.parameters import (
 from vanelock.commands.optimise.objective import Functions, Minimax, Peaks, minimax
 from vanelock.common.arrays import Floats
 from vanelock.common.errors import InputError
-from vanelock.pipeline.progress import Listener, Trial, silent
+from vanelock.pipeline.progress import Listener, silent
 
 LOWEST = 3
 """Of the starts, that are tried with all harmonics."""
@@ -37,25 +38,16 @@ ON_BOUND = 1e-3
 """Of the range: closer to a bound a value lies on it."""
 EQUAL = 1e-3
 """Relative difference of two peaks that are equally high."""
-_Follow = Callable[[Floats], Functions | None]
-"""Functions of x, of peaks; None where there is none."""
+_Objective = Callable[..., Functions | None]
+"""Functions of x, of peaks that are followed there or, `afresh`, of all; None where none is."""
 TRIALS = 10
 """Of a search, before any is known."""
 
 
-@dataclass(frozen=True)
-class FrontPoint:
-    """Values of which neither peak nor wear becomes less without the other becoming more.
+class FrontPoint(NamedTuple):
+    """Values (p,) of which neither peak nor wear becomes less without the other becoming more.
 
-    Attributes
-    ----------
-    value : (p,) float
-    peak : float
-        The largest, m.
-    wear : float
-        The most worn at one of the peaks that count, m³/s.
-    settled : bool
-        Whether no step promised less.
+    The largest peak, m, and the most worn at one that counts, m³/s; whether no step promised less.
     """
 
     value: Floats
@@ -86,8 +78,6 @@ class Optimum:
         With one harmonic, to find where to start.
     settled : bool
         Whether no step promised a lower peak.
-    held : tuple of bool
-        Whether each parameter lies on a bound.
     of : str
         What is smallest: "largest peak", or "upper bound" of it over static friction.
     front : tuple of FrontPoint
@@ -104,50 +94,13 @@ class Optimum:
     solved: int
     screened: int
     settled: bool
-    held: tuple[bool, ...]
     of: str = "largest peak"
     front: tuple[FrontPoint, ...] = ()
 
-
-@dataclass
-class Progress:
-    """Counts the places that are tried and reports them to a listener.
-
-    Attributes
-    ----------
-    listener : callable
-    likely : int
-        How many places there will be, as far as is known.
-    name, unit, scale : str, str, float
-        What is to be small, the unit it is reported in, how many of which one of the functions is.
-    trials : int
-        Those so far.
-    least : float
-        Smallest largest function so far.
-    """
-
-    listener: Listener
-    likely: int
-    name: str = "largest peak"
-    unit: str = "um"
-    scale: float = 1e6
-    trials: int = 0
-    least: float = np.inf
-
-    def __post_init__(self) -> None:
-        """Begin to measure time."""
-        self._began = time.perf_counter()
-
-    def __call__(self, peaks: _Follow, x: Floats) -> Functions | None:
-        """Try a place."""
-        found = peaks(x)
-        size = np.inf if found is None else found.largest
-        self.trials, self.least = self.trials + 1, min(self.least, size)
-        total = max(self.trials, self.likely)
-        left = (time.perf_counter() - self._began) / self.trials * (total - self.trials)
-        sizes = self.scale * size, self.scale * self.least
-        self.listener(Trial(self.trials, *sizes, self.unit, total, left, self.name))
-        return found
+    @property
+    def held(self) -> tuple[bool, ...]:
+        """Whether each parameter lies on a bound."""
+        return on_bounds(self.parameters, self.value, ON_BOUND)
 
 
 def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optimum:
@@ -156,17 +109,15 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     low, high = bounds_of(parameters)
     own = starts_of(parameters)
     single, progress = peaks.with_one_harmonic(), Progress(listener, starts)
-    places = spread(low, high, starts) if starts else np.zeros((0, len(own)))
-    begins = [(_swept(progress, single, x), x, single.known) for x in places]
+    begins = [(_swept(progress, single, x), x, single.known) for x in spread(low, high, starts)]
     progress = Progress(listener, 1 + LOWEST * bool(starts) + TRIALS)
-    tried = [(_swept(progress, peaks, own), own, peaks.known)]
+    trials = [(_swept(progress, peaks, own), own, peaks.known)]
     for _, x, known in sorted(begins, key=lambda trial: trial[0])[:LOWEST]:
         peaks.led_by(known, x)
-        found = progress(peaks, x)
-        tried.append((np.inf if found is None else found.largest, x, peaks.known))
-    _, begin, peaks.known = min(tried, key=lambda trial: trial[0])
+        trials.append((tried(progress, peaks(x)), x, peaks.known))
+    _, begin, peaks.known = min(trials, key=lambda trial: trial[0])
     peaks.place = begin
-    chosen = searched(peaks, peaks.afresh, parameters, begin, progress)
+    chosen = searched(peaks, parameters, begin, progress)
     if chosen is None:
         raise InputError("optimise: no peak lies in the range of frequencies at any start")
     if not chosen.settled:
@@ -178,7 +129,7 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     return Optimum(
         parameters=tuple(parameters),
         value=np.clip(values_of(parameters, chosen.x), *ends),
-        before=tried[0][0],
+        before=trials[0][0],
         after=top,
         frequencies=np.array([each.solution.omega for each in order]) / (2 * np.pi),
         amplitudes=np.array([each.amplitude for each in order]),
@@ -186,43 +137,48 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
         solved=peaks.solved,
         screened=single.solved,
         settled=chosen.settled,
-        held=on_bounds(parameters, chosen.x, ON_BOUND),
     )
 
 
 def searched(
-    followed: _Follow,
-    afresh: _Follow,
+    objective: _Objective,
     parameters: Sequence[FitParameter],
     begin: Floats,
     progress: Progress,
 ) -> Minimax | None:
-    """The search from a place, whose peaks are known; None where it has none.
-
-    Peaks are followed from the place before, and afresh those of the whole range.
-    """
+    """The search from a place, whose peaks are known; None where it has none."""
     x, bounds = begin, bounds_of(parameters)
+
+    def followed(x: Floats) -> Functions | None:
+        functions = objective(x)
+        tried(progress, functions)
+        return functions
+
     for _ in range(ROUNDS):
-        found = minimax(lambda values: progress(followed, values), x, bounds, TOLERANCE)
+        found = minimax(followed, x, bounds, TOLERANCE)
         if found is None:
             return None
-        swept = afresh(found.x)
+        swept = objective(found.x, afresh=True)
         if swept is None or swept.largest < (1 + HIGHER) * found.functions.largest:
             return found
         x = found.x
     # A higher peak was met each time: of the start and the last place, the lower one.
-    ends = [(place, there) for place in (begin, x) if (there := afresh(place)) is not None]
-    if not ends:
-        return None
-    place, there = min(ends, key=lambda trial: trial[1].largest)
-    return Minimax(place, there, False)
+    again = [(place, objective(place, afresh=True)) for place in (begin, x)]
+    ends = [Minimax(place, there, False) for place, there in again if there is not None]
+    return min(ends, key=lambda end: end.functions.largest, default=None)
 
 
 def _swept(progress: Progress, peaks: Peaks, x: Floats) -> float:
     """The largest peak at a place, m, of the whole range; infinite where there is none."""
     peaks.known = []
-    found = progress(peaks, x)
-    return np.inf if found is None else found.largest
+    return tried(progress, peaks(x))
+
+
+def tried(progress: Progress, functions: Functions | None) -> float:
+    """The largest function of a place, infinite where there is none, which is reported."""
+    size = np.inf if functions is None else functions.largest
+    progress.tried(size)
+    return size
 
 
 def spread(low: Floats, high: Floats, count: int) -> Floats:

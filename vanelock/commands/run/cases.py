@@ -1,7 +1,7 @@
 """A run under way: case after case computed, written and shown."""
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Generator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -10,7 +10,7 @@ from vanelock.analyses import ANALYSES
 from vanelock.analyses.scatter import FEWEST, scattered, spacing
 from vanelock.analyses.solved_case import with_analyses
 from vanelock.commands.run.doubts import doubts, load_lines_of, opening
-from vanelock.commands.run.graph import done_by, parts_of, steps_of
+from vanelock.commands.run.graph import bundle, parts_of, steps_of
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import Case
 from vanelock.input.cases.values import Problem
@@ -20,8 +20,8 @@ from vanelock.input.schema.study import Study
 from vanelock.input.settings import unusual
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Failed, Notice, silent
-from vanelock.pipeline.step import Stages, Step
-from vanelock.pipeline.tasks import Failure, TaskFailed, Workers
+from vanelock.pipeline.step import Stages
+from vanelock.pipeline.tasks import Failure, TaskFailed, TaskQueue, Workers
 from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.products import StepProducts, with_curves
@@ -92,14 +92,26 @@ class OngoingRun:
         self._loose: dict[str, bool] = {}
         self._preloads: set[str] = set()
 
-    def background(self) -> AbstractContextManager[None]:
-        """Have other processes compute all cases, where that is wanted."""
+    @contextmanager
+    def background(self) -> Generator[None, None, None]:
+        """Have other processes compute cases, if there are any and there is something to divide."""
+        stages, workers = self.stages, self._workers
         for each in self.planned:
             study = each.case.problem
             if isinstance(study, Study) and isinstance(study.vane, OwnVane):
-                refuse_without_areas(study, self.stages.get(each.meshes["vane"]))
-        seen = self.listener, lambda: self._top, self.record.flush_if_due
-        return done_by(self._workers, self.planned, self.stages, *seen)
+                refuse_without_areas(study, stages.get(each.meshes["vane"]))
+        shared, tasks = bundle(self.planned, stages.cache) if workers else ([], [])
+        try:
+            if workers and len(tasks) > 1:
+                for step in shared:
+                    stages.get(step)
+                seen = self.listener, lambda: self._top, self.record.flush_if_due
+                stages.elsewhere = TaskQueue(tasks, workers, stages.cache.folder, *seen).bring
+            yield
+        finally:
+            stages.elsewhere = None
+            if workers:
+                workers.shutdown()
 
     def all_cases(self) -> tuple[Summary, ...]:
         """Everything but the pictures and the `answer`."""
@@ -211,21 +223,18 @@ class OngoingRun:
     def _solve(self, planned: Planned) -> CaseResult:
         """Preload and responses of a case, and all that follows from them."""
         self.stages.get(planned.preload)
-        found = [self._response(planned, step) for step in planned.responses]
+        found = []
+        for step in planned.responses:
+            self._clock.begin(planned, step)
+            found.append(self.stages.get(step))
+            self._clock.end(not self.stages.done[step.key].cached)
         planned, response = self._as_solved(planned, found)
         for analysed in planned.analysed:
             self.stages.get(analysed)
         case = self._case(planned)
         if planned.choice is not None:
-            errors = judged(planned, response, self.stages, self.run.monitor)
-            case = replace(case, errors=errors)
+            return replace(case, errors=judged(planned, response, self.stages, self.run.monitor))
         return case
-
-    def _response(self, planned: Planned, step: Step[Response]) -> Response:
-        self._clock.begin(planned, step)
-        found = self.stages.get(step)
-        self._clock.end(not self.stages.done[step.key].cached)
-        return found
 
     def _as_solved(self, planned: Planned, responses: list[Response]) -> tuple[Planned, Response]:
         """A case whose responses are known, and the one with the higher peak, which comes first."""

@@ -5,63 +5,31 @@ follows from it that some cases share into one of theirs, which these then wait 
 need is not a task but computed before them.
 """
 
-from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from vanelock.analyses.solved_case import with_analyses
 from vanelock.input.cases.sweep import Case
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.progress import Listener
-from vanelock.pipeline.step import Stages, Step
-from vanelock.pipeline.tasks import Task, TaskQueue, Workers
+from vanelock.pipeline.step import Step
+from vanelock.pipeline.tasks import Task
 from vanelock.stages.accuracy.choose_mesh import MeshChoice
 from vanelock.stages.plan import Planned, plan
 from vanelock.stages.response.limits import LIMITS
 
 
-@contextmanager
-def done_by(
-    workers: Workers | None,
-    planned: Sequence[Planned],
-    stages: Stages,
-    listener: Listener,
-    peak: Callable[[], float],
-    idle: Callable[[], object],
-) -> Generator[None, None, None]:
-    """Have other processes compute cases, if there are any and there is something to divide."""
-    shared, tasks = bundle(jobs(planned), stages.cache) if workers else ([], [])
-    try:
-        if workers and len(tasks) > 1:
-            for step in shared:
-                stages.get(step)
-            queue = TaskQueue(tasks, workers, stages.cache.folder, listener, peak, idle)
-            stages.elsewhere = queue.bring
-        yield
-    finally:
-        stages.elsewhere = None
-        if workers:
-            workers.shutdown()
-
-
 @dataclass(frozen=True)
-class CaseWork:
-    """The steps of a case, planned anew wherever it is computed.
+class _CaseWork:
+    """The steps of a case as given, planned anew wherever it is computed.
 
-    Attributes
-    ----------
-    case : Case
-        As given, before an accuracy chooses; files of a scene are read where it is computed.
-    choice : MeshChoice or None
-        What an accuracy chose for this case.
-    first : CaseWork or None
-        That of the first case, whose linear response says what is monitored; None: its own does.
+    Beside it what an accuracy chose for it, and the `first` case's, whose linear response says what
+    is monitored; None: its own does.
     """
 
     case: Case
-    choice: MeshChoice | None = None
-    first: "CaseWork | None" = None
+    choice: MeshChoice | None
+    first: "_CaseWork | None"
 
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
@@ -76,7 +44,7 @@ class _Job(NamedTuple):
 
     name: str
     steps: Sequence[Step[Any]]
-    work: CaseWork
+    work: _CaseWork
     counts: bool = True
 
 
@@ -95,11 +63,11 @@ def parts_of(planned: Planned) -> list[Step[Any]]:
     return found
 
 
-def jobs(planned: Sequence[Planned]) -> list[_Job]:
+def _jobs(planned: Sequence[Planned]) -> list[_Job]:
     """Of each case what a run shows, and what its analyses need; their pieces by themselves."""
     found, first = list[_Job](), None
     for each in planned:
-        work = CaseWork(each.case, each.choice, first)
+        work = _CaseWork(each.case, each.choice, first)
         first, pieces = first or work, {*each.pieces}
         needs = (need for step in (*each.analysed, *each.pieces) for need in step.needs)
         steps = [need for need in needs if need not in pieces]
@@ -109,9 +77,9 @@ def jobs(planned: Sequence[Planned]) -> list[_Job]:
     return found
 
 
-def bundle(jobs: Sequence[_Job], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
-    """What all jobs need and is not in the cache, in order, and the tasks after it."""
-    held = cache.held()
+def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], list[Task]]:
+    """What all jobs of cases need and is not in the cache, in order, and the tasks after it."""
+    held, jobs = cache.held(), _jobs(planned)
     nodes: dict[str, Step[Any]] = {}
     users: dict[str, list[int]] = {}
 

@@ -8,9 +8,8 @@ from pathlib import Path
 from vanelock import render
 from vanelock.analyses import ANALYSES
 from vanelock.commands.run.cases import OngoingRun
-from vanelock.commands.stored.run import Run, load
+from vanelock.commands.stored.run import Run, finished, load
 from vanelock.common.files.files import default_folder
-from vanelock.common.process import largest
 from vanelock.files import load_given, read_text
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import Problem
@@ -18,12 +17,11 @@ from vanelock.input.schema.study import Study
 from vanelock.nonlinear.fourier import one_thread
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor import chosen_workers
-from vanelock.pipeline.progress import Finished, Listener, Notice, choose_listener, silent
+from vanelock.pipeline.progress import Listener, Notice, choose_listener, silent
 from vanelock.pipeline.step import Stages
 from vanelock.results import listing
 from vanelock.results.figures.pictures import look_into
-from vanelock.results.files import results_file
-from vanelock.results.files.run_folder import REPORT, claimed
+from vanelock.results.files.run_folder import claimed
 from vanelock.results.listing import tables
 from vanelock.results.page import show
 from vanelock.stages.accuracy.mesh_sizes import processes
@@ -109,16 +107,10 @@ def run_study(
             show(running.run)
             listener(listing.stage_times([*stages.done.values(), *running.output_files.done]))
             running.record.complete(stages.done)
-    summary = {
-        "cases": [asdict(case) for case in summaries],
-        "failed": {name: failure.reason for name, failure in running.failed.items()},
-        "results": str(path / results_file.NAME),
-        "pictures": [
-            str(file) for shown in running.run.pictures for file in (shown.path, *shown.data)
-        ],
-    }
-    page = str(path / REPORT) if "report" in problem.outputs.show else ""
-    listener(Finished(str(path), time.perf_counter() - began, summary, page, largest()))
+    failed = {name: failure.reason for name, failure in running.failed.items()}
+    listener(
+        finished(running.run, began, cases=[asdict(case) for case in summaries], failed=failed)
+    )
     return summaries
 
 

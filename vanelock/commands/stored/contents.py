@@ -119,14 +119,8 @@ def load_run(folder: Path) -> StoredRun:
         raise InputError(
             f"{folder}: holds no {NAME}: not the folder of a run, or of one just begun"
         )
-    with open_results(path) as file:
-        return load_file(folder, file)
-
-
-def load_file(folder: Path, file: h5py.File) -> StoredRun:
-    """Read an open results file."""
-    with as_written(file):
-        return _loaded(folder, file)
+    with open_results(path) as file, as_written(file):
+        return contents_of(folder, file)
 
 
 @contextmanager
@@ -135,28 +129,20 @@ def as_written(file: h5py.File) -> Generator[None]:
     try:
         yield
     except KeyError as error:
-        reason = _line(str(error).strip("\"'"))
-        raise InputError(
-            f"{file.filename}: lacks what a run writes ({reason}); run it again"
-        ) from None
+        wrong, reason = "lacks what", str(error).strip("\"'")
     except (
         AttributeError, IndexError, MemoryError, OSError, OverflowError, RecursionError,
         RuntimeError, TypeError, ValueError,
     ) as error:  # fmt: skip
-        reason = _line(str(error) or type(error).__name__)
-        raise InputError(
-            f"{file.filename}: holds something else than a run writes ({reason}); run it again"
-        ) from None
+        wrong, reason = "holds something else than", str(error) or type(error).__name__
+    else:
+        return
+    line = printable((reason.splitlines() or [""])[0])[:160]  # of a library, may quote the file
+    raise InputError(f"{file.filename}: {wrong} a run writes ({line}); run it again")
 
 
-def _line(text: str) -> str:
-    """The first line of a library's message, which may quote the file."""
-    first = (text.splitlines() or [""])[0]
-    return printable(first)[:160]
-
-
-def _loaded(folder: Path, file: h5py.File) -> StoredRun:
-    """What a results file holds; KeyError where something is missing."""
+def contents_of(folder: Path, file: h5py.File) -> StoredRun:
+    """What an open results file holds; KeyError where something is missing."""
     about = file["provenance"]
     shared: dict[str, Any] = {}
     known = json.loads(_text(about["run"])) if "run" in about else {}
@@ -166,7 +152,7 @@ def _loaded(folder: Path, file: h5py.File) -> StoredRun:
         output_files=OutputFiles(folder, silent),
         analyses=ANALYSES,
         opens=known.get("opens", ""),
-        measured=tuple(map(_measured, known.get("measured", ()))),
+        measured=tuple(Measured(**_as_arrays(curve)) for curve in known.get("measured", ())),
         text=_text(about.attrs["study"]),
         failed={
             name: Failure(_text(of.attrs["reason"]), int(of.attrs["attempts"]))
@@ -211,9 +197,8 @@ def _case(name: str, about: dict[str, Any], run: StoredRun, file: h5py.File) -> 
     )
 
 
-def _measured(stored: dict[str, Any]) -> Measured:
-    own: Any = {k: np.array(v) if isinstance(v, list) else v for k, v in stored.items()}
-    return Measured(**own)
+def _as_arrays(stored: dict[str, Any]) -> dict[str, Any]:
+    return {key: np.array(v) if isinstance(v, list) else v for key, v in stored.items()}
 
 
 def _times(about: h5py.Group) -> dict[str, Done]:

@@ -111,9 +111,9 @@ class Run:
     def __repr__(self) -> str:
         """One line: where, how many cases, and whether that is all."""
         failed = f", {len(self.failed)} FAILED" if self.failed else ""
-        whole = "" if self.complete else ", not complete"
+        end = "" if self.complete else ", not complete"
         cases = f"{len(self.cases)} case{'' if len(self.cases) == 1 else 's'}"
-        return f"Run('{self.folder}': {cases}{failed}{whole})"
+        return f"Run('{self.folder}': {cases}{failed}{end})"
 
     def _repr_html_(self) -> str | None:
         """The same with the table, for a notebook; None where pandas is not there."""
@@ -206,7 +206,8 @@ class Run:
                 about |= self.contents.cases[name].values
                 own = group
             names = own["system/output/name"].asstr()[()].tolist()
-            return dataset(group, names, _directions(self.monitor), about)
+            turned = self.monitor.rpartition(", ")[2] in COMPONENTS  # about the engine's axis
+            return dataset(group, names, COMPONENTS if turned else CARTESIAN, about)
 
     def system(self, case: str | None = None) -> System:
         """The system that a case, by default the first one, was solved with.
@@ -240,10 +241,11 @@ class Run:
             If there is no such case.
         """
         run, found = self.contents, self.contents.cases
+        few = list(found) if len(found) <= MANY else looked_into_names(run)
         for name in cases or (self._first(),):
             if name not in found:
                 self._refuse(name)
-        shown = [found[name] for name in cases or _shown(run)]
+        shown = [found[name] for name in cases or few]
         curves = [
             render.Curve(
                 *each.line,
@@ -275,16 +277,6 @@ class Run:
         raise InputError(f"{self.folder}: {name!r} is a linear limit, which every figure shows")
 
 
-def _shown(run: StoredRun) -> list[str]:
-    """All cases if they are few; of many those that the page looks into."""
-    return list(run.cases) if len(run.cases) <= MANY else looked_into_names(run)
-
-
-def _directions(monitor: str) -> tuple[str, ...]:
-    """Directions of outputs: about the engine's axis, or x, y, z of a scene without."""
-    return COMPONENTS if monitor.rpartition(", ")[2] in COMPONENTS else CARTESIAN
-
-
 def load(folder: str | os.PathLike[str]) -> Run:
     """Read what a run left in its folder, be it complete or not.
 
@@ -298,10 +290,14 @@ def load(folder: str | os.PathLike[str]) -> Run:
     InputError
         If it holds no results, or they are damaged, altered, or of another version.
     """
-    path = Path(folder)
-    if path.name == NAME:
-        path = path.parent
+    path = _folder(folder)
     return Run(path, load_run(path))
+
+
+def _folder(place: str | os.PathLike[str]) -> Path:
+    """A run's folder, which the results file in it stands for as well."""
+    path = Path(place)
+    return path.parent if path.name == NAME else path
 
 
 def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> RunResult:
@@ -321,9 +317,7 @@ def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> R
         If it holds no results, they are damaged, or no case is finished; after the tables, if the
         run is not complete.
     """
-    place, began = Path(folder), time.perf_counter()
-    if place.name == NAME:
-        place = place.parent
+    place, began = _folder(folder), time.perf_counter()
     run = load_run(place)
     if not run.cases:
         raise InputError(f"{place}: no case is finished yet")
@@ -337,8 +331,14 @@ def show_again(folder: str | os.PathLike[str], listener: Listener = silent) -> R
                 "goes on from there"
             )
         show(run)
-    pictures = [str(file) for shown in run.pictures for file in (shown.path, *shown.data)]
-    found = {"results": str(place / NAME), "pictures": pictures}
-    page = str(place / REPORT) if "report" in run.problem.outputs.show else ""
-    listener(Finished(str(place), time.perf_counter() - began, found, page, largest()))
+    listener(finished(run, began))
     return run
+
+
+def finished(run: RunResult, began: float, **summary: Any) -> Finished:
+    """What is said of a run, or of one that is shown again, in the end: all that there is now."""
+    folder = run.output_files.folder
+    pictures = [str(file) for shown in run.pictures for file in (shown.path, *shown.data)]
+    summary |= {"results": str(folder / NAME), "pictures": pictures}
+    page = str(folder / REPORT) if "report" in run.problem.outputs.show else ""
+    return Finished(str(folder), time.perf_counter() - began, summary, page, largest())

@@ -24,22 +24,20 @@ sweep."joints.interlock.mu" = [0.1, 0.2]
 
 
 def values(text, key):
-    found = {setting.key: setting for setting in settings_of(parse_study(text))}
-    return [level.shown for level in found[key].levels], [
-        level.shown for level in found[key].levels if level.own
-    ]
+    levels = settings_of(parse_study(text))[key]
+    return [level.shown for level in levels], [level.shown for level in levels if level.own]
 
 
 def test_every_setting_has_the_studys_own_value_once():
     found = settings_of(parse_study(""))
     every = "mesh.size rom.accuracy response.harmonics response.samples response.points"
     every += " response.coupling joints.patch"
-    assert [setting.key for setting in found] == every.split()
-    for setting in found:
-        assert sum(level.own for level in setting.levels) == 1, setting.key
-        assert len({level.shown for level in setting.levels}) == len(setting.levels)
+    assert list(found) == every.split()
+    for key, levels in found.items():
+        assert sum(level.own for level in levels) == 1, key
+        assert len({level.shown for level in levels}) == len(levels)
     listed = settings_of(parse_study("[response]\nfrequencies = [250, 260]"))
-    assert "response.points" not in {setting.key for setting in listed}
+    assert "response.points" not in listed
     refusal = r'--setting "mesh": this study has mesh.size, rom.accuracy'
     with pytest.raises(InputError, match=refusal):
         settings_of(parse_study(""), 1e5, ("mesh",))
@@ -53,15 +51,12 @@ def test_values_lie_around_what_the_study_has_and_meshes_grow_up_to_the_limit_al
     assert values("[response]\nharmonics = 12", "response.harmonics")[0][-1] == "23"
     assert values("[response]\npoints = 50", "response.points")[1] == ["50"]
     isotropic = parse_study('[response]\nfriction = "isotropic"')
-    assert "response.samples" not in [setting.key for setting in settings_of(isotropic, 1e5)]
+    assert "response.samples" not in settings_of(isotropic, 1e5)
     study = parse_study('[mesh]\nsize = "coarse"\nface_nodes = 170')
-    few, many = (
-        {setting.key: setting for setting in settings_of(study, dofs)}["mesh.size"]
-        for dofs in (1.2e5, 3e5)
-    )
-    assert [level.shown for level in few.levels] == ["coarse", "11.3 mm"]
-    assert len(many.levels) > len(few.levels)
-    assert [level.study.mesh.face_nodes for level in few.levels] == [170, None]
+    few, many = (settings_of(study, dofs)["mesh.size"] for dofs in (1.2e5, 3e5))
+    assert [level.shown for level in few] == ["coarse", "11.3 mm"]
+    assert len(many) > len(few)
+    assert [level.study.mesh.face_nodes for level in few] == [170, None]
 
 
 def test_the_vertex_of_a_parabola():
@@ -83,11 +78,10 @@ FEW = ("1", "3", "5", "uncoupled", "coupled")
 @pytest.fixture(scope="module", autouse=True)
 def few_values():
     def few(*given):
-        every = settings_of(*given)
-        return tuple(
-            replace(each, levels=tuple(level for level in each.levels if level.shown in FEW))
-            for each in every
-        )
+        return {
+            key: [level for level in levels if level.shown in FEW]
+            for key, levels in settings_of(*given).items()
+        }
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr("vanelock.commands.converge.converge.settings_of", few)

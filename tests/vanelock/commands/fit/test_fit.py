@@ -10,9 +10,10 @@ import pytest
 
 from tests.small_study import SMALL
 from vanelock import fit_study, load_study, load_system, open_results, parse_study
-from vanelock.commands.fit.fit import _usable, rejoined, remarks
+from vanelock.commands.fit.fit import _usable, remarks
 from vanelock.commands.fit.least_squares import fit
 from vanelock.commands.fit.parameters import FitParameter, varied_parameters
+from vanelock.commands.fit.refit_model import rejoined
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import write_columns
 from vanelock.common.tables import Table

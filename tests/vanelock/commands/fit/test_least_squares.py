@@ -11,6 +11,7 @@ from vanelock.common.errors import InputError
 
 HERTZ = np.linspace(0.9, 1.1, 41)
 TRUTH = np.array([2.0, 1.01, 0.02])
+ONES = np.ones(41)
 
 
 def resonance(f, height, place, ratio):
@@ -31,7 +32,7 @@ def test_values_and_errors_are_scipy_s(given):
     """Relative standard errors of logarithms are those of the values over the values."""
     sigma = np.full(41, 0.02)
     data = predict(TRUTH) + sigma * np.random.default_rng(4).standard_normal(41)
-    found = fit(predict, data, sigma if given else None, parameters())
+    found = fit(predict, data, sigma if given else ONES, parameters(), known=given)
     value, covariance = curve_fit(
         resonance, HERTZ, data, TRUTH, sigma if given else None, absolute_sigma=given
     )
@@ -51,8 +52,8 @@ def test_values_and_errors_are_scipy_s(given):
 def test_a_fit_in_small_units_goes_as_far_and_one_that_misses_has_larger_errors():
     """In metres residuals are of the order of 1e-7; a bump that no resonance has is a miss."""
     data = predict(TRUTH) + 0.02 * np.random.default_rng(4).standard_normal(41)
-    found = fit(predict, data, None, parameters())
-    small = fit(lambda theta: 1e-6 * predict(theta), 1e-6 * data, None, parameters())
+    found = fit(predict, data, ONES, parameters(), known=False)
+    small = fit(lambda t: 1e-6 * predict(t), 1e-6 * data, ONES, parameters(), known=False)
     np.testing.assert_allclose(small.value, found.value, rtol=1e-4)
     sigma = np.full(41, 0.005)
     data = predict(TRUTH) * (1 + 0.3 * np.sin(40 * HERTZ))
@@ -162,10 +163,10 @@ def test_two_fits_as_good_as_each_other():
 
 def test_too_few_points():
     with pytest.raises(InputError, match="3 measured points for 3 parameters"):
-        fit(predict, np.ones(3), None, parameters())
+        fit(predict, np.ones(3), np.ones(3), parameters())
     nothing = np.full(41, np.nan)
     with pytest.raises(InputError, match="no solution at any start"):
-        fit(lambda theta: nothing, predict(TRUTH), None, parameters())
+        fit(lambda theta: nothing, predict(TRUTH), ONES, parameters())
 
 
 def test_slopes_take_the_place_of_differences():

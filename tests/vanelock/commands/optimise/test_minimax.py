@@ -62,4 +62,4 @@ def test_bounds_hold_and_lost_places_are_left():
         1e-6,
     )
     assert abs(high.x[0] - 2.5) <= np.spacing(2.5)
-    assert minimax(lambda x: None, np.array([1.0]), (np.zeros(1), np.ones(1))) is None
+    assert minimax(lambda x: None, np.array([1.0]), (np.zeros(1), np.ones(1)), 1e-6) is None

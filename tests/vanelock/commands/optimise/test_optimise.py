@@ -8,7 +8,7 @@ import pytest
 
 from tests.small_study import SMALL
 from vanelock import load_study, optimise_study, parse_study
-from vanelock.commands.fit.fit import rejoined
+from vanelock.commands.fit.refit_model import rejoined
 from vanelock.commands.optimise.front import notes
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
@@ -80,7 +80,8 @@ def test_the_optimum_is_that_of_a_map(small_model, tmp_path, monkeypatch):
     written = json.loads((folder / "optimise.json").read_text())
     assert written["largest_peak"] == found.after
     assert [each["largest_peak"] for each in written["front"]] == [p.peak for p in found.front]
-    said = notes(replace(found, held=(True,), settled=False))
+    bound = np.array([found.parameters[0].low])
+    said = notes(replace(found, value=bound, settled=False))
     assert any("LIES ON A BOUND" in text for text in said)
     assert any("NOT SETTLED" in text for text in said)
 

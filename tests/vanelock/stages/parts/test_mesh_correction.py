@@ -8,7 +8,7 @@ import pytest
 
 from tests.vanelock.stages.conftest import COARSER, planned_of
 from vanelock import fem, parse_study, rom
-from vanelock.commands.fit.fit import rejoined
+from vanelock.commands.fit.refit_model import rejoined
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent

@@ -6,7 +6,7 @@ from typing import Any
 
 from vanelock import parse_study
 from vanelock.commands.run.cases import OngoingRun
-from vanelock.commands.run.graph import CaseWork, bundle, jobs, steps_of
+from vanelock.commands.run.graph import _CaseWork, bundle, steps_of
 from vanelock.input.cases.sweep import cases
 from vanelock.input.cases.values import value_at, with_values
 from vanelock.pipeline import step
@@ -36,7 +36,7 @@ def test_cases_planned_together_have_the_keys_that_they_have_alone():
         forget()
         (alone,) = plan([found[i]])
         assert names_of(alone) == names_of(planned[i])
-        taken = {step.key for step in reachable(CaseWork(found[i]).steps())}
+        taken = {step.key for step in reachable(_CaseWork(found[i], None, None).steps())}
         assert names_of(alone).keys() <= taken
 
 
@@ -64,7 +64,7 @@ def test_a_key_that_cases_share_is_made_once(monkeypatch):
     forget()
     values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
     planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
-    bundle(jobs(planned), Cache(Path("none"), print))
+    bundle(planned, Cache(Path("none"), print))
     distinct = {step.key for each in planned for step in reachable(steps_of(each))}
     assert len(made) == len(distinct) == 40 + 12 * 40
 
