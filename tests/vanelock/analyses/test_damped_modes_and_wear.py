@@ -1,4 +1,4 @@
-"""Damped modes, flutter and wear over cycles of a study: what its files and its page have."""
+"""Damped modes, their energies, flutter and wear over cycles: what files and page have."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,20 +9,21 @@ import numpy as np
 import pytest
 
 from tests.golden.runs import GoldenRun
-from tests.vanelock.stages.conftest import planned_of
-from vanelock import load_system, nonlinear, open_results, parse_study
+from tests.verification.nonlinear.spring_rings import spring_ring
+from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.damped_modes import FollowedMode
-from vanelock.analyses.solved_case import with_analyses
+from vanelock.analyses.energy_frequency import EnergyFrequency
 from vanelock.analyses.wear import WornCase
-from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Begun, PointDone
+
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 N, HOUR = 8, 3600.0
 
 
 @pytest.fixture
 def run(golden: Callable[[str], GoldenRun]) -> tuple[Path, Any, list[Any]]:
-    """Folder, summary and events of the run with every analysis."""
     made = golden("everything")
     (found,) = made.summaries
     return made.folder, found, made.events
@@ -98,56 +99,35 @@ def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]
         assert (folder / "figures" / f"{name}_nominal.csv").exists()
 
 
-def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
-    golden: Callable[[str], GoldenRun], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run, taken = golden("accuracy"), []
-
-    def followed(
-        system: Any, number: int, given: None, options: nonlinear.Options, k: int, **_: Any
-    ) -> None:
-        taken.append(options.harmonics)
-        raise InputError("enough")
-
-    monkeypatch.setattr(nonlinear, "damped_mode", followed)
-    planned = planned_of(f"{run.text}\n[response]\nharmonics = 9\n[damped_modes]\n")
-    with_mode = with_analyses(planned, planned)
-    (step,) = with_mode.analyses["damped_modes"]
-    assert planned.response in step.needs
-    with open_results(run.folder / "results.h5") as file:
-        response = nonlinear.Response.load(file["response/nominal"])
-    system = load_system(run.folder / "results.h5", "nominal")
-    known = {
-        planned.response.key: response,
-        planned.system.key: system,
-        planned.linear.system.key: system,
-        planned.linear.responses["free"].key: response,
-        planned.structure.whole.key: system,
-    }
-    monkeypatch.setattr(type(planned), "solved", lambda self, response: self)
-    assert step.compute(lambda step: known[step.key]).reason == "enough"
-    assert response.estimates is not None
-    peak = np.argmin(np.abs(response.frequency - run.summaries[0].peak.frequency))
-    assert taken == [response.estimates.harmonics[peak]]
+STEPS = 64
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[wear]\ndwells = [{ cycles = 1 }]", "wear: no joint wears"),
-        ("[wear]\n", "wear.dwells"),
-        (
-            "[joints.hook]\nwear_coefficient = 1e-14\n[wear]\n"
-            "dwells = [{ cycles = 1, frequency = [2, 1] }]",
-            r"dwells\[0\]\.frequency = \[2, 1\]: must be \[low, high\] with low < high",
-        ),
-        ("[damped_modes]\nnodal_diameters = [5]", "allowed are -4 to 4"),
-        ("[damped_modes]\nmodes = [1, 1]", "must differ"),
-        ("[damped_modes]\ninfluence = [[1, 0, 0], [-7, 0, 0]]", "one is given twice"),
-        ('[damped_modes]\n[response]\ncoupling = "uncoupled"', 'must be "coupled"'),
-    ],
-)
-def test_what_cannot_be_is_refused(text: str, message: str) -> None:
-    study = "[ring]\nsectors = 8\n" + text
-    with pytest.raises(Exception, match=message):
-        parse_study(study)
+def test_the_energy_is_twice_the_kinetic_energy_of_a_sector_on_average(tmp_path: Path) -> None:
+    ring, events, k = spring_ring(1), list[Any](), -1
+    ring.save(tmp_path / "ring.h5")
+    (tmp_path / "scene.toml").write_text(
+        '[system]\nfile = "ring.h5"\n[response]\nfrequencies = [0.1, 0.2]\nharmonics = 3\n'
+        "[damped_modes]\nmodes = [2]\n[outputs]\nshow = ['report']\n"
+    )
+    run_scene(load_scene(tmp_path / "scene.toml"), tmp_path / "run", events.append)
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        kept = EnergyFrequency.load(file[f"response/nominal/energy_frequency/mode_2_nd_{k}"])
+    mode = nonlinear.damped_mode(ring, 2, None, nonlinear.Options(3), k % ring.sectors)
+    np.testing.assert_allclose(kept.frequency, mode.frequency, rtol=1e-9)
+    np.testing.assert_allclose(kept.damping_ratio, mode.damping_ratio, rtol=1e-9)
+    mass, turn, N = np.diag(ring.at(0).M).real, np.arange(STEPS) / STEPS, ring.sectors
+    for p, omega in enumerate(2 * np.pi * mode.frequency):
+        velocity = np.zeros((N, STEPS, len(mass)))
+        for h, x in mode.response.x.items():
+            wave = np.exp(2j * np.pi * h * (turn + k * np.arange(N)[:, None] / N))
+            velocity += (1j * h * omega * wave[:, :, None] * x[p]).real
+        kinetic = 0.5 * (velocity**2 * mass).sum() / (N * STEPS)
+        assert kept.energy[p] == pytest.approx(2 * kinetic, rel=1e-9)
+    # Small vibration is that of the linear mode: half of the square of speed and modal amplitude.
+    speed = 2 * np.pi * mode.linear[0] * mode.amplitude[0]
+    assert kept.energy[0] == pytest.approx(0.5 * speed**2, rel=1e-3)
+    (table,) = (each for each in events if getattr(each, "key", "") == "energy_frequency")
+    (row,) = table.record()["rows"]
+    assert (row["least_j"], row["end_j"]) == (kept.energy[0], kept.energy[-1])
+    assert (tmp_path / "run" / "figures" / "energy_frequency_nominal.csv").exists()
+    assert "Energy-frequency diagram" in (tmp_path / "run" / "report.html").read_text("utf-8")

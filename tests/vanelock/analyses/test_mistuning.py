@@ -10,7 +10,7 @@ import pytest
 
 from tests.nonlinear.forced_response.ring.test_ring_response import damped
 from tests.vanelock.analyses.test_tables import case_of
-from vanelock import load_scene, nonlinear, parse_study, run_scene
+from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.mistuning import (
     MISTUNING,
     MistunedRing,
@@ -18,7 +18,6 @@ from vanelock.analyses.mistuning import (
     MistuningKeys,
     _drawn,
 )
-from vanelock.common.errors import InputError
 from vanelock.rom import System
 from vanelock.stages.response.summary import Peak
 
@@ -93,48 +92,6 @@ def test_given_segments_are_one_ring_which_turns_with_them(tmp_path: Path) -> No
     assert found[0].amplitude.shape == (1, system.sectors)
     turned_back = np.roll(found[1].amplitude, -1, axis=1)
     np.testing.assert_allclose(turned_back, found[0].amplitude, rtol=1e-8)
-
-
-@pytest.mark.parametrize(
-    ("more", "line"),
-    [
-        ("", "mistuning.keys: must be given"),
-        (
-            "keys.joints.lap.mu = 0.1\n",
-            'mistuning.keys."joints.lap.mu": allowed are interference, mu, kn, kt, slider of '
-            "joints.hook, joints.interlock, and vane.frequency",
-        ),
-        (
-            "keys.vane.frequency = [0.1, 0.2]\n",
-            'mistuning.keys."vane.frequency": given 2 numbers: needs 1, or one a segment: 16',
-        ),
-        (f"keys.joints.hook.slider = {[0.1] * 16}\n", '.slider": given 16 numbers: needs 1'),
-        (
-            f"rings = 3\nkeys.joints.hook.mu = {[0.1] * 16}\n",
-            "mistuning.rings = 3: all deviations are given by segment: one ring",
-        ),
-        ("keys.joints.hook.mu = 1.5\n", "a relative standard deviation must be >= 0 and <= 1"),
-        ('keys.joints.hook.mu = "wide"\n', "expected a number, such as 0.01 for 1 %"),
-        (f"keys.joints.hook.kn = {[-1.0] + [0.1] * 15}\n", "must be > -1 and <= 10"),
-        ("keys.vane.frequency = 0.1\nrange = [300, 200]\n", "must be [low, high] with low < high"),
-    ],
-)
-def test_what_cannot_be_is_refused(more: str, line: str) -> None:
-    with pytest.raises(InputError) as refused:
-        parse_study(f"[mistuning]\n{more}")
-    assert line in str(refused.value)
-    assert "\n" not in str(refused.value)
-
-
-def test_what_rings_lack_is_refused() -> None:
-    some = "[mistuning]\nkeys.joints.hook.mu = 0.1\n"
-    for text, line in (
-        (f"{some}[response]\ncoupling = 'uncoupled'\n", 'must be "coupled" for [mistuning]'),
-        (f"{some}[ring]\nsectors = 1\n", "sectors"),
-    ):
-        with pytest.raises(InputError, match="1" if line == "sectors" else None) as refused:
-            parse_study(text)
-        assert line in str(refused.value)
 
 
 def rings(amplitude: Any, converged: Any, alike: float = 1e-6) -> MistunedRings:

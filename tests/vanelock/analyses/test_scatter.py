@@ -1,6 +1,5 @@
 """Percentiles of peaks, where the distribution of the peaks is known in closed form."""
 
-import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +11,6 @@ from vanelock import cases, parse_study
 from vanelock.analyses.scatter import (
     PERCENT,
     _correlations,
-    _page,
     _percentile_table,
     _percentiles,
     _sensitivity_table,
@@ -22,7 +20,6 @@ from vanelock.analyses.scatter import (
 from vanelock.common.tables import Table
 from vanelock.input.settings import settings
 from vanelock.nonlinear import linear_response
-from vanelock.report import Page, Section, write_page
 from vanelock.results.page_sections.inputs import inputs
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.summary import Peak, peak_of
@@ -63,7 +60,6 @@ def peak(force, stiffness):
 
 @pytest.fixture(scope="module")
 def oscillators():
-    """Samples of the oscillator's force and stiffness, and their peaks."""
     every = cases(parse_study(STUDY.format(count=300)))
     found = [SimpleNamespace(case=case.name, peak=peak(*case.values.values())) for case in every]
     return every, scattered(every, found)  # type: ignore[arg-type]
@@ -151,19 +147,6 @@ def test_frequencies_on_a_coarse_grid_have_a_note():
     assert spacing(np.array([10.0, 11, 13, 13.5]), 1) == 2
     assert spacing(np.array([13.5, 13, 11, 10]), 0) == 0.5
     assert spacing(np.array([250.0]), 0) == 0
-
-
-def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
-    every, found = sampled(10)
-    content: Any = SimpleNamespace(
-        scattered=scattered(every, found), monitor=SimpleNamespace(name="o"), pictures=[]
-    )
-    section = Section("Scatter", _page(content))
-    text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
-    assert "[um]" not in text
-    heads = re.findall(r'<th([^>]*)>(?:peak|frequency)\s*<span class="unit">(µm|Hz)</span>', text)
-    assert [unit for _, unit in heads] == ["µm", "Hz"]
-    assert all("n" in css for css, _ in heads)
 
 
 def tables(text):
