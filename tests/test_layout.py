@@ -2,8 +2,6 @@
 
 import ast
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -71,23 +69,6 @@ def test_link_leads_to_what_is_installed_with_the_program(name: str) -> None:
     folder = "docs" if name == "manual" else name
     assert (ROOT / "vanelock" / name).readlink() == Path("..") / folder
     assert (ROOT / folder).is_dir()
-
-
-def test_nonlinear_loads_no_mesher_and_no_renderer() -> None:
-    code = (
-        "import sys, vanelock.nonlinear as stage\n"
-        "for name in dir(stage): getattr(stage, name)\n"
-        "assert stage.System.__module__ == 'vanelock.rom.system.system'\n"
-        "print(*sorted({name.partition('.')[0] for name in sys.modules}))"
-    )
-    run = subprocess.run(
-        [sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, check=True, cwd="/"
-    )
-    loaded = set(run.stdout.split())
-    assert "numpy" in loaded
-    assert loaded.isdisjoint(
-        {"gmsh", "meshio", "skfem", "sksparse", "vtk", "vtkmodules", "pyvista", "matplotlib"}
-    )
 
 
 def test_a_class_name_means_one_thing() -> None:

@@ -54,7 +54,6 @@ command.main(arguments)
 
 
 def started(program, *arguments, **options):
-    """A child, run to its end."""
     command = [*program, *map(str, arguments)]
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options}
     return subprocess.run(command, text=True, check=False, timeout=1800, **options)

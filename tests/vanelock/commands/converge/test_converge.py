@@ -143,22 +143,6 @@ def test_what_a_measurement_leaves(measured):
     assert (folder / "figures" / "converge.png").stat().st_size > 20_000
     (shown,) = [e for e in heard if isinstance(e, Table)]
     assert shown == table(found, "small")
+    lost = table([replace(found[0], lost=2)], "x").notes
+    assert "response.harmonics = 1: 2 points DID NOT CONVERGE" in lost
     assert isinstance(heard[-1], Finished)
-
-
-def test_measuring_again_computes_nothing_and_finds_the_same(measured):
-    folder, found, _ = measured
-    heard: list[Event] = []
-    again = converge_study(parse_study(STUDY), folder, heard.append, ("response.coupling",))
-    assert not [e for e in heard if isinstance(e, Done) and not e.cached and "rom" in e.stage]
-    before = [o for o in found if o.setting == "response.coupling"]
-    assert [(o.amplitude, o.frequency) for o in again] == [
-        (o.amplitude, o.frequency) for o in before
-    ]
-    assert [o.cpu for o in again] == pytest.approx([o.cpu for o in before])
-
-
-def test_lost_points_are_reported(measured):
-    _, found, _ = measured
-    bad = replace(found[0], lost=2)
-    assert "response.harmonics = 1: 2 points DID NOT CONVERGE" in table([bad], "x").notes

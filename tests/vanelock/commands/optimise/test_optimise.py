@@ -140,6 +140,7 @@ def test_the_least_upper_bound_is_that_of_a_map(small_model, tmp_path):
     found = optimise_study(study, tmp_path)
     assert found.settled
     assert found.of == "upper bound"
+    assert any("static friction" in text for text in notes(found))
     assert found.after < 0.98 * found.before
     assert study.bounds is not None
     for factor in (0.8, 1.0, 1.25):

@@ -1,4 +1,4 @@
-"""How peaks are followed from one place to the next: by halves of a step, and those met before."""
+"""How peaks are followed from place to place; known minima: smooth, at a ridge, at a bound."""
 
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from vanelock.commands.fit.parameters import FitParameter
-from vanelock.commands.optimise.bound import least_bound
-from vanelock.commands.optimise.front import front, notes, undominated
-from vanelock.commands.optimise.objective import NEAR, Functions, Peaks
+from vanelock.commands.optimise.front import front, undominated
+from vanelock.commands.optimise.objective import NEAR, Functions, Peaks, minimax
 from vanelock.commands.optimise.search import Progress, optimum, searched, spread
 from vanelock.common.errors import InputError
 from vanelock.nonlinear.peaks.peak import CurvePoint
@@ -92,17 +91,6 @@ def at(x):
     return np.array([float(x)])
 
 
-def test_a_step_too_long_is_halved_and_the_second_half_begins_where_the_first_leads():
-    one = hills()
-    one(at(0.0))
-    one(at(1.1))  # 0.275 a quarter: the first quarter by itself, the others by its rate
-    assert one.sweeps == 1
-    assert one.known[0].solution.omega == pytest.approx(111.0)
-    assert one.solved == 3  # quarter, quarter, and by their rate the half that is left
-    one(at(2.4))  # 0.325 a quarter
-    assert one.sweeps == 2
-
-
 def test_a_peak_that_a_sweep_met_is_looked_for_again_near_there():
     low = (lambda x: 100.0, lambda x: 1 + 0.01 * x, lambda x: True)
     high = (lambda x: 200.0, lambda x: 5.0, lambda x: x > 1)
@@ -116,20 +104,6 @@ def test_a_peak_that_a_sweep_met_is_looked_for_again_near_there():
     assert two(at(1.2 + 1.1 * NEAR)).value.tolist() == [pytest.approx(1.023)]
     assert two(at(0.9)) is not None  # where it does not live no step fails for it
     assert two.sweeps == 2
-
-
-def test_peaks_of_fewer_harmonics_lead_those_of_more():
-    one = Hills(model(3), (FitParameter("mu", 1.0, 0.1, 9.0),), (0.0, 100.0))
-    one.led_by([peak(100.0, 2.0)], at(0.0))
-    (begun,) = one.known
-    assert begun.solution.w.shape == (2, 3, 7)
-    assert (begun.solution.w[:, :, :3] == 100.0).all()
-    assert not begun.solution.w[:, :, 3:].any()
-    assert begun.solution.reuse is None
-    there = one(at(0.0))
-    assert there is not None
-    assert there.value.tolist() == [2.0]
-    assert not hasattr(one, "sweeps")
 
 
 def test_the_lowest_of_many_starts_leads_to_the_lowest_minimum():
@@ -163,64 +137,6 @@ def test_a_search_that_keeps_meeting_higher_peaks_is_not_settled():
         optimum(nothing)
 
 
-def test_a_front_leads_from_the_least_peak_to_the_least_wear(monkeypatch):
-    """A = 1 + (x - 1)², W = 1 + (x + 1)²: a front is where -1 < x < 1."""
-
-    def worn(peaks, x, known, coefficient):
-        return np.array([1 + (x[0] + 1) ** 2 for _ in known])
-
-    monkeypatch.setattr("vanelock.commands.optimise.front.worn", worn)
-    one = hills(reach=9.0)
-    begun = optimum(one)
-    heard: list[Any] = []
-    found = front(one, begun, {}, 12, 8, heard.append)
-    x = np.array([np.log(point.value[0]) for point in found])
-    assert len(found) > 4
-    assert x[0] == pytest.approx(1.0, abs=0.05)
-    assert (np.diff(x) < 0).all()
-    assert x[-1] == pytest.approx(-1.0, abs=0.05)
-    np.testing.assert_allclose([point.peak for point in found], 1 + (x - 1) ** 2)
-    for i, point in enumerate(found[1:3], 1):  # both are equal there
-        ratio = np.sqrt(2.0) ** i
-        assert point.peak / found[0].peak == pytest.approx(
-            ratio * point.wear / found[0].wear, rel=1e-2
-        )
-    assert undominated([*found, replace(found[2], peak=9.0)]) == found
-    assert heard[-1].name == "peak or wear"
-
-
-def test_the_least_bound_is_where_peaks_of_unlike_sliders_cross():
-    """A = 1 + (x - s)², s from -1 to 2: J = 1 + max((x + 1)², (x - 2)²), least at 1/2."""
-    peaks = hills(hills=((lambda x: 100.0, lambda x: 1 + x**2, lambda x: True),), reach=9.0)
-    asked = []
-
-    def assembled_at(slider):
-        (s,) = slider
-        return hills(
-            hills=((lambda x: 100.0, lambda x: 1 + (x - s) ** 2, lambda x: True),), reach=9.0
-        )
-
-    def bounds(x):
-        asked.append(x[0])
-        s = max((-1.0, 2.0), key=lambda s: abs(x[0] - s))
-        size = np.array([1.0, 1 + x[0] ** 2, 1 + (x[0] - s) ** 2])
-        return SimpleNamespace(
-            amplitude=size,
-            frequency=np.full(3, 16.0),
-            slider=np.array([[0.0], [0.0], [s]]),
-            solved=7,
-        )
-
-    peaks.assembled_at = assembled_at
-    begun = optimum(peaks)
-    found = least_bound(peaks, begun, bounds)
-    assert found.before == pytest.approx(5.0)
-    assert found.after == pytest.approx(1 + 1.5**2, rel=1e-2)
-    assert np.log(found.value[0]) == pytest.approx(0.5, abs=0.01)
-    assert found.settled
-    assert found.of == "upper bound"
-    assert len(asked) == 4  # the study's own, the peak's optimum, and one more for each place
-    assert any("static friction" in text for text in notes(found))
 
 
 def test_starts_spread_over_the_bounds():
@@ -230,3 +146,63 @@ def test_starts_spread_over_the_bounds():
     share = (places - low) / (high - low)
     quarters = 2 * (share[:, 0] > 0.5) + (share[:, 1] > 0.5)
     assert np.bincount(quarters.astype(int), minlength=4).min() >= 6
+
+
+WIDE = np.full(2, -3.0), np.full(2, 3.0)
+
+
+def rosen(x):
+    value = 1 + (1 - x[0]) ** 2 + 10 * (x[1] - x[0] ** 2) ** 2
+    slope = [-2 * (1 - x[0]) - 40 * x[0] * (x[1] - x[0] ** 2), 20 * (x[1] - x[0] ** 2)]
+    return Functions(np.array([value]), np.array([slope]))
+
+
+def cb2(x):
+    """Charalambous and Bandler's second: 1.9522245 at (1.139, 0.900)."""
+    a, b = x
+    value = [a**2 + b**4, (2 - a) ** 2 + (2 - b) ** 2, 2 * np.exp(b - a)]
+    e = 2 * np.exp(b - a)
+    slope = [[2 * a, 4 * b**3], [2 * a - 4, 2 * b - 4], [-e, e]]
+    return Functions(np.array(value), np.array(slope))
+
+
+def solved(*given):
+    found = minimax(*given)
+    assert found is not None
+    return found
+
+
+def test_a_smooth_valley():
+    found = solved(rosen, np.array([-1.2, 1.0]), WIDE, 1e-9, 200)
+    np.testing.assert_allclose(found.x, [1, 1], atol=1e-3)
+    assert found.settled
+
+
+def test_a_corner_of_three_functions():
+    tried = []
+
+    def counted(x):
+        tried.append(x)
+        return cb2(x)
+
+    found = solved(counted, np.array([2.0, 2.0]), WIDE, 1e-9)
+    assert found.functions.largest == pytest.approx(1.9522245, rel=1e-6)
+    assert len(tried) < 30
+
+
+def test_bounds_hold_and_lost_places_are_left():
+    def slope(x):
+        if x[0] < 0.2:
+            return None
+        return Functions(np.array([1 + x[0]]), np.array([[1.0]]))
+
+    found = solved(slope, np.array([1.0]), (np.array([0.0]), np.array([3.0])), 1e-6)
+    assert 0.2 <= found.x[0] < 0.201
+    high = solved(
+        lambda x: Functions(np.array([9 - x[0]]), np.array([[-1.0]])),
+        np.array([1.0]),
+        (np.array([0.0]), np.array([2.5])),
+        1e-6,
+    )
+    assert abs(high.x[0] - 2.5) <= np.spacing(2.5)
+    assert minimax(lambda x: None, np.array([1.0]), (np.zeros(1), np.ones(1))) is None
