@@ -1,11 +1,11 @@
-"""Tables: units of columns, what is missing, what terminal, CSV and machines are given."""
+"""Quantities with units; tables: what terminal, CSV and machines are given."""
 
 import math
 
 import numpy as np
 import pytest
 
-from vanelock.common.quantities import si
+from vanelock.common.quantities import _rpm, si
 from vanelock.common.tables import FACTORS, Column, Table, counted, heads
 
 SI = {
@@ -55,3 +55,41 @@ def test_columns_are_left_out_with_what_they_say_below():
     said = Table("Cases", columns, [], ("a note",))
     assert said.lines == ["x: from 0; y: to 1.", "a note"]
     assert said.without("x").lines == ["y: to 1.", "a note"]
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("0.05 mm", "m", 5e-5),
+        ("20 um", "m", 2e-5),
+        ("1.67e7 N/m", "N/m", 1.67e7),
+        ("16.7 N/um", "N/m", 1.67e7),
+        ("170 GPa", "Pa", 170e9),
+        ("8.2 g/cm^3", "kg/m^3", 8200.0),
+        ("0.25 kHz", "Hz", 250.0),
+        ("1.5 kg*mm", "kg*m", 1.5e-3),
+        (0.25, "m", 0.25),
+    ],
+)
+def test_units(text, unit, value):
+    assert si(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "5 s", "mm", "", "5 parsnips", "9**9**9**9", "__import__('os')", "1 mm" + " " * 99,
+        "nan m m", "9^9^9^9 m", "9⁹⁹⁹⁹⁹⁹⁹⁹⁹ m", "9 cubed cubed cubed m", "9**9**9 m", "(9)^(9)^9 m",
+        "9e9^9",
+    ],
+)  # fmt: skip
+def test_text_that_is_no_length_is_refused_and_arithmetic_not_evaluated(text):
+    with pytest.raises(ValueError, match="expected a number in m"):
+        si(text, "m")
+
+
+def test_revolutions_are_not_radians():
+    assert _rpm("16000 rpm") == _rpm("1.6e4rpm") == _rpm(16000) == 16000
+    for text in ("270 Hz", "16000", "1.2.3 rpm", "rpm"):
+        with pytest.raises(ValueError, match="expected a number in rpm"):
+            _rpm(text)

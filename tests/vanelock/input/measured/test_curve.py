@@ -21,9 +21,9 @@ def test_frequency_and_amplitude_in_any_order_of_rows_and_what_the_study_says_of
     assert (found.name, found.frequency.tolist()) == ("data", [259, 260.5])
     assert found.amplitude == pytest.approx([1e-6, 2.5e-6])
     assert (found.quantity, found.sigma, found.gauge) == ("displacement", None, None)
-    keys = {"name": "rig 2", "engine_order": 1, "sigma": 0.1, "direction": "down"}
+    keys = {"name": "rig 2", "engine_order": 1, "sigma": 0.1, "direction": "down", "load": 2.0}
     found = read(tmp_path, "speed (rpm),displacement (mm)\n6000,1\n6060,2\n", **keys)
-    assert (found.name, found.direction) == ("rig 2", "down")
+    assert (found.label, found.direction) == ("rig 2, load × 2", "down")
     assert found.frequency == pytest.approx([100, 101])
     assert found.sigma == pytest.approx([1e-4, 1e-4])
 
