@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from multiprocessing import active_children
 from pathlib import Path
 
 import psutil
@@ -121,18 +120,6 @@ def killer(folder, after, kill):
                 path.unlink()
 
     return killed, hook
-
-
-@pytest.mark.system
-def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
-    killed, kill = killer(begun, 2, lambda: active_children()[0].kill())
-    found, heard = run(begun, workers=2, hook=kill)
-    assert killed
-    assert [each.case for each in found] == [each.case for each in alone[1]]
-    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
-    assert not [event for event in heard if isinstance(event, Failed)]
-    assert max(event.done for event in heard if isinstance(event, Tasks)) == 4
-    assert not active_children()
 
 
 @pytest.mark.system

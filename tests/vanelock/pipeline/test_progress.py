@@ -96,28 +96,6 @@ def test_json_is_one_valid_object_a_line(capsys):
     assert finished["summary"] == {"cases": [{"x": None, "y": None, "z": [1, 2.5]}]}
 
 
-def test_time_left_follows_the_work(monkeypatch):
-    """Equal cases of ten points, each point a second."""
-    text = '[response]\nrange = [1, 2]\npoints = 10\n[sweep]\n"joints.hook.mu" = [0.1, 0.2, 0.3]'
-    planned = plan(cases(parse_study(text)), lambda *_: None)
-    now = [100.0]
-    monkeypatch.setattr("vanelock.stages.cost_estimate.time.perf_counter", lambda: now[0])
-    clock = Clock(planned)
-    clock.begin(planned[0])
-    now[0] += 2
-    point = clock.point(2, 10, 256.0, 3e-6)
-    assert point.peak == 3e-6
-    assert round(point.left, 9) == 28
-    now[0] += 8
-    assert clock.point(10, 10, 256.0, 1e-6).peak == 3e-6
-    clock.end(computed=True)
-    clock.begin(planned[1])  # from the cache
-    clock.end(computed=False)
-    clock.begin(planned[2])
-    now[0] += 5
-    assert round(clock.point(5, 10, 256.0, 1e-6).left, 9) == 5
-
-
 def test_no_time_left_is_shown_where_nobody_knows_it(monkeypatch, capsys):
     text = "accuracy = 0.05\n[response]\nrange = [1, 2]"
     planned = plan(cases(parse_study(text)), lambda *_: None)

@@ -6,18 +6,16 @@ import subprocess
 import sys
 import textwrap
 import time
-from concurrent.futures import Future
 from multiprocessing import active_children
 
-import numpy as np
 import psutil
 import pytest
 
 from vanelock.common.errors import FolderError
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor import Processes
-from vanelock.pipeline.progress import Event, Failed, Notice, Tasks
-from vanelock.pipeline.tasks import Failure, Task, TaskFailed, TaskQueue
+from vanelock.pipeline.progress import Event, Notice, Tasks
+from vanelock.pipeline.tasks import Task, TaskFailed, TaskQueue
 
 TOY = '''
 """Products of one number, made well or badly."""
@@ -132,17 +130,6 @@ def stored(queue, step):
     return entry.product.value
 
 
-def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
-    queue, _ = queue_of(*(toy.Toy(i) for i in range(4)))
-    assert np.isnan(queue._left(queue._began + 5))
-    queue._done, queue._ended = 1, queue._began + 10
-    left = [queue._left(queue._began + after) for after in (10, 20, 39, 41)]
-    assert left[:3] == pytest.approx([30, 20, 1])
-    assert np.isnan(left[3])
-    queue._done = 4
-    assert np.isnan(queue._left(queue._began + 50))
-
-
 def test_what_fails_always_is_reported_and_the_others_are_made(toy, queue_of):
     reasons = {
         "raises": ("RuntimeError: as it should", 2),
@@ -205,30 +192,6 @@ def test_a_disk_that_is_full_ends_the_run(toy, queue_of, tmp_path):
         queue.bring(toy.Toy(1).own.key)
 
 
-def test_a_worker_that_is_not_fit_costs_a_task_no_attempt(toy, tmp_path):
-    key, answers = toy.Toy(1).own.key, [Failure("", "a worker does not see", unfit=True)] * 3
-
-    class Unfit:
-        slots = 1
-
-        def submit(self, function, /, *arguments):
-            future: Future[Failure | None] = Future()
-            future.set_result(answers.pop() if answers else Failure("", "refused", refused=True))
-            return future
-
-        def shutdown(self):
-            pass
-
-    said: list[Event] = []
-    tasks = [Task("1", toy.Toy(1), (key,), frozenset({0}))]
-    queue = TaskQueue(tasks, Unfit(), tmp_path, said.append)
-    with pytest.raises(TaskFailed) as caught:
-        queue.bring(key)
-    assert caught.value.failure == Failure("1", "refused", 1, refused=True)
-    again = [event.text for event in said if isinstance(event, Notice)]
-    assert again == ["1: a worker does not see; trying again"] * 3
-
-
 SCRIPT = """
 import sys
 sys.path.insert(0, {folder!r})
@@ -268,25 +231,3 @@ def test_no_process_outlives_the_one_that_started_it(toy, tmp_path, number):
         assert psutil.wait_procs(below, 600)[1] == []
     finally:
         parent.kill()
-
-
-@pytest.mark.parametrize(("failed", "status"), [(True, 1), (False, 0)])
-def test_the_exit_status_shows_failed_cases(tmp_path, monkeypatch, capsys, failed, status):
-    from vanelock import __main__ as command
-    from vanelock.commands.run import study
-
-    given: dict[str, object] = {}
-
-    def run_study(study, folder, listener, text, workers, scheduler, *rest, **more):
-        given.update(workers=workers, scheduler=scheduler)
-        if failed:
-            listener(Failed("mu=0.2", "out of memory", 2))
-
-    monkeypatch.setattr(study, "run_study", run_study)
-    (tmp_path / "a.toml").write_text("")
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as caught:
-        command.main(["run", "a.toml", "--workers", "3", "--scheduler", "tcp://a:1"])
-    assert caught.value.code == status
-    assert given == {"workers": 3, "scheduler": "tcp://a:1"}
-    assert ("FAILED mu=0.2: out of memory (tried 2 times)" in capsys.readouterr().err) == failed
