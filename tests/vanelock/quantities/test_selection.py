@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.vanelock.run_results import run_of
-from vanelock import cases, parse_study, render
+from vanelock import cases, parse_study
 from vanelock.quantities.run_result import looked_into_names, named
 from vanelock.report import Page, Section, write_page
 from vanelock.report.plots import figure
@@ -91,25 +91,6 @@ def test_pictures_of_a_few_are_announced_where_there_are_any(wanted, said):
 def plot(made, folder):
     made.output_files.folder = folder
     return response_plot(made)
-
-
-def test_linear_curves_have_the_line_styles_of_the_picture_and_the_colour_of_their_case(tmp_path):
-    made, _ = run_data('[sweep]\n"joints.interlock.mu" = [0.1, 0.2]')
-    shown = plot(made, tmp_path)
-    assert [(t.name, t.dash) for t in shown.traces] == [
-        ("linear, free", "dash"),
-        ("linear, stuck", "dot"),
-        ("μ = 0.1", "solid"),
-        ("μ = 0.2", "solid"),
-    ]
-    assert {t.colour for t in shown.traces[:2]} == {render.style.GREY}
-    assert "Dashed and dotted: linear, all contacts free and stuck." in shown.caption
-    made, _ = run_data('[sweep]\n"joints.hook.kn" = [5, 6]', own_limits=True)
-    colours = {t.name: t.colour for t in plot(made, tmp_path).traces}
-    assert len(colours) == 6
-    for case in ("kn = 5", "kn = 6"):
-        assert len({colour for name, colour in colours.items() if case in name}) == 1
-    assert len(set(colours.values())) == 2
 
 
 def test_many_samples_are_shaded_as_in_the_picture(tmp_path):
