@@ -9,9 +9,7 @@ from matplotlib.image import imread
 
 from vanelock import render
 from vanelock.render import contact_map_picture, loop_picture, preload_picture, style
-from vanelock.render.plots import campbell, contacts
-from vanelock.render.scenes import scene
-from vanelock.render.scenes.window import aimed, snapshot
+from vanelock.render.plots import contacts
 from vanelock.render.shapes import contact_map
 
 
@@ -25,18 +23,6 @@ def vane_contacts(coarse):
     count = len(nodes) - len(vane.node_sets["interlock_right"])
     joints = ["hook"] * count + ["interlock"] * (len(nodes) - count)
     return vane, vane.points[nodes], frames, joints
-
-
-def test_places_in_a_picture_are_where_the_camera_sees_them():
-    square = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-    spot = np.array([[0.4, -0.3, 0.6]])
-    camera = scene.Camera((0.3, 0.2, -1), (0, 1, 0.1), square, margin=1.2)
-    body = scene.SceneBody(square, np.array([[0, 1, 2], [0, 2, 3]]), "white")
-    shown = scene.DrawnScene(camera, [body], marks=[scene.Marks(spot, style.VERMILION, 12)])
-    picture = snapshot(shown, (400, 300)).astype(int)
-    rows, columns = np.nonzero((picture[:, :, 0] > 120) & (picture[:, :, 2] < 60))
-    (place,) = aimed(camera, square, (400, 300)).pixels(spot, (400, 300))
-    np.testing.assert_allclose([columns.mean() + 0.5, rows.mean() + 0.5], place, atol=0.8)
 
 
 def test_bands_are_unrolled_in_their_order(vane_contacts):
@@ -89,16 +75,6 @@ def test_markers_show_state_and_energy(vane_contacts, tmp_path, monkeypatch):
     assert imread(path).shape[1] == 1800
 
 
-def test_without_an_interlock_nothing_is_rendered(vane_contacts, tmp_path, monkeypatch):
-    monkeypatch.setattr(contact_map, "snapshot", None)
-    vane, x, frames, joints = vane_contacts
-    own = slice(len(joints) - 10)
-    state = np.ones((1, len(joints) - 10), int)
-    places = vane, x[own], frames[own], joints[own]
-    shown = [250.0], state, 0.0 * state, "Contacts", "", ["at the peak"]
-    assert contact_map_picture(tmp_path / "map.png", *places, *shown).is_file()
-
-
 KT, MU, LOAD, AMPLITUDE = 1e6, 0.3, 10.0, 8e-6
 LIMIT = MU * LOAD
 
@@ -119,17 +95,6 @@ def contact(u, t, normal=LOAD):
     zero = np.zeros_like(u)
     force = np.column_stack([np.full_like(u, normal), t, zero])
     return np.column_stack([zero, u, zero]), force, force[:, 0]
-
-
-def test_an_open_contact_is_open_and_drawn(tmp_path):
-    normal = np.array([5.0, 0.0, 0.0, 5.0])
-    state = contacts._states(normal, np.array([1.0, 0.0, 0.0, 1.5]), MU)
-    assert list(state) == [contacts.STICKS, contacts.OPEN, contacts.OPEN, contacts.SLIPS]
-    flat = np.zeros((64, 3))
-    path = loop_picture(tmp_path / "open.png", flat, flat, flat[:, 0], MU, "Open contact")
-    u, t = jenkins()
-    other = loop_picture(tmp_path / "loop.png", *contact(u, t), MU, "Contact")
-    assert other.stat().st_size > path.stat().st_size > 10_000
 
 
 def test_the_figure_states_energy_and_shares_of_the_direction_that_takes_more(figures):
@@ -170,18 +135,6 @@ def test_isotropic_friction_slips_where_the_force_in_the_plane_is_at_its_bound(f
     # Bounded by twice the present load, the same force slips nowhere.
     loop_picture("x.png", displacement, force, 2 * load, MU, "Contact")
     assert "sticks 100 % of the period" in figures[1].texts[1].get_text()
-
-
-def test_the_loop_closes_and_every_piece_has_its_state(figures):
-    u, t = jenkins(400)
-    loop_picture("x.png", *contact(u, t), MU, "Contact")
-    (pieces,) = figures[0].axes[0].collections
-    drawn = np.array(pieces.get_segments())
-    np.testing.assert_allclose(drawn[0, 0], drawn[-1, 1])
-    np.testing.assert_allclose(drawn[:, 0, 0], 1e6 * u)
-    np.testing.assert_allclose(drawn[:, 0, 1], t)
-    colours = {tuple(np.round(c, 6)) for c in pieces.get_colors()}
-    assert len(colours) == 2
 
 
 FORCE = np.array([[100.0, 15.0, -3.0], [50.0, 0.0, -15.0], [0.0, 0.0, 0.0]])
@@ -291,15 +244,3 @@ def test_lines_orders_and_the_crossing_of_interest(drawn):
         if len(line.get_xdata()) == 2
     ]
     assert slopes == pytest.approx([1 / 60, 3 / 60])
-
-
-def test_measured_points_share_the_scale_or_have_their_own(drawn):
-    dots = [
-        render.Dots("rig", np.array([5000.0]), np.array([83.0]), np.array([2e-6])),
-        render.Dots("strain", np.array([5000.0]), np.array([83.0]), np.array([3e-4]), True),
-    ]
-    axes, texts, _ = drawn(SPEEDS, families(), [1], crossings(), circles(), dots)
-    largest = campbell._LARGEST
-    sizes = [each.get_sizes()[0] for each in axes.collections[-2:]]
-    assert sizes == pytest.approx([largest / 2, largest])
-    assert texts[-3:-1] == ["rig", "strain"]

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from matplotlib.colors import same_color, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.image import imread
 
 from vanelock import render
 from vanelock.common.errors import InputError
@@ -14,7 +13,6 @@ from vanelock.render import (
     Envelope,
     MarkedPeak,
     Named,
-    haigh_picture,
     response_curves,
     style,
 )
@@ -165,14 +163,6 @@ def test_listed_points_are_dots_and_frequencies_far_apart_get_a_logarithmic_axis
     assert figures[1].axes[0].get_xscale() == "linear"
 
 
-def test_linear_limits_of_several_groups_are_told_apart(figures):
-    made = [Curve(F, F * 1e-7 * i, f"EO = {i}", kind="free") for i in (1, 2, 3)]
-    response_curves("x.png", [*made, Curve(F, F * 2e-8, "EO = 2")])
-    colours = [line.get_color() for line in drawn(figures[0])]
-    assert len(set(colours[:3])) == 3
-    assert colours[1] == colours[3]
-
-
 def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp_path, figures):
     verdict = np.zeros(len(F), int)
     verdict[15:25] = 1
@@ -259,11 +249,3 @@ def test_line_ends_at_the_strengths_over_the_reserve(n):
 def test_marks_tell_features_and_gauges_apart():
     named = [Named(f"{i}", 0.0, 1.0, gauge=i > 4) for i in range(8)]
     assert len(set(_marks(named))) == 8
-
-
-def test_picture_is_written(tmp_path):
-    stress = np.array([1e6, 5e6, 2e6])
-    path = haigh_picture(
-        tmp_path / "haigh.png", stress, 2 * stress, stress > 4e6, 250e6, 900e6, [], "Title", ""
-    )
-    assert imread(path).shape[1] == 1800

@@ -12,7 +12,7 @@ from vanelock.common.errors import InputError
 from vanelock.mesh import Part, read_mesh
 from vanelock.render import style, write_vtu
 from vanelock.render.scenes import annulus, offscreen, scene
-from vanelock.render.scenes.surface import _packed, surface
+from vanelock.render.scenes.surface import surface
 
 
 def test_colours_follow_maps_the_phase_map_closes_and_repeated_bodies_keep_their_points():
@@ -117,26 +117,11 @@ def test_cyclic_faces_have_their_area_and_the_outline_is_the_edges(sector):
     assert length == pytest.approx(4 * 0.1 + 4 * 0.1 + arcs, rel=1e-12)
 
 
-def hexahedron(cell_type):
-    """One brick 1 x 2 x 3 of that type, its nodes where meshio puts them."""
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    corners += [(x, y, 1) for x, y, _ in corners]
-    pairs = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)]
-    pairs += [(0, 4), (1, 5), (2, 6), (3, 7)]
-    c = np.array(corners, float)
-    edges = np.array([(c[i] + c[j]) / 2 for i, j in pairs])
-    faces = [(0, 0.5, 0.5), (1, 0.5, 0.5), (0.5, 0, 0.5), (0.5, 1, 0.5), (0.5, 0.5, 0)]
-    faces += [(0.5, 0.5, 1), (0.5, 0.5, 0.5)]
-    count = {"hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}[cell_type]
-    points = np.vstack([c, edges, np.array(faces)])[:count] * np.array([1.0, 2.0, 3.0])
-    return Part("brick", points, np.arange(count)[None], cell_type, {}, {}, 1)
-
-
 @pytest.mark.parametrize(
     ("cell_type", "nodes"), [("hexahedron", 8), ("hexahedron20", 20), ("hexahedron27", 26)]
 )
-def test_bricks(cell_type, nodes):
-    part = hexahedron(cell_type)
+def test_bricks(lattice, cell_type, nodes):
+    part = lattice((1, 1, 1), lambda p: p * [1.0, 2.0, 3.0], cell_type)
     skin = surface(part)
     points = part.points[skin.nodes]
     assert len(skin.nodes) == nodes
@@ -151,16 +136,6 @@ def test_other_elements_are_refused():
     part = Part("brick", np.eye(3), np.array([[0, 1, 2]]), "triangle", {}, {}, 1)
     with pytest.raises(InputError, match="brick: element type triangle: pictures know tetra"):
         surface(part)
-
-
-@pytest.mark.parametrize(("columns", "count"), [(2, 50), (3, 2_000_000), (4, 200), (4, 1_000_000)])
-def test_rows_are_told_apart_by_one_number(columns, count):
-    random = np.random.default_rng(columns)
-    rows = random.integers(0, min(count, 12), (3000, columns)) + count - min(count, 12)
-    _, first, counts = np.unique(rows, axis=0, return_index=True, return_counts=True)
-    found = np.unique(_packed(rows, count), return_index=True, return_counts=True)
-    np.testing.assert_array_equal(np.sort(found[1]), np.sort(first))
-    np.testing.assert_array_equal(found[2][found[1].argsort()], counts[first.argsort()])
 
 
 @pytest.fixture
@@ -194,13 +169,6 @@ def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
     message = str(raised.value)
     assert "apt-get install libgl1 libegl1 libgl1-mesa-dri" in message
     assert "\n" not in message
-
-
-def test_one_library_of_the_two_is_worth_a_trial(unknown, monkeypatch):
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(offscreen, "_missing", lambda libraries: ["libGL.so.1"])
-    monkeypatch.setattr(offscreen, "_draws", lambda window: window == "vtkEGLRenderWindow")
-    assert offscreen._render_window() == "vtkEGLRenderWindow"
 
 
 def test_the_environment_is_put_back(monkeypatch):

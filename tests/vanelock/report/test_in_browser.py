@@ -117,27 +117,6 @@ def test_legend_hides_and_shows(page):
     expect(traces).to_have_count(4)
 
 
-def test_zoom_and_back(visit, page):
-    area = page.locator(".plot .area").first
-    area.scroll_into_view_if_needed()
-    shown = "document.querySelector('.plot .area')._fullLayout.xaxis.range"
-    before = page.evaluate(shown)
-    assert before == pytest.approx([200, 300], abs=10)
-    box = area.locator(".nsewdrag").first.bounding_box()
-    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.2 * box["height"])
-    page.mouse.down()
-    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.8 * box["height"], steps=4)
-    page.mouse.up()
-    visit.until(page, f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20", before)
-    back = f"([low, high]) => Math.hypot({shown}[0] - low, {shown}[1] - high) < 1e-9"
-    for _ in range(10):  # on a busy machine two clicks may be too far apart to be a double one
-        page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-        page.wait_for_timeout(500)
-        if page.evaluate(back, before):
-            break
-    assert page.evaluate(back, before)
-
-
 def test_axes_are_logarithmic_and_a_wide_table_scrolls_in_its_own_box(page):
     kinds = page.evaluate(
         "(() => { const l = document.querySelectorAll('.plot .area')[1]._fullLayout;"
