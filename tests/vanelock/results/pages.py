@@ -26,7 +26,6 @@ def on_page(page, title):
 
 
 def card(page, label):
-    """Value and note of an answer."""
     found = re.search(
         rf'<div class="label">{label}</div>\s*<div class="value">(.*?)</div>(.*?)</li>', page, re.S
     )
