@@ -1,10 +1,14 @@
-"""An accuracy split into shares."""
+"""An accuracy split into shares, and what a run will take."""
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from vanelock import parse_study
+from vanelock import check_file, parse_study, run_study
+from vanelock.common.errors import InputError
+from vanelock.input.cases.sweep import cases
+from vanelock.stages import cost_estimate
+from vanelock.stages.accuracy import mesh_sizes
 from vanelock.stages.accuracy.budget import LEAST, LOWEST, _costs_of, _split, budget, pins
 
 
@@ -64,3 +68,76 @@ def test_the_error_of_what_is_pinned_comes_off_first():
     assert sum(budget(study, 0.004).shares.values()) == pytest.approx(0.006)
     # What is left must be something, and the run warns.
     assert sum(budget(study, 0.02).shares.values()) == pytest.approx(LEAST * 0.01)
+
+
+COARSE = '[mesh]\nsize = "coarse"\n'
+
+
+def estimated(text, given=None):
+    found = cost_estimate.estimated(cases(parse_study(text)), given)
+    assert found is not None
+    return found
+
+
+def test_a_coarse_run_is_known_to_a_factor_of_two():
+    """Measured: 37,473 degrees of freedom, 1.46 GB, 195 MB."""
+    found = estimated(COARSE)
+    assert found.dofs == pytest.approx(37473, rel=0.25)
+    assert found.memory == pytest.approx(1.46e9, rel=0.1)
+    assert found.disk == pytest.approx(195e6, rel=0.3)
+
+
+def test_what_an_accuracy_takes_is_within_what_is_chosen_at_most():
+    fine, rough = estimated("accuracy = 0.01"), estimated("accuracy = 0.2")
+    assert fine.dofs == pytest.approx(290_295, rel=0.25)  # measured, and 4.24 GB of 173,280
+    assert rough.dofs < 0.3 * fine.dofs
+    assert mesh_sizes.peak_memory(173_280) == pytest.approx(4.24e9, rel=0.1)
+    assert mesh_sizes.peak_memory(441_675) == pytest.approx(10.28e9, rel=0.1)
+    assert estimated("accuracy = 0.01", 2e9).memory == pytest.approx(2e9)
+
+
+def test_an_accuracy_out_of_reach_is_said_before_anything_is_computed():
+    assert estimated("accuracy = 0.01", 8e9).warning == ""
+    found = estimated("accuracy = 0.001", 8e9)
+    assert found.warning.startswith("accuracy = 0.001 asks for meshes of about 7,000,000 degrees")
+    assert "the largest that are chosen here have 310,000 and leave an error of about 0.007" in (
+        found.warning
+    )
+    pinned = '\n[mesh]\nsize = "coarse"'
+    assert estimated(f"accuracy = 0.001{pinned}", 8e9).warning == ""
+    assert estimated("accuracy = 0.01\n[mesh]\ncorrection = 'none'", 3e9).warning
+
+
+def test_words_round_to_what_is_known():
+    words = cost_estimate.CostEstimate(62870.0, 1.69e9, 88.0, 3.3e8).words()
+    assert words == {
+        "unknowns": "63,000 degrees of freedom",
+        "memory": "1.7 GB of memory",
+        "time": "90 s on one core",
+        "disk": "0.33 GB on disk",
+    }
+    for seconds, text in ((3.2, "3 s"), (130, "2 min"), (8000, "2 h"), (3e6, "30 days")):
+        assert cost_estimate.CostEstimate(1, 1, seconds, 1).words()["time"] == f"{text} on one core"
+
+
+def test_check_says_what_a_run_takes(tmp_path):
+    (tmp_path / "study.toml").write_text(COARSE)
+    rows = dict(check_file(tmp_path / "study.toml").rows)
+    for what, unit in (
+        ("unknowns", "degrees of freedom"),
+        ("memory", "GB of memory"),
+        ("time", "s on one core"),
+        ("disk", "GB on disk"),
+    ):
+        assert rows[what].startswith("about ")
+        assert rows[what].endswith(unit)
+
+
+def test_memory_that_no_mesh_fits_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"^memory = 0.2 GB: a coarse mesh takes 1\.\d GB$"):
+        run_study(parse_study(COARSE), tmp_path / "run", memory=2e8)
+
+
+def test_processes_are_as_many_as_fit():
+    assert mesh_sizes.processes(1e9, 3.5e9) == 3
+    assert mesh_sizes.processes(1e9, 0.5e9) == 1

@@ -133,12 +133,6 @@ def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
         choice_of(FREE)
 
 
-def test_fillets_begin_with_elements_that_hold_them():
-    study = parse_study('accuracy = 0.05\n[mesh]\nsize = "medium"\n[casing]\nfillet = "1 mm"')
-    coarsest = choose_mesh._coarsest(study)
-    assert coarsest == "coarse" or coarsest < 0.025
-
-
 def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
     estimating(monkeypatch, lambda size: 0.01)
     assert choice_of(FREE).study.stretch == 3

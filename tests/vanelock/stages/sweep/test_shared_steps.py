@@ -1,18 +1,10 @@
 """Steps that cases of a sweep share are made once, with the keys that each case has alone."""
 
-from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
-
 from vanelock import parse_study
-from vanelock.commands.run.cases import OngoingRun
-from vanelock.commands.run.graph import CaseWork, bundle, jobs, steps_of
+from vanelock.commands.run.graph import CaseWork, steps_of
 from vanelock.input.cases.sweep import cases
-from vanelock.input.cases.values import value_at, with_values
-from vanelock.pipeline import step
-from vanelock.pipeline.cache import Cache, key_of
-from vanelock.pipeline.progress import silent
-from vanelock.pipeline.step import Stages, reachable
+from vanelock.input.cases.values import value_at
+from vanelock.pipeline.step import reachable
 from vanelock.stages import structure
 from vanelock.stages.parts import components, segment, study_structure
 from vanelock.stages.plan import plan
@@ -51,45 +43,6 @@ def forget():
         for value in vars(module).values():
             if hasattr(value, "cache_clear"):
                 value.cache_clear()
-
-
-def test_a_key_that_cases_share_is_made_once(monkeypatch):
-    made = []
-
-    def counted(*given):
-        made.append(given)
-        return key_of(*given)
-
-    monkeypatch.setattr(step, "key_of", counted)
-    forget()
-    values = ", ".join(f"{0.1 + 0.01 * i:.2f}" for i in range(40))
-    planned = plan(cases(parse_study(f"[sweep]\njoints.interlock.mu = [{values}]")), print)
-    bundle(jobs(planned), Cache(Path("none"), print))
-    distinct = {step.key for each in planned for step in reachable(steps_of(each))}
-    assert len(made) == len(distinct) == 40 + 12 * 40
-
-
-def test_cases_with_the_same_values_in_a_table_share_it():
-    study = parse_study(SWEPT)
-    found = cases(study)
-    for table, count in (("joints", 6), ("material", 2), ("response", 2)):
-        assert len({id(getattr(case.study, table)) for case in found}) == count
-    assert all(case.study == with_values(study, case.values) for case in found)
-
-
-def test_no_more_products_are_held_than_a_case_needs():
-    """However many meshes a sweep has, and although the next but one has this one's."""
-    planned = plan(cases(parse_study(SWEPT)), lambda *_: None)
-    memory = Stages(Cache(Path("none"), print), silent)
-    run: Any = SimpleNamespace(planned=planned, failed={}, stages=memory)
-    held = []
-
-    def compute(each):
-        memory._products.update(names_of(each))
-        held.append(len(memory._products))
-
-    OngoingRun._each(run, compute, lambda each, _: None)
-    assert held == [len(names_of(each)) for each in planned]
 
 
 def test_a_response_is_known_by_what_it_depends_on_and_not_by_its_case():
