@@ -74,7 +74,6 @@ def planar(folder: Path, ground: float = 1.0) -> str:
 
 
 def load(component: str, node: int, direction: str, amplitude: float = 1, more: str = "") -> str:
-    """A load on one node."""
     return (
         f'[[loads]]\ncomponent = "{component}"\nnodes = [{node}]\ndirection = {direction}\n'
         f"amplitude = {amplitude}\n{more}"
@@ -91,13 +90,11 @@ def write_model(folder: Path, model: Model, name: str) -> str:
 
 
 def refused_by(act: Callable[[Path], object], path: Path, message: str) -> None:
-    """An action on a scene file is refused with a message."""
     with pytest.raises(InputError, match=message):
         act(path)
 
 
 def joined(path: Path) -> System:
-    """The system of a scene file."""
     stages = Stages(Cache(path.parent / "cache", print), lambda event: None)
     scene = load_scene(path)
     return stages.get(SceneStructure(scene).system(diameters_of(scene)))
@@ -105,7 +102,6 @@ def joined(path: Path) -> System:
 
 @pytest.fixture
 def scene_file(tmp_path: Path) -> Write:
-    """Writes a scene file beside the matrices."""
 
     def write(text: str) -> Path:
         path = tmp_path / "scene.toml"

@@ -8,27 +8,10 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from vanelock import load_scene, run_scene
-from vanelock.stages.response.summary import Summary
-
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-
-def run_one(
-    name: str, key: str, value: float | str, folder: Path, points: int | None = None
-) -> Summary:
-    """The example's case of one value, of other points if they are given."""
-    scene = load_scene(EXAMPLES / name / "scene.toml")
-    assert value in scene.sweep[key]
-    outputs = scene.outputs.model_copy(update={"show": ()})
-    response = scene.response.model_copy(update={"points": points} if points else {})
-    changed = {"sweep": {key: (value,)}, "outputs": outputs, "response": response}
-    one = scene.model_copy(update=changed)
-    results: tuple[Summary, ...] = run_scene(one, folder)
-    return results[0]
 
 
 def frequencies(file: h5py.File, which: str) -> Floats:
@@ -51,7 +34,6 @@ def generator(name: str, folder: Path) -> ModuleType:
 
 
 def lists_of(folder: Path) -> dict[str, str]:
-    """Tables and lists in a folder."""
     return {path.name: path.read_text() for path in sorted(folder.glob("*.csv"))}
 
 

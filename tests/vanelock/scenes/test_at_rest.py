@@ -1,17 +1,20 @@
-"""What cannot lie at rest is refused by a check, and by a run before anything is reduced."""
+"""Scenes at rest and free ones: what cannot lie still is refused, what floats is solved."""
 
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from tests.vanelock.scenes.conftest import Write, chain, joined, load, refused_by, write_model
+from vanelock import load_scene, run_scene
 from vanelock.commands.check.file import check_file
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble
 from vanelock.mesh import Part
 from vanelock.nonlinear import static_response
+from vanelock.stages.response.limits import limits
 
 MU, WIDTH = 0.3, 0.1
 SPRINGS = (3e5, 2e5, 1e5)
@@ -84,3 +87,38 @@ def test_an_inner_row_without_stiffness_is_refused(tmp_path: Path, scene_file: W
     path = scene_file(one.write(tmp_path, "one") + load("one", 1, "[0, 0, 1]"))
     refused_by(check_file, path, r"components\.one: node 2, y: held by nothing")
     refused_by(joined, path, "can still move although .*most at node 2, y")
+
+
+STEEL = Material(E=210e9, nu=0.3, rho=7800)
+
+
+@pytest.fixture
+def beam(lattice: Callable[..., Part], tmp_path: Path):
+    """A free beam of 0.3 x 0.02 x 0.01 m, its matrices, and its component in a scene file."""
+    model = assemble(lattice((15, 2, 1), lambda p: p * [0.3, 0.02, 0.01], "hexahedron"), STEEL)
+    return model, write_model(tmp_path, model, "beam")
+
+
+def pushed(node: int, harmonic: int, direction: str) -> str:
+    return load("beam", node, direction, 1, f"harmonic = {harmonic}\n")
+
+
+def test_modes_are_counted_from_the_first_that_vibrates(beam, scene_file: Write) -> None:
+    model, text = beam
+    text += pushed(1, 1, "[0, 0, 1]")
+    found = limits(joined(scene_file(text)), 1)
+    values = sp.linalg.eigsh(model.K, 8, model.M, sigma=-1e5)[0]
+    exact = np.sqrt(np.sort(values)[6]) / (2 * np.pi)
+    assert found.stuck_mode == 6
+    assert found.stuck_frequency == pytest.approx(exact, rel=1e-4)
+    assert found.free_frequency == found.stuck_frequency
+
+
+@pytest.mark.parametrize("second", ["[0, 0, -1]", "[0, 0, 1]"])
+def test_loads_at_rest_that_do_not_balance_are_reported(beam, tmp_path, scene_file, second):
+    _, text = beam
+    text += pushed(1, 1, "[0, 0, 1]") + pushed(2, 0, "[0, 0, 1]") + pushed(2, 0, second)
+    text += "[outputs]\nshow = []\n[response]\npoints = 3\n"
+    (summary,) = run_scene(load_scene(scene_file(text)), tmp_path / "run")
+    warned = [line for line in summary.warnings if "do not balance each other" in line]
+    assert len(warned) == (second == "[0, 0, 1]")

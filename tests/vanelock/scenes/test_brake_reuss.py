@@ -59,7 +59,6 @@ def raw(folder: Path) -> tuple[sp.csc_array, sp.csc_array, sp.csc_array]:
 
 
 def elastic(K: sp.csc_array, M: sp.csc_array, rigid: int, count: int) -> np.ndarray:
-    """Hz."""
     squared = eigsh(K, rigid + count, M, sigma=-((2 * np.pi * 100.0) ** 2))[0]
     return np.asarray(np.sqrt(np.sort(squared)[rigid:]) / (2 * np.pi))
 

@@ -1,5 +1,7 @@
-"""What a scene of matrices does as a study does: rows, scatter, measured curves, energy, wear."""
+"""What a scene does as a study does; its page and commented file name every key."""
 
+import re
+import tomllib
 from pathlib import Path
 
 import h5py
@@ -8,8 +10,10 @@ import pytest
 
 from tests.vanelock.scenes.conftest import Write
 from tests.vanelock.scenes.test_run import PAD, arm
-from vanelock import cases, load_scene, run_scene
+from vanelock import Scene, cases, check_scene, load_scene, run_scene, template_text
 from vanelock.__main__ import main
+from vanelock.analyses import ANALYSES
+from vanelock.common.checked import ANY, _known_keys
 from vanelock.common.errors import InputError
 
 QUIET = "[outputs]\nshow = []\n"
@@ -80,3 +84,41 @@ def test_what_needs_a_mesh_says_so_of_a_scene(tmp_path, scene_file, command, cap
     (line,) = capsys.readouterr().err.strip().splitlines()
     assert "a scene of matrices" in line
     assert not (tmp_path / "out").exists()
+
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "scene_file.md").read_text("utf-8")
+
+
+def test_every_key_is_named() -> None:
+    elsewhere = ("response.", "units.", *(each.key for each in ANALYSES))
+    keys = [key for key in _known_keys(Scene) if not key.startswith(elsewhere)]
+    last = {key.rpartition(".")[2] for key in keys} - {ANY}
+    missing = [
+        key for key in sorted(last) if not re.search(rf"(?m)(^|[ `.\[\"]){key}[`\].=\" ]", PAGE)
+    ]
+    assert not missing
+
+
+def test_the_example_is_a_scene_and_init_writes_the_commented_file(tmp_path, capsys):
+    found = re.search(r"```toml\n(.*?)```", PAGE, re.DOTALL)
+    assert found is not None
+    scene = check_scene(tomllib.loads(found[1]))
+    assert set(scene.components) == {"lower", "upper"}
+    assert scene.loads[1].harmonic == 0
+    with pytest.raises(SystemExit) as status:
+        main(["init", str(tmp_path / "my.toml"), "--scene", "--all"])
+    assert not status.value.code
+    assert (tmp_path / "my.toml").read_text() == template_text("scene", all_keys=True)
+    assert "vanelock run" in capsys.readouterr().out
+
+
+def test_the_commented_file_is_a_scene_with_every_key() -> None:
+    text = template_text("scene", all_keys=True)
+    scene = check_scene(tomllib.loads(text))
+    for key in _known_keys(Scene):
+        last = key.rpartition(".")[2]
+        assert last == ANY or re.search(rf"(?m)(^|[#\[{{, .]){last}( =|\.|\])", text), key
+    load = {"component": "a", "nodes": [1], "direction": [1, 0, 0], "amplitude": 1}
+    bare = check_scene({"components": {"a": {"stiffness": "a.mtx"}}, "loads": [load]})
+    for table in ("ring", "response", "damping", "excitation"):
+        assert getattr(scene, table) == getattr(bare, table)

@@ -28,7 +28,6 @@ def two(folder: Path, ground: float = 1.0) -> str:
 
 
 def notices_and_notes(path: Path) -> tuple[list[str], list[str]]:
-    """Notices of a run, and notes of its tables."""
     heard: list[Event] = []
     run_scene(load_scene(path), path.parent / "run", heard.append)
     notices = [event.text for event in heard if isinstance(event, Notice)]

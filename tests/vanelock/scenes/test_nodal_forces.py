@@ -141,7 +141,6 @@ def test_a_uniform_force_is_the_same_from_a_file(tmp_path, scene_file, keys):
 
 
 def keys_of(path: Path, name: str = "one") -> tuple[str, str, str]:
-    """Keys of a component, its rigid motions and the system."""
     given = load_scene(path)
     lists = gathered(given)
     own = SceneStructure(given)
