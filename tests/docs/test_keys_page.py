@@ -1,9 +1,12 @@
-"""The page of every key says what vanelock.input.schema has; the glossary has the tables' words."""
+"""Pages on keys and geometry say what the program has; the glossary has the tables' words."""
 
 import re
 import runpy
 from pathlib import Path
 from typing import Any, get_args
+
+import matplotlib.image
+import pytest
 
 from vanelock import Study
 from vanelock.common.checked import _known_keys
@@ -69,3 +72,27 @@ def test_the_glossary_has_the_words_of_the_tables() -> None:
     assert {word for word in words if word.rstrip("s") not in terms} <= {
         "lower", "upper", "bound", "vibratory", "stress", "hcf", "to", "per", "dissipated",
     }  # fmt: skip
+
+
+GEOMETRY: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "geometry_page.py"))
+TEXT = (ROOT / "docs" / "geometry.md").read_text("utf-8")
+
+
+def test_the_tables_are_up_to_date() -> None:
+    assert (
+        GEOMETRY["written"](TEXT, "Dimensions").strip() == GEOMETRY["dimension_tables"]().strip()
+    ), "run tools/geometry_page.py"
+
+
+def test_every_named_size_is_shown() -> None:
+    rows = GEOMETRY["written"](TEXT, "Sizes").strip().splitlines()[2:]
+    assert [row.split("|")[1].strip(' `"') for row in rows] == list(GEOMETRY["SIZES"])
+
+
+@pytest.mark.parametrize("part", ["vane", "casing"])
+def test_its_drawings_are_there(part: str) -> None:
+    name = f"drawing_{part}.png"
+    assert f"(pictures/{name})" in TEXT
+    picture = matplotlib.image.imread(ROOT / "docs" / "pictures" / name)
+    assert picture.shape[1] > 2000
+    assert picture.min() < 0.2

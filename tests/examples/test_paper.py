@@ -1,7 +1,6 @@
 """The paper's script: numbers against a second way to them, and statements that can disagree."""
 
 import csv
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -78,54 +77,6 @@ def test_the_interlock_sticks_at_the_small_load_and_slips_well_above(model):
         assert each.slipping == 0
     _, apart = paper.all_stuck(model)
     assert apart[paper.UNCOUPLED].vibration > 0.01
-
-
-def test_hooks_alone_are_linear_where_they_stick(model):
-    system = model.changed(interference=paper.APART).system
-    linear = nonlinear.linear_response(system, HERTZ, HOOK)
-    for mu, slips in ((0.3, 0), (1e-5, 1)):
-        contacts = replace(system.contacts, mu=np.array([mu, 0.3]))
-        response = nonlinear.frequency_response(replace(system, contacts=contacts), HERTZ, ONE)
-        found = paper.apart(response, linear, HOOK)
-        assert found.slipping == slips
-        assert (found.vibration > 1e-6) == bool(slips)
-        assert (found.vibration < 1e-9) == (not slips)
-
-
-@pytest.mark.parametrize(
-    ("change", "closed"),
-    [({"mu": 1e3, "interference": 1e-3}, BOTH), ({"interference": -1e-3}, HOOK)],
-)
-def test_much_friction_gives_the_linear_peak_and_a_gap_the_free_one(model, change, closed):
-    linear = nonlinear.linear_response(model.system, HERTZ, closed).amplitude[:, *OUTPUT]
-    found = model.changed(**change).solve(ONE, HERTZ)
-    np.testing.assert_allclose(found.curve, linear, rtol=1e-7)
-    assert found.amplitude == found.curve[linear.argmax()]
-
-
-@pytest.mark.parametrize("other", ["interference", "load"])
-def test_cells_are_responses_of_the_changed_system(model, other):
-    value, mu = {"interference": (1e-6, 3e-6), "load": (0.5, 2.0)}[other], (0.1, 0.4)
-    methods = (ONE, paper.CONSTANT, Options(3))
-    found = Plane(other, mu, value, methods).solved(model)
-    system, factor = model.system, value[1] if other == "load" else 1.0
-    v0 = value[1] if other == "interference" else system.contacts.v0[1]
-    contacts = replace(system.contacts, mu=np.array([0.3, 0.4]), v0=np.array([4e-4, v0]))
-    force = {1: Force(factor * system.force[1].vector)}
-    changed = replace(system, contacts=contacts, force=force)
-    for method in methods:
-        alone = nonlinear.frequency_response(changed, RANGE, method)
-        amplitude = alone.amplitude[:, *OUTPUT]
-        expected = amplitude.max(), alone.frequency[amplitude.argmax()]
-        got = found.of(method)[1, 1], found.of(method, "frequency")[1, 1]
-        assert got == pytest.approx(expected, rel=1e-9)
-
-
-def test_a_peak_beside_a_lost_point_is_not_known(model):
-    found = model.solve(ONE)
-    assert found.within
-    converged = np.arange(found.response.points) != found.top + 1
-    assert not paper.solved(replace(found.response, converged=converged), OUTPUT).within
 
 
 def test_a_ridge_is_the_peak_of_each_response_and_its_least_the_vertex(model, monkeypatch):
