@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from benchmarks.mesh import bubbles, error
 from benchmarks.mesh.blocks import Sizes
@@ -120,10 +119,6 @@ def test_both_estimate_part_of_the_error_of_a_wave_along_a_box(lattice):
 
 
 SECTORS = 16
-# Corners of a hexahedron's six faces.
-FACES = np.array(
-    [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [3, 2, 6, 7], [0, 3, 7, 4], [1, 2, 6, 5]]
-)
 
 
 @pytest.fixture(scope="module", name="fine")
@@ -167,16 +162,6 @@ def test_volume_is_that_of_rings_and_prisms(fine):
     volume = assemble(fine, MATERIAL).M.sum() / 3 / MATERIAL.rho
     # The prisms' ends are cylinders: 12 mm³ less than the span makes of them.
     assert volume == pytest.approx(expected, rel=5e-5)
-
-
-def test_blocks_are_glued(fine):
-    corners = np.sort(fine.cells[:, FACES].reshape(-1, 4), axis=1)
-    faces, count = np.unique(corners, axis=0, return_counts=True)
-    assert set(count) == {1, 2}
-    # Two faces at one place would be a crack.
-    centre = fine.points[faces[count == 1]].mean(axis=1)
-    distance, _ = cKDTree(centre).query(centre, k=2)
-    assert distance[:, 1].min() > 1e-5
 
 
 MOST = 8.0

@@ -109,16 +109,13 @@ def test_folders_without_whole_results_are_refused_in_one_line(tmp_path):
 def test_settings_are_given_in_peoples_units():
     values = {
         "vane.thickness": (0.0045, "4.5 mm"),
-        "vane.fillet": (0.0, "0 mm"),
         "joints.hook.interference": (20e-6, "20 µm"),
         "joints.hook.kn": (1.67e7, "16.7 N/µm"),
         "material.vane.E": (170e9, "170 GPa"),
-        "material.vane.fatigue_limit": (250e6, "250 MPa"),
         "vane.stagger": (35.0, "35°"),
         "response.frequencies": ([250.0, 260.0], "250, 260 Hz"),
         "outputs.show": (["loops"], '["loops"]'),
         "joints.interlock": (False, "no"),
-        "mesh.size": (0.012, "12 mm"),
         "sweep.mesh.size": ("coarse", "coarse"),
         "accuracy": (None, "not set"),
     }

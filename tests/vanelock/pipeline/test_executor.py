@@ -240,15 +240,12 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
     ("address", "safe"),
     [
         ("tls://node7:8786", True),
-        ("wss://10.0.0.7:8786", True),
         ("tcp://127.0.0.1:8786", True),
         ("localhost:8786", True),
         ("tcp://[::1]:8786", True),
         ("tcp://10.0.0.7:8786", False),
         ("node7:8786", False),
         ("tcp://127.0.0.1.example:8786", False),
-        ("ucx://node7:8786", False),
-        ("ws://[fe80::1]:8786", False),
     ],
 )
 def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(tmp_path, address, safe):

@@ -35,7 +35,6 @@ from vanelock.pipeline.step import step
 
 ERRORS = {
     "raises": RuntimeError("as it should"),
-    "raises once": RuntimeError("as it should"),
     "no memory": MemoryError(),
     "refuses": InputError("toy.number = 3: must not be 3"),
     "full disk": FolderError("there: cannot be written: No space left on device"),
@@ -60,13 +59,11 @@ class Toy:
     @property
     def own(self):
         def compute(base):
-            again = Path(self.folder, f"{self.number}.tried")
-            first = not (self.folder and again.exists())
             if self.folder:
-                again.touch()
-            if self.how == "dies" or (self.how == "dies once" and first):
+                Path(self.folder, f"{self.number}.tried").touch()
+            if self.how == "dies":
                 os.kill(os.getpid(), signal.SIGKILL)
-            if self.how in ERRORS and (first or "once" not in self.how):
+            if self.how in ERRORS:
                 raise ERRORS[self.how]
             if self.how == "counts":
                 with Path(self.folder, f"{self.number}.times").open("a") as file:

@@ -29,10 +29,6 @@ def run(text, folder):
     return found, heard
 
 
-def computed(heard):
-    return {each.stage for each in heard if isinstance(each, Done) and not each.cached}
-
-
 @pytest.fixture
 def first(golden):
     return golden("default")
@@ -104,7 +100,7 @@ def test_limits_are_those_of_the_stored_matrices(first):
 def test_the_same_again_computes_nothing(golden, again):
     folder, _ = again
     found, heard = run(golden("sweep").text, folder)
-    assert computed(heard) == set()
+    assert computed(heard) == []
     assert found == golden("sweep").summaries
     with open_results(folder / "results.h5") as file:
         assert file.attrs["complete"]
@@ -116,7 +112,11 @@ def test_other_friction_reuses_the_reduced_model_and_a_damaged_entry_is_computed
     (before,), heard = run(text, folder)
     pictures = {"figures/response.png", "figures/preload.png", "figures/loop_nominal.png"}
     linear = {"linear limits", "linear response, free", "linear response, stuck"}
-    assert computed(heard) - linear == {"preload", "response nominal", "static bounds"} | pictures
+    assert {*computed(heard)} - linear == {
+        "preload",
+        "response nominal",
+        "static bounds",
+    } | pictures
     preload = next(each for each in heard if isinstance(each, Table) and each.key == "preload")
     assert "mu=0.2" not in str(preload.title)
     (entry,) = (folder / "cache").rglob(
@@ -128,7 +128,7 @@ def test_other_friction_reuses_the_reduced_model_and_a_damaged_entry_is_computed
     content[place] ^= 255
     entry.write_bytes(content)
     (after,), heard = run(text, folder)
-    assert computed(heard) - pictures == {"mesh casing"}
+    assert {*computed(heard)} - pictures == {"mesh casing"}
     notices = [event.text for event in heard if isinstance(event, Notice)]
     assert sum(entry.name in text for text in notices) == 1
     assert after.peak == before.peak
@@ -154,7 +154,7 @@ def response(folder, case):
         return Response.load(file[f"response/{case}"])
 
 
-def computed_in_order(heard):
+def computed(heard):
     return [event.stage for event in heard if isinstance(event, Done) and not event.cached]
 
 
@@ -166,7 +166,7 @@ def test_engine_orders_are_responses_of_their_own(tmp_path):
     )
     names = [f"engine_order={order}" for order in orders]
     assert [each.case for each in found] == names
-    assert computed_in_order(heard).count("rom casing, ND 0") == 1
+    assert computed(heard).count("rom casing, ND 0") == 1
     table = next(event for event in heard if isinstance(event, Table) and event.key == "cases")
     assert [row[0] for row in table.rows] == names
     assert (tmp_path / "figures" / "response.png").exists()
@@ -203,7 +203,7 @@ def test_couplings_and_friction_are_swept_like_numbers(folder):
         for coupling in ("coupled", "uncoupled", "constant-load")
         for friction in ("orthogonal", "isotropic")
     ]
-    stages = computed_in_order(heard)
+    stages = computed(heard)
     assert stages.count("preload") == 2  # one for each kind of friction
     assert stages.count("linear response, free") == 1
     peaks = {}

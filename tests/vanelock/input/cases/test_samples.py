@@ -78,8 +78,6 @@ text with a unit such as "1 N/m"
 MU = { normal = [1, 0.1], within = [9, inf] } | MU.within = [9, inf]: leaves nothing of it
 MU = { uniform = [0.1, nan] } | MU.uniform = [0.1, nan]: expected numbers
 MU = { uniform = [0.1, inf] } | MU: numbers too large
-MU = { lognormal = [0.3, 1e300] } | MU: numbers too large or too \
-small for a lognormal distribution
 MU = { lognormal = [1e300, 1e-300] } | MU: numbers too large or \
 too small for a lognormal distribution
 MU = { normal = [1e308, 1e308] } | MU: numbers too large or too \
@@ -111,7 +109,7 @@ def test_mistakes(text, line):
                 f"{{ uniform = [{wrong}, 1] }}",
                 ".uniform.0..*: expected a number, or text with a unit",
             )
-            for wrong in ("true", "{}", "{ a = 1 }", "[1]")
+            for wrong in ("true", "[1]")
         ),
         ("{ low = 0.1 }", "unknown key; known here: uniform, normal, lognormal, within"),
     ],
