@@ -18,7 +18,6 @@ from vanelock.analyses.scatter import (
     spacing,
 )
 from vanelock.common.tables import Table
-from vanelock.input.settings import settings
 from vanelock.nonlinear import linear_response
 from vanelock.results.page_sections.inputs import inputs
 from vanelock.rom import Contacts, Diameter, Force, System
@@ -170,16 +169,3 @@ def test_the_page_lists_what_scatters_or_varies_together_and_not_as_fixed():
     assert [row[2] for row in shown["Varied"].rows] == ["0.1, 0.2", "10, 20 N"]
     constant = {row[0] for row in shown["Main"].rows}
     assert not {"joints.interlock.mu", "excitation.force"} & constant
-
-
-def test_keys_of_optional_tables_know_their_defaults():
-    text = STUDY.format(count=50) + "[campbell]\nmodes = 5"
-    found = {each.key: each for each in settings(parse_study(text))}
-    assert (found["scatter.samples"].default, found["seed"].default) == (100, 1)
-    assert found["scatter.samples"].changed
-    assert not found["seed"].changed
-    law = "scatter.keys.joints.interlock.kt."
-    assert found[f"{law}normal"].changed
-    assert not found[f"{law}within"].changed
-    assert found["campbell.modes"].default == 4
-    assert not found["campbell.engine_orders"].changed

@@ -1,28 +1,15 @@
 """Where things land in a picture, sectors around the ring, skins of parts, files for ParaView."""
 
-import os
 import sys
 
-import meshio
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
 
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part, read_mesh
-from vanelock.render import style, write_vtu
-from vanelock.render.scenes import annulus, offscreen, scene
+from vanelock.render import write_vtu
+from vanelock.render.scenes import annulus, offscreen
 from vanelock.render.scenes.surface import surface
-
-
-def test_colours_follow_maps_the_phase_map_closes_and_repeated_bodies_keep_their_points():
-    shown = scene.colours(np.array([0.0, 5.0, 10.0, np.nan]), style.AMPLITUDE_MAP, 0, 10)
-    expected = [style.AMPLITUDE_MAP(v)[:3] for v in (0.0, 0.5, 1.0)] + [to_rgb(style.LIGHT)]
-    np.testing.assert_allclose(shown, expected, atol=1e-12)
-    np.testing.assert_allclose(style.PHASE_MAP(0.0), style.PHASE_MAP(1.0), atol=1e-12)
-    given = scene.repeat(np.array([[0, 1, 2], [1, 2, 3]]), 4, 3)
-    repeated = [[0, 1, 2], [1, 2, 3], [4, 5, 6], [5, 6, 7], [8, 9, 10], [9, 10, 11]]
-    np.testing.assert_array_equal(given, repeated)
 
 
 def wave(points, nodal_diameter):
@@ -171,14 +158,6 @@ def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
     assert "\n" not in message
 
 
-def test_the_environment_is_put_back(monkeypatch):
-    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "mine")
-    with offscreen.selected():
-        inside = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW")
-    assert inside == (offscreen._render_window() or "mine")
-    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "mine"
-
-
 def test_shape_and_sets_come_back(sector, tmp_path):
     part = sector()
     random = np.random.default_rng(2)
@@ -200,15 +179,6 @@ def test_shape_and_sets_come_back(sector, tmp_path):
     # Straight-sided: its volume is that of four chords of an eighth of the annulus.
     volume = 4 * 0.5 * np.sin(np.pi / 16) * (0.6**2 - 0.5**2) * 0.1
     assert mesh.volume == pytest.approx(volume, rel=1e-9)
-
-
-def test_phase_is_that_of_the_radial_motion(sector, tmp_path):
-    part = sector()
-    angle = np.arctan2(part.points[:, 1], part.points[:, 0])
-    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    shape = radial * np.exp(-1j * angle)[:, None]
-    data = meshio.read(write_vtu(tmp_path / "casing.vtu", part, shape)).point_data
-    np.testing.assert_allclose(data["phase_radial (deg)"], -np.degrees(angle), atol=1e-12)
 
 
 def test_our_own_reader_gets_the_sets_back(sector, tmp_path):

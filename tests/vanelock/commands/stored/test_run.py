@@ -4,6 +4,7 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -15,9 +16,11 @@ from tests.vanelock.scenes.test_run import PAD, arm
 from vanelock.commands.stored.run import show_again
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
-from vanelock.nonlinear import Options, frequency_response
+from vanelock.nonlinear import Options, frequency_response, peak_response
 from vanelock.pipeline.progress import Event, Finished
+from vanelock.quantities.sensitivities import Sensitivities
 from vanelock.results.files.writer import Results
+from vanelock.rom import System
 
 pytestmark = pytest.mark.usefixtures("undrawn")
 
@@ -120,6 +123,39 @@ def test_limits_are_responses_and_the_first_case_is_the_default(ran: vanelock.Ru
     row = ran.table.iloc[0]
     assert row["relative to free"] == pytest.approx(heights[2] / heights[0])
     assert row["relative to stuck"] == pytest.approx(heights[2] / heights[1])
+
+
+def test_keys_move_the_peak_as_differences_say(ran: vanelock.Run) -> None:
+    with h5py.File(ran.folder / "results.h5") as file:
+        found = Sensitivities.load(file["response/mu=0.05/sensitivities"])
+        system = System.load(file["response/mu=0.05/system"])
+    assert not found.reason
+    expected = [
+        "excitation",
+        "damping.ratio",
+        *(f"contacts.pad.{name}" for name in ("mu", "interference", "kn", "kt")),
+    ]
+    assert sorted(found.keys) == sorted(set(expected) & set(found.keys))
+    assert {"contacts.pad.mu", "excitation"} <= set(found.keys)
+    at = dict(zip(found.keys, zip(found.amplitude, found.frequency, strict=True), strict=True))
+    frequency, amplitude = found.at
+    near = 0.97 * frequency, 1.03 * frequency
+
+    def peak(share: float) -> np.ndarray:
+        contacts = replace(system.contacts, mu=(1 + share) * system.contacts.mu)
+        moved = replace(system, contacts=contacts)
+        solved = peak_response(moved, "force", [1.0], near, Options(3))
+        return np.array([solved.amplitude[0], solved.frequency[0]])
+
+    step = 1e-4
+    up, down, here = peak(step), peak(-step), peak(0.0)
+    np.testing.assert_allclose(here, [amplitude, frequency], rtol=1e-7)
+    by_mu = (up - down) / (2 * step) / here
+    np.testing.assert_allclose(at["contacts.pad.mu"], by_mu, rtol=1e-3, atol=1e-7)
+    displaces = [at[key][0] for key in ("excitation", "contacts.pad.interference") if key in at]
+    assert sum(displaces) == pytest.approx(1, abs=1e-6)
+    page = ran.page.read_text("utf-8")
+    assert page.count("What moves the peak of ") == 2
 
 
 def test_a_wrong_name_lists_what_there_is_and_what_is_no_run_is_refused(ran, tmp_path):

@@ -102,16 +102,6 @@ def found(study, vane):
     return locations_of(study, vane)
 
 
-def test_bent_bar_has_the_edge_inside_its_bend_and_a_cube_none(lattice):
-    assert len(_reentrant_edges(lattice((2, 2, 2)))) == 0
-    part = lattice((4, 2, 4), place=lambda p: p * [2, 1, 2], cell_type="hexahedron")
-    middle = part.points[part.cells].mean(axis=1)
-    kept = ~((middle[:, 0] > 1) & (middle[:, 2] > 1))
-    edges = _reentrant_edges(type(part)(**{**vars(part), "cells": part.cells[kept]}))
-    assert edges[..., [0, 2]] == pytest.approx(1.0)
-    assert np.abs(np.diff(edges[..., 1], axis=1)).sum() == pytest.approx(1.0)
-
-
 def test_sharp_corners_are_where_the_drawing_has_them_and_fillets_leave_only_the_roots(vane):
     edges = _reentrant_edges(vane)
     radius = np.unique(np.hypot(*edges[..., :2].reshape(-1, 2).T).round(4))

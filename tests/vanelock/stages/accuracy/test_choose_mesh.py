@@ -15,7 +15,6 @@ from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.stages.accuracy import choose_mesh, mesh_sizes
 from vanelock.stages.accuracy.budget import budget
-from vanelock.stages.accuracy.mesh_errors import MeshErrors
 
 FREE = "accuracy = 0.05"
 RATIO = 1.7
@@ -133,14 +132,6 @@ def test_patches_that_a_mesh_cannot_hold_ask_for_a_finer_one(monkeypatch):
         choice_of(FREE)
 
 
-def test_the_casings_elements_are_drawn_out_where_they_may_be(monkeypatch):
-    estimating(monkeypatch, lambda size: 0.01)
-    assert choice_of(FREE).study.stretch == 3
-    assert choice_of(f"{FREE}\n[mesh]\nstretch = 1").study.stretch == 1
-    assert choice_of(f"{FREE}\n[casing]\nbosses = 1").study.stretch == 1
-    assert choice_of(f'{FREE}\n[mesh]\nsize = "coarse"').study.stretch == 3
-
-
 def test_a_given_mesh_is_kept_and_estimated(monkeypatch):
     asked = estimating(monkeypatch, lambda size: 0.07)
     found = choice_of(f'{FREE}\n[mesh]\nsize = "medium"')
@@ -158,10 +149,3 @@ def test_modes_get_their_share_or_take_their_error_off(monkeypatch):
     assert pinned.study.rom.accuracy == 1e-3
     assert sum(pinned.budget.shares.values()) == pytest.approx(0.05 - 3e-4)
     assert sum(budget(parse_study(FREE)).shares.values()) == pytest.approx(0.05)
-
-
-def test_errors_of_other_frequencies_follow_those_known():
-    parts = np.array([[0.01, 0.02], [0.03, 0.03]])
-    found = MeshErrors(np.array([100.0, 300.0]), parts, np.array([0.05, 0.02]), 1)
-    np.testing.assert_allclose(found.at(3, np.array([50.0, 200.0, np.inf])), [0.03, 0.045, 0.06])
-    assert found.interest == pytest.approx(0.07)

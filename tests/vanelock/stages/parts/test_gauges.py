@@ -12,9 +12,6 @@ from vanelock.stages.parts.outputs import gauges_step
 
 ONE = "aerofoil = 2, span = 0.1, chord = 0.5"
 COARSE = '[mesh]\nsize = "coarse"\n'
-OTHER = (
-    '[[outputs.gauges]]\naerofoil = 4\nspan = 0.8\nchord = 0.3\nside = "pressure"\ndirection = 30\n'
-)
 
 
 REFUSED = {
@@ -62,8 +59,8 @@ def test_a_run_writes_the_strain_of_the_recovered_field(golden):
     elastic = study.material.vane
     model = fem.assemble(part, fem.Material(elastic.E, elastic.nu, elastic.rho))
     recovery = rom.recovery(components[0], model)
-    two = parse_study(f"{COARSE}[[outputs.gauges]]\n{ONE.replace(', ', chr(10))}\n{OTHER}")
-    found = gauges_step(two).compute(recovery)
+    two = f'{{ {ONE} }}, {{ aerofoil = 4, span = 0.8, chord = 0.3, side = "pressure", direction = 30 }}'
+    found = gauges_step(parse_study(f"outputs.gauges = [{two}]\n{COARSE}")).compute(recovery)
     assert found.names == (
         "aerofoil 2, suction side, span 0.1, chord 0.5, along span",
         "aerofoil 4, pressure side, span 0.8, chord 0.3, along 30 deg",
