@@ -27,7 +27,6 @@ def called(
     orders: Iterable[int] = (),
     way: Literal["up", "down"] = "up",
     factors: Mapping[int, complex] | None = None,
-    shares: Mapping[str, float | ArrayLike] | None = None,
     pair: tuple[str, int] = ("a", 1),
     contacts: Sequence[Contact] = (),
     progress: Callable[[int], None] | None = None,
@@ -55,7 +54,6 @@ CONTACT = Contact(tangential=0, mu=0.3, kt=1.0, preload=1.0)
         ("orders", [{0}, np.arange(1), []], [0, 0.5], "orders[1]: given 0.5: needs a whole number"),
         ("way", ["down"], [], "given []: needs 'up' or 'down'"),
         ("factors", [{1: 1j}, None], [1], "given [1]: needs a dict or None"),
-        ("shares", [{"a": 1}], 5, "given 5: needs a dict or None"),
         (
             "pair",
             [("a", 0), ["a", 0]],

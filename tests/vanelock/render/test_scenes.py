@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vanelock.common.errors import InputError
-from vanelock.mesh import Part, read_mesh
+from vanelock.mesh import Part
 from vanelock.render import write_vtu
 from vanelock.render.scenes import annulus, offscreen
 from vanelock.render.scenes.surface import surface
@@ -179,12 +179,3 @@ def test_shape_and_sets_come_back(sector, tmp_path):
     # Straight-sided: its volume is that of four chords of an eighth of the annulus.
     volume = 4 * 0.5 * np.sin(np.pi / 16) * (0.6**2 - 0.5**2) * 0.1
     assert mesh.volume == pytest.approx(volume, rel=1e-9)
-
-
-def test_our_own_reader_gets_the_sets_back(sector, tmp_path):
-    part = sector()
-    found = read_mesh(write_vtu(tmp_path / "casing.vtu", part))
-    np.testing.assert_array_equal(found.points, part.points)
-    np.testing.assert_array_equal(found.cells, part.cells)
-    for name, nodes in part.node_sets.items():
-        np.testing.assert_array_equal(found.node_sets[name], nodes)

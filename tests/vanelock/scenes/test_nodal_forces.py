@@ -185,7 +185,6 @@ ONE_OF = r"loads\[1\]\.nodes: give either this or file, not both\n.*loads\[1\]\.
 UNKNOWN = r"loads\[1\]\.file: node 99 is not among the nodes of components\.one"
 WRONG = {
     "no node": ("fx\n1\n", "", NODE),
-    "node 0": ("node,fx\n0,1\n", "", NODE),
     "no force": ("node\n1\n", "", r"bad\.csv: at least one of the columns fx, fy, fz is needed"),
     "other column": ("node,fx,f\n1,1,1\n", "", r"bad\.csv: column 'f': allowed are node, fx, fy"),
     "words": ("node,fx\n3,much\n", "", r"bad\.csv: column 'fx' does not hold numbers"),

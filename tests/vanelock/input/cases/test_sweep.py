@@ -43,8 +43,6 @@ def test_cases_have_values_and_names():
 MISTAKES = """
 "joints.interlock.muu": unknown key; nearest known key: joints.interlock.mu
 "joints.interlock": only keys that hold a number or a choice of words can be swept
-"name": only keys that hold a number or a choice of words can be swept
-"measured": only keys that hold a number or a choice of words can be swept
 "joints.interlock.mu"[1] = -0.1: friction coefficient must be >= 0
 "response.coupling"[1] = "loose": coupling of the static and the dynamic balance must be one of \
 "coupled", "uncoupled" or "constant-load"
@@ -53,7 +51,6 @@ MISTAKES = """
 "vane.chord" = []: needs at least one value
 "vane.chord"[1] = "40 mm": the same as entry 0
 "ring.sectors"[1] = 16.5: expected a whole number
-"material.vane.nu"[1] = 0.5: Poisson's ratio must be < 0.5
 """
 RIGHT = {"vane.chord": "0.04", "response.coupling": '"coupled"', "ring.sectors": "16"}
 
@@ -148,14 +145,11 @@ def test_people_and_files_get_the_same_name() -> None:
     ("value", "unit", "text"),
     [
         (4e-6, "m", "4um"),
-        (-1e-3, "m", "-1mm"),
         (1.23456789e-5, "m", "12.3456789um"),
         (1.67e7, "N/m", "16.7N_um"),
         (1e-3, "kg m", "1000gmm"),
-        (3.0, "N", "3N"),
         (0.15, "", "0.15"),
         ("coupled", "", "coupled"),
-        (3, "", "3"),
     ],
 )
 def test_a_value_in_a_name(value: float | str, unit: str, text: str) -> None:

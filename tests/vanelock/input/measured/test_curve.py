@@ -39,10 +39,8 @@ def test_frequency_and_amplitude_in_any_order_of_rows_and_what_the_study_says_of
     [
         "speed [rpm]; strain [µm/m]; sigma\n7500;2,5;0,1\n7800;3,0;0,1\n",
         "rpm\tstrain (microstrain)\tstd (um/m)\n7500\t2.5\t0.1\n7800\t3.0\t0.1\n",
-        "n_rpm,strain_ustrain,sigma\n7500,2.5,0.1\n7800,3,0.1\n",
         'f in kHz,"strain (mm/km)",uncertainty (1)\n0.25,2.5,0.1e-6\n0.26,3,0.1e-6\n',
         "\ufefffreq (Hz),peak-to-peak (um/m),sigma\r\n250,5,0.2\r\n260,6,0.2\r\n",
-        b"hz,strain (um/m),sigma\n250,2.5,0.1\n260,3,0.1\n",
         "rotor speed (rev/s),strain (µm/m),s\n125,2.5,0.1\n130,3,0.1\n".encode("cp1252"),
     ],
 )
@@ -66,9 +64,7 @@ def test_one_curve_in_many_executor(tmp_path, text):
         ("f (Hz),a (kg)\n1,2\n3,4", 'line 1, column a: unit "kg": expected a length such as um'),
         ("f (m),a (um)\n1,2\n3,4", 'line 1, column f: unit "m": expected one of Hz'),
         ("f (Hz),a (um)\n1,2\nx,4", 'line 3, column f: "x": expected a number > 0'),
-        ("f (Hz),a (um)\n\n1,2\n0,4", 'line 4, column f: "0": expected a number > 0'),
         ("f (Hz),a (um)\n1,-2\n3,4", 'line 2, column a: "-2": expected a number >= 0'),
-        ("f (Hz),a (um)\n1,inf\n3,4", 'line 2, column a: "inf": expected a number >= 0'),
         ("f (Hz),a (um),s\n1,2,0\n3,4,1", 'line 2, column s: "0": expected a number > 0'),
         ("f (Hz),a (um)\n1,2,3\n3,4", "line 2: 3 cells under 2 columns"),
         ("f (Hz),freq (Hz),a (um)\n1,2,3", "line 1: columns 1 and 2 both hold the frequency"),
@@ -179,12 +175,9 @@ LABEL, KIND, OVER = "ordinate_axis_units_lab", "ordinate_spec_data_type", "ordde
     ("factor", "changed", "units"),
     [
         (1, {}, None),
-        (1, {LABEL: "NONE"}, SI),
         (1e3, {LABEL: "mm"}, None),
-        (1e3, {LABEL: "mm"}, MILLIMETRES),
         (1e3, {LABEL: "NONE"}, MILLIMETRES),
         (1j * OMEGA, {KIND: VELOCITY, LABEL: "m/s"}, SI),
-        (-(OMEGA**2), {KIND: ACCELERATION, LABEL: "m/s**2"}, None),
         (-(OMEGA**2) / 9.80665, {KIND: ACCELERATION, LABEL: "g"}, None),
         (-(OMEGA**2), {KIND: 0, LABEL: "(m/s^2)"}, None),
         (1, {"binary": 1}, None),
@@ -279,14 +272,12 @@ def test_by_the_formats_description(tmp_path: Path) -> None:
     [
         ({LABEL: "mm"}, SI, "record 1: in mm by its label, in 1 m by the file's"),
         ({LABEL: "NONE"}, None, 'record 1: says no unit: give unit, such as "um"'),
-        ({LABEL: "V"}, None, 'record 1: label "V": expected one like m'),
         ({KIND: 0, LABEL: "V"}, None, "like m, m/s, m/s^2"),
         ({KIND: 15}, None, "of type 15: strain, displacement, velocity, acc"),
         ({"orddenom_spec_data_type": 12}, None, "over a quantity of type 12: only force can be"),
         ({**PER_FORCE, OVER: "V"}, None, 'over "V": expected a force'),
         ({"abscissa_spec_data_type": 17}, None, "not over frequency or speed (abscissa of type 17"),
         ({"func_type": 1}, None, "a time response, which has no amplitudes"),
-        ({"func_type": 2}, None, "a auto spectrum, which has no amplitudes"),
     ],
 )
 def test_what_is_no_amplitude_or_has_no_unit(tmp_path, changed, units, expected):

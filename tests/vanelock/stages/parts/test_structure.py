@@ -6,20 +6,16 @@ import h5py
 import numpy as np
 import pytest
 
-from benchmarks.unreduced import unreduced_segment as unreduced
-from tests.vanelock.stages.conftest import COARSER, PARTS, STEEL, planned_of
-from vanelock import fem, parse_study, rom
+from tests.vanelock.stages.conftest import COARSER, planned_of
+from vanelock import parse_study, rom
 from vanelock.commands.fit.fit import rejoined
 from vanelock.common.errors import InputError
-from vanelock.input.cases.sweep import cases
 from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import silent
 from vanelock.pipeline.step import Stages
 from vanelock.stages.parts.components import averaged
 from vanelock.stages.parts.ring_modes import vane_modes_step
-from vanelock.stages.parts.segment import Joint
-from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import Limits
 
 TEXT = """
@@ -74,28 +70,6 @@ def test_at_rest_the_answers_to_interference_lose_what_the_mesh_adds(kept, ring_
         assert 0.5 * before <= after < before
 
 
-SWEPT = """
-[ring]
-sectors = 64
-[vane]
-aerofoils = 1
-root_fillet = 0
-interlock_nodes = 3
-[vane.hook]
-band_nodes = 5
-[mesh]
-size = "40 mm"
-correction = "none"
-[joints]
-interlock = false
-[response]
-frequencies = [266]
-harmonics = 1
-[sweep]
-"joints.patch" = ["node", "area"]
-"""
-
-
 def test_a_study_says_what_its_contacts_act_on():
     hooks, interlock = ("hook_front", "hook_rear"), ("interlock_left", "interlock_right")
     for text, vane, casing in (
@@ -109,21 +83,6 @@ def test_a_study_says_what_its_contacts_act_on():
         assert averaged(study, "casing") == casing
     with pytest.raises(InputError, match=r'joints.patch = "face"'):
         parse_study('joints.patch = "face"')
-
-
-def test_hooks_on_nodes_and_on_patches_side_by_side(stages):
-    """Both cases have the frequencies of the unreduced sector, to the accuracy of the reduction."""
-    planned = plan(cases(parse_study(SWEPT)), lambda *_: None)
-    models = [fem.assemble(stages.get(planned[0].meshes[part]), STEEL) for part in PARTS]
-    hook, found = Joint("hook", 1.67e7, 1.67e7, 0.3, 20e-6), []
-    for each, sets in zip(planned, ((), ("hook_front", "hook_rear")), strict=True):
-        squared, _ = fem.eigenpairs(*unreduced(*models, [hook], 1, sets), 3)
-        truth = np.sqrt(squared) / (2 * np.pi)
-        free = stages.get(each.linear.limits).free[:3]
-        assert free == pytest.approx(truth, rel=1e-4)
-        assert stages.get(each.response).converged.all()
-        found.append(free)
-    assert np.abs(found[1] / found[0] - 1).max() > 1e-3  # nodes and patches can be told apart
 
 
 RIGID = 6
