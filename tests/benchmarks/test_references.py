@@ -8,25 +8,19 @@ import numpy as np
 import pytest
 
 from benchmarks.mesh import bubbles, error
-from benchmarks.mesh.blocks import Sizes
-from benchmarks.mesh.vane_blocks import vane_hexahedra
 from benchmarks.rom import reduced
 from benchmarks.runs.memory import taken
 from benchmarks.segment import MATERIAL
 from benchmarks.solver import jenkins
 from vanelock import fem, mesh
 from vanelock.fem import Material, assemble, eigenpairs
-from vanelock.mesh import VaneDimensions
-from vanelock.mesh.geometry import aerofoil
 from vanelock.nonlinear import SLIP, Options, frequency_response
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize(("harmonics", "friction"), [(3, "orthogonal"), (1, "isotropic")])
-def test_marched_friction_converges_to_located_events(
-    monkeypatch: pytest.MonkeyPatch, harmonics: int, friction: str
-) -> None:
+def test_marched_friction_converges_to_located_events(monkeypatch, harmonics, friction):
     monkeypatch.setattr(jenkins, "_steps", jenkins._steps.py_func)  # compiling would take longer
     given = jenkins.problem(12, 2, severity=30.0)
     hertz = 0.97 * given.resonance()
@@ -49,7 +43,7 @@ def test_marched_friction_converges_to_located_events(
     assert errors[1] < errors[0] / 20
 
 
-def test_peer_says_what_it_needs() -> None:
+def test_peer_says_what_it_needs():
     command = [sys.executable, "-m", "benchmarks.peers.peer"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
     assert done.returncode == 1
@@ -62,7 +56,7 @@ VANE = mesh.VaneDimensions(hook=HOOK, aerofoils=1, interlock_nodes=3, root_fille
 
 
 @pytest.mark.system
-def test_unreduced_truth_and_smaller_models(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unreduced_truth_and_smaller_models(monkeypatch):
     """On a vane of one aerofoil, of large elements."""
     vane_part, casing_part = (
         mesh.vane_segment(VANE, size=0.05),
@@ -116,52 +110,6 @@ def test_both_estimate_part_of_the_error_of_a_wave_along_a_box(lattice):
     u[:, 0, 0] = shapes[:, 3]
     assert 0.6 < bubbles.bubble_excess(model, u, squared[3:])[0] / true < 1
     assert 0 < error.averaged_excess(model, u)[0] / true < 1
-
-
-SECTORS = 16
-
-
-@pytest.fixture(scope="module", name="fine")
-def fine_fixture():
-    """Elements small enough that all curves are met to 1e-5 of their areas."""
-    return vane_hexahedra(Sizes(0.008, thick=2), cell_type="hexahedron27")
-
-
-def section_area(vane):
-    """Of an aerofoil, m²: of the polygon of its sides, and of the parabolas at its ends."""
-    convex, concave = aerofoil.outline(vane, np.linspace(-1, 1, 4001))
-    across, axial = np.concatenate([convex, concave[::-1]]).T
-    area = abs(0.5 * np.sum(across * np.roll(axial, -1) - np.roll(across, -1) * axial))
-    edges = aerofoil.edges(vane)
-    for k in (0, -1):
-        # A parabola's segment is two thirds of the triangle between its tangents.
-        chord, top = concave[k] - convex[k], edges.control[k] - convex[k]
-        area += abs(chord[0] * top[1] - chord[1] * top[0]) / 3
-    return area
-
-
-def test_volume_is_that_of_rings_and_prisms(fine):
-    vane = VaneDimensions()
-    mid, hook = vane.hook.mid_plane, vane.hook
-    pitch = 2 * np.pi / SECTORS
-
-    def ring(low, high, front, rear):
-        return pitch / 2 * (high**2 - low**2) * (rear - front) * 2
-
-    outer = ring(
-        vane.outer_shroud_inner_radius, vane.outer_shroud_outer_radius, vane.outer_shroud_front, mid
-    )
-    outer += ring(vane.outer_shroud_outer_radius, hook.lip_radius, vane.leg_front, vane.leg_rear)
-    outer += ring(hook.lip_radius, hook.roof_radius, vane.foot_front, vane.leg_rear)
-    inner = ring(
-        vane.inner_shroud_inner_radius, vane.inner_shroud_outer_radius, vane.inner_shroud_front, mid
-    )
-    span = vane.outer_shroud_inner_radius - vane.inner_shroud_outer_radius
-    prisms = vane.aerofoils * section_area(vane) * span
-    expected = vane.outer_shroud_extent * outer + inner + prisms
-    volume = assemble(fine, MATERIAL).M.sum() / 3 / MATERIAL.rho
-    # The prisms' ends are cylinders: 12 mm³ less than the span makes of them.
-    assert volume == pytest.approx(expected, rel=5e-5)
 
 
 MOST = 8.0

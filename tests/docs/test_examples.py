@@ -43,9 +43,7 @@ def example(name: str) -> str:
     ],
     ids=["first study", "mistuning", "loads at rest"],
 )
-def test_the_tables_are_those_of_a_run(
-    page: str, study: str, kept: str, count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_tables_are_those_of_a_run(page, study, kept, count, tmp_path, monkeypatch):
     """Without pictures."""
     outputs = re.compile(r"^\[outputs\]\n(?:\w.*\n)*", re.MULTILINE)
     (tmp_path / "my.toml").write_text(outputs.sub("", study) + QUIET)
@@ -91,7 +89,7 @@ NOTEBOOKS = sorted((EXAMPLES / "notebooks").glob("*.ipynb"))
 
 @pytest.mark.system
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_runs(path: Path, tmp_path: Path) -> None:
+def test_a_notebook_runs(path, tmp_path):
     """In a copy of the examples' folder, by a kernel of its own; a cell that fails is an error."""
     for folder in ("notebooks", "lap_joint"):
         shutil.copytree(EXAMPLES / folder, tmp_path / folder, ignore=shutil.ignore_patterns("runs"))
@@ -108,7 +106,7 @@ def test_a_notebook_runs(path: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
-def test_a_notebook_is_kept_without_outputs(path: Path) -> None:
+def test_a_notebook_is_kept_without_outputs(path):
     book = nbformat.read(path, as_version=4)
     nbformat.validate(book)
     assert book.cells[0].source.startswith("# ")
@@ -117,7 +115,7 @@ def test_a_notebook_is_kept_without_outputs(path: Path) -> None:
             assert (cell.outputs, cell.execution_count) == ([], None)
 
 
-def test_two_masses_of_the_manual_are_solved(capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_masses_of_the_manual_are_solved(capsys):
     text = (EXAMPLES.parent / "docs/python.md").read_text("utf-8")
     block = next(each for each in text.split("```python\n") if "System.from_matrices(" in each)
     exec(block.partition("```")[0], {})
@@ -126,7 +124,7 @@ def test_two_masses_of_the_manual_are_solved(capsys: pytest.CaptureFixture[str])
     assert converged == "True"
 
 
-def test_the_manual_links_every_notebook() -> None:
+def test_the_manual_links_every_notebook():
     for page in ("docs/python.md", "README.md"):
         text = (EXAMPLES.parent / page).read_text("utf-8")
         assert [path.name for path in NOTEBOOKS if f"notebooks/{path.name}" not in text] == []
@@ -145,13 +143,13 @@ def blocks(page: Path) -> list[tuple[int, str]]:
 
 @pytest.mark.system
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_what_a_page_claims(page: Path) -> None:
+def test_what_a_page_claims(page):
     names: dict[str, object] = {}
     for line, text in blocks(page):
         # a page's line numbers in a traceback
         exec(compile("\n" * line + text, str(page), "exec"), names)
 
 
-def test_every_page_but_the_first_is_checked() -> None:
+def test_every_page_but_the_first_is_checked():
     asserting = {page.stem for page in PAGES if any("assert" in text for _, text in blocks(page))}
     assert asserting == {page.stem for page in PAGES} - {"index"}

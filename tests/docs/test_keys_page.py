@@ -37,11 +37,11 @@ def rows(text: str) -> dict[str, list[str]]:
     return found
 
 
-def test_the_page_is_up_to_date() -> None:
+def test_the_page_is_up_to_date():
     assert (ROOT / "docs" / "keys.md").read_text("utf-8") == PAGE, "run python tools/keys_page.py"
 
 
-def test_every_key_is_described_in_full() -> None:
+def test_every_key_is_described_in_full():
     dimensions = (ROOT / "docs" / "geometry.md").read_text("utf-8").partition("<!-- End of Dim")[0]
     described = rows(dimensions) | rows(PAGE)
     every = _known_keys(Study)
@@ -60,14 +60,14 @@ def test_every_key_is_described_in_full() -> None:
     assert {key for key, cells in described.items() if cells[2] in {"any", "number any"}} == set()
 
 
-def test_every_key_of_the_template_is_one_of_the_schema_s() -> None:
+def test_every_key_of_the_template_is_one_of_the_schema_s():
     given, _ = TOOL["template"]()
     in_use = {key for key, each in given.items() if each.active}
     assert len(in_use) > 60
     assert in_use <= set(_known_keys(Study))
 
 
-def test_the_glossary_has_the_words_of_the_tables() -> None:
+def test_the_glossary_has_the_words_of_the_tables():
     """Every head of the responses' table is a term, or says what it is by itself."""
     glossary = (ROOT / "docs" / "glossary.md").read_text("utf-8")
     heads = [column.head for column in CASE_COLUMNS]
@@ -84,19 +84,19 @@ GEOMETRY: dict[str, Any] = runpy.run_path(str(ROOT / "tools" / "geometry_page.py
 TEXT = (ROOT / "docs" / "geometry.md").read_text("utf-8")
 
 
-def test_the_tables_are_up_to_date() -> None:
+def test_the_tables_are_up_to_date():
     assert (
         GEOMETRY["written"](TEXT, "Dimensions").strip() == GEOMETRY["dimension_tables"]().strip()
     ), "run tools/geometry_page.py"
 
 
-def test_every_named_size_is_shown() -> None:
+def test_every_named_size_is_shown():
     rows = GEOMETRY["written"](TEXT, "Sizes").strip().splitlines()[2:]
     assert [row.split("|")[1].strip(' `"') for row in rows] == list(GEOMETRY["SIZES"])
 
 
 @pytest.mark.parametrize("part", ["vane", "casing"])
-def test_its_drawings_are_there(part: str) -> None:
+def test_its_drawings_are_there(part):
     name = f"drawing_{part}.png"
     assert f"(pictures/{name})" in TEXT
     picture = matplotlib.image.imread(ROOT / "docs" / "pictures" / name)
@@ -135,7 +135,7 @@ def messages() -> set[str]:
     return {each for each in found - ELSEWHERE if "a cell is unknown" not in each}
 
 
-def test_every_message_is_on_the_page() -> None:
+def test_every_message_is_on_the_page():
     """Its longest run of words, since what is around differs from place to place."""
     found = messages()
     assert len(found) > 15
@@ -150,7 +150,7 @@ def core(text: str) -> str:
     return next(parts, text).strip(" ;:,.()")
 
 
-def test_every_message_on_the_page_has_an_advice() -> None:
+def test_every_message_on_the_page_has_an_advice():
     rows = [line for line in ADVICE.splitlines() if line.startswith("|") and "---" not in line]
     cells = [[cell.strip() for cell in row.strip("|").split(" | ")] for row in rows]
     assert len(cells) > 20
@@ -164,9 +164,7 @@ def spring(stiffness: float) -> System:
 
 
 @pytest.mark.parametrize("lost", [(), (0, 2)])
-def test_what_the_page_looks_closer_with_takes_the_system_of_the_case(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lost: tuple[int, ...]
-) -> None:
+def test_what_the_page_looks_closer_with_takes_the_system_of_the_case(tmp_path, monkeypatch, lost):
     """As written, on a sweep whose first case is stiffer, with points lost and without."""
     snippet = next(s for s in re.findall(r"^```python\n(.*?)^```$", ADVICE, re.M | re.S))
     first, second = spring(4e6), spring(1e6)

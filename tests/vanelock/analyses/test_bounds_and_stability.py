@@ -1,15 +1,13 @@
 """Bounds, stability and what settles as stages of a run: truths, files, resuming, the page."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
-from tests.golden.runs import GoldenRun
 from tests.nonlinear.bounds.test_peak_bounds import held_pad, peak_by_load
 from tests.vanelock.scenes.test_joined import rim
 from tests.vanelock.stages.conftest import planned_of
@@ -59,20 +57,15 @@ def pad_scene(folder: Path, more: str = "") -> Path:
     return written(folder, PAD + more)
 
 
-Bounded: TypeAlias = tuple[Path, Any, list[Any]]
-
-
 @pytest.fixture(scope="module")
-def pad_run(tmp_path_factory: pytest.TempPathFactory) -> Bounded:
+def pad_run(tmp_path_factory):
     """A run of the pad with bounds and stability: its folder, summary and events."""
     folder, events = tmp_path_factory.mktemp("pad"), list[Any]()
     (found,) = run_scene(load_scene(pad_scene(folder)), folder / "run", events.append)
     return folder / "run", found, events
 
 
-def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(
-    pad_run: Bounded, tmp_path: Path
-) -> None:
+def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(pad_run, tmp_path):
     folder, found, events = pad_run
     path = pad_scene(tmp_path)
     path.write_text(path.read_text().replace("[bounds]\nstarts = 1\n[stability]\n", ""))
@@ -119,7 +112,7 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(
     assert lines["growth per cycle"][1] == f"{found.wave.growth:.4g}"
 
 
-def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path: Path) -> None:
+def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path):
     path = pad_scene(tmp_path)
     path.write_text(path.read_text().replace("[0.1, 0.3]", "[0.1, 0.12]"))
     (found,) = run_scene(load_scene(path), tmp_path / "run")
@@ -131,8 +124,8 @@ def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path: Path) -> None:
     ("direction", "friction"), [("up", "orthogonal"), ("both", "orthogonal"), ("up", "isotropic")]
 )
 def test_bounds_are_of_the_sweep_and_the_law_that_the_run_shows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, direction: str, friction: str
-) -> None:
+    tmp_path, monkeypatch, direction, friction
+):
     """A preloaded contact that opens softens: the sweep down reaches higher."""
     swept = list[tuple[str | None, str]]()
 
@@ -153,9 +146,7 @@ def test_bounds_are_of_the_sweep_and_the_law_that_the_run_shows(
         assert found.sweeps[0].peak.amplitude > 1.1 * found.sweeps[1].peak.amplitude
 
 
-def test_static_friction_is_reported_of_the_first_case_that_is_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_static_friction_is_reported_of_the_first_case_that_is_there(tmp_path, monkeypatch):
     real = nonlinear.frequency_response
 
     def response(system: System, *rest: Any, **options: Any) -> nonlinear.Response:
@@ -174,7 +165,7 @@ def test_static_friction_is_reported_of_the_first_case_that_is_there(
     assert warned == [True, False]
 
 
-def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_path: Path) -> None:
+def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_path):
     text = rim(tmp_path, "cylindrical").replace("mu = 0.2\n", 'mu = 0.2\ninterference = "40 um"\n')
     scene = load_scene(
         written(
@@ -200,9 +191,7 @@ def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_
     assert ends == [words[i] for i in kept.verdict]
 
 
-def test_a_study_has_both_on_its_page(
-    golden: Callable[[str], GoldenRun], kept_by: Callable[[str], Stages]
-) -> None:
+def test_a_study_has_both_on_its_page(golden, kept_by):
     run = golden("everything")
     (found,) = run.summaries
     with h5py.File(run.folder / "results.h5") as file:
@@ -251,7 +240,7 @@ def scene(folder: Path, frequencies: str, asked: str = "[settled]\n") -> Path:
     return path
 
 
-def test_a_run_says_what_its_ring_does_instead_of_an_unstable_wave(tmp_path: Path) -> None:
+def test_a_run_says_what_its_ring_does_instead_of_an_unstable_wave(tmp_path):
     events, folder = list[Any](), tmp_path / "run"
     path = scene(tmp_path, "range = [310, 370]")
     (found,) = run_scene(load_scene(path), folder, events.append)
@@ -287,9 +276,7 @@ def test_a_run_says_what_its_ring_does_instead_of_an_unstable_wave(tmp_path: Pat
 @pytest.mark.parametrize(
     ("asked", "frequencies"), [("[settled]\n", "[250, 300]"), ("", "[310, 370]")]
 )
-def test_stable_peaks_and_unasked_ones_are_not_followed(
-    tmp_path: Path, asked: str, frequencies: str
-) -> None:
+def test_stable_peaks_and_unasked_ones_are_not_followed(tmp_path, asked, frequencies):
     path = scene(tmp_path, f"range = {frequencies}", asked)
     (found,) = run_scene(load_scene(path), tmp_path / "run")
     assert found.wave.verdict == ("stable" if asked else "unstable")

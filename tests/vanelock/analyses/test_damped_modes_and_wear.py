@@ -1,14 +1,11 @@
 """Damped modes, their energies, flutter and wear over cycles: what files and page have."""
 
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
-from tests.golden.runs import GoldenRun
 from tests.verification.nonlinear.spring_rings import spring_ring
 from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.damped_modes import FollowedMode
@@ -23,13 +20,13 @@ N, HOUR = 8, 3600.0
 
 
 @pytest.fixture
-def run(golden: Callable[[str], GoldenRun]) -> tuple[Path, Any, list[Any]]:
+def run(golden):
     made = golden("everything")
     (found,) = made.summaries
     return made.folder, found, made.events
 
 
-def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> None:
+def test_modes_are_those_of_the_library(run):
     folder, _, events = run
     with h5py.File(folder / "results.h5") as file:
         system = nonlinear.System.load(file["response/nominal/system"])
@@ -59,7 +56,7 @@ def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> Non
     assert isinstance(steps[begun + 1], PointDone)
 
 
-def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]]) -> None:
+def test_worn_joints_vibrate_as_the_history_says(run):
     folder, found, events = run
     with h5py.File(folder / "results.h5") as file:
         system = nonlinear.System.load(file["response/nominal/system"])
@@ -102,7 +99,7 @@ def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]
 STEPS = 64
 
 
-def test_the_energy_is_twice_the_kinetic_energy_of_a_sector_on_average(tmp_path: Path) -> None:
+def test_the_energy_is_twice_the_kinetic_energy_of_a_sector_on_average(tmp_path):
     ring, events, k = spring_ring(1), list[Any](), -1
     ring.save(tmp_path / "ring.h5")
     (tmp_path / "scene.toml").write_text(

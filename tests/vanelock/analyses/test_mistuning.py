@@ -45,7 +45,7 @@ def rings_of(folder: Path) -> MistunedRings:
         return MistunedRings.load(file["response/nominal/mistuning"])
 
 
-def test_rings_of_a_run_are_those_drawn(tmp_path: Path) -> None:
+def test_rings_of_a_run_are_those_drawn(tmp_path):
     path, system, hertz = ring_scene(tmp_path, DRAWN)
     (found,) = run_scene(load_scene(path), tmp_path / "run")
     rings = rings_of(tmp_path / "run")
@@ -69,7 +69,7 @@ def test_rings_of_a_run_are_those_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
-def test_workers_find_the_same_rings_to_the_bit(tmp_path: Path) -> None:
+def test_workers_find_the_same_rings_to_the_bit(tmp_path):
     scene = load_scene(ring_scene(tmp_path, DRAWN)[0])
     for name, workers in (("here", 1), ("there", 2)):
         run_scene(scene, tmp_path / name, workers=workers)
@@ -78,7 +78,7 @@ def test_workers_find_the_same_rings_to_the_bit(tmp_path: Path) -> None:
     assert np.array_equal(here.worst.amplitude, there.worst.amplitude)
 
 
-def test_given_segments_are_one_ring_which_turns_with_them(tmp_path: Path) -> None:
+def test_given_segments_are_one_ring_which_turns_with_them(tmp_path):
     system, _ = damped(0, "slip")
     given = np.linspace(-0.2, 0.2, system.sectors)
     found = []
@@ -110,7 +110,7 @@ def rings(amplitude: Any, converged: Any, alike: float = 1e-6) -> MistunedRings:
     )
 
 
-def test_points_that_are_lost_count_for_nothing_and_are_warned_of() -> None:
+def test_points_that_are_lost_count_for_nothing_and_are_warned_of():
     case: Any = SimpleNamespace(peak=Peak(1, 101.0, 1e-6, at_edge=False))
     found = rings([[1e-6, 2e-6], [9e-6, 9e-6], [1e-6, 1e-6]], [True, False, True])
     assert found.place == (0, 1)

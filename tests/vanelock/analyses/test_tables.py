@@ -50,10 +50,9 @@ def stability(verdict: list[int], growth: list[tuple[float, float]]) -> Stabilit
         ((-5.0, 0.0), "a departure from it neither grows nor dies out"),
     ],
 )
-def test_why_a_wave_is_undecided(growth: tuple[float, float], reason: str) -> None:
+def test_why_a_wave_is_undecided(growth, reason):
     found = summary(
-        peak=Peak(0, 100.0, 1e-5, False),
-        wave=_verdict_at(stability([UNDECIDED], [growth]), 100.0),
+        peak=Peak(0, 100.0, 1e-5, False), wave=_verdict_at(stability([UNDECIDED], [growth]), 100.0)
     )
     case = case_of(found)
     (line,), (card,) = STABILITY.warnings(case, ()), STABILITY.answers(case)
@@ -61,7 +60,7 @@ def test_why_a_wave_is_undecided(growth: tuple[float, float], reason: str) -> No
     assert card.note == reason
 
 
-def test_where_no_motion_is_given_no_number_is() -> None:
+def test_where_no_motion_is_given_no_number_is():
     """All die out to the window's edge or less, or it is not known which do."""
     for verdict in (STABLE, UNDECIDED):
         one = stability([verdict], [(-62.8, -62.8)])
@@ -78,7 +77,7 @@ def stability_rows(found: Stability) -> Any:
     return table.record()["rows"]
 
 
-def test_the_point_reported_is_unstable_where_one_is() -> None:
+def test_the_point_reported_is_unstable_where_one_is():
     """Neither one whose second wave was not found nor one of which the truncations differ."""
     verdict = [STABLE, UNDECIDED, UNSTABLE, UNSTABLE, UNDECIDED]
     growth = [(-9.0, -9.0), (-1.0, NAN), (5.0, 6.0), (7.0, 8.0), (50.0, -1.0)]
@@ -91,7 +90,7 @@ def test_the_point_reported_is_unstable_where_one_is() -> None:
 
 
 @pytest.mark.parametrize("count", [MOST_CASES, MOST_CASES + 6])
-def test_a_table_that_leaves_cases_out_says_so(count: int) -> None:
+def test_a_table_that_leaves_cases_out_says_so(count):
     one = stability([STABLE], [(-9.0, -9.0)])
     (table,) = STABILITY.tables(dict.fromkeys(map(str, range(count)), case_of(stability=[one])))
     assert len(table.rows) == MOST_CASES
@@ -99,14 +98,14 @@ def test_a_table_that_leaves_cases_out_says_so(count: int) -> None:
     assert [line for line in table.lines if "results.h5" in line] == [said] * (count > MOST_CASES)
 
 
-def test_the_name_of_a_table_alone_is_enough() -> None:
+def test_the_name_of_a_table_alone_is_enough():
     study = parse_study("[bounds]\n[stability]\n")
     assert BOUNDS.keys_of(study) == BoundsKeys(share=1.0, starts=4)
     assert STABILITY.keys_of(study) == StabilityKeys(points="peaks")
     assert not list(asked_for(ANALYSES, parse_study("")))
 
 
-def test_isotropic_friction_has_both() -> None:
+def test_isotropic_friction_has_both():
     study = parse_study('[response]\nfriction = "isotropic"\n[bounds]\n[stability]\n')
     assert [each.key for each, _ in asked_for(ANALYSES, study)] == ["bounds", "stability"]
 
@@ -159,7 +158,7 @@ MISTAKES = [
 
 
 @pytest.mark.parametrize(("text", "message"), MISTAKES)
-def test_mistakes_are_reported(text: str, message: str) -> None:
+def test_mistakes_are_reported(text, message):
     with pytest.raises(InputError) as error:
         parse_study(text)
     assert any(message in line for line in str(error.value).splitlines())

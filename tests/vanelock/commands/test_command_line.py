@@ -1,5 +1,6 @@
 """The command line: exit status and messages, and what a check says."""
 
+import re
 import subprocess
 import sys
 
@@ -156,6 +157,9 @@ def test_elements_are_those_that_a_run_has(tmp_path, text, elements):
     found = rows(tmp_path / "my.toml")
     assert found["vane"] == found["casing"] == f"from dimensions, elements {elements}"
     assert ("accuracy" in found) == ("accuracy" in text)
+    if elements == "coarse":
+        for what, unit in (("unknowns", "degrees of freedom"), ("disk", "GB on disk")):
+            assert re.fullmatch(f"about .* {unit}", found[what])
     if "harmonics" in text:
         chosen = "an error of 2 %: the run chooses mesh, modes, frequencies"
         assert found["accuracy"] == chosen

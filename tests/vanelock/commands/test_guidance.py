@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -43,7 +42,7 @@ QUICK = {
 
 
 @pytest.mark.parametrize("code", QUICK)
-def test_what_is_to_be_quick_loads_no_more_than_it_needs(code: str, tmp_path: Path) -> None:
+def test_what_is_to_be_quick_loads_no_more_than_it_needs(code, tmp_path):
     (tmp_path / "a.toml").write_text('name = "x"\n')
     code += "; import sys; print(*sys.modules)"
     loaded = subprocess.check_output([sys.executable, "-c", code], text=True, cwd=tmp_path).split()
@@ -52,13 +51,13 @@ def test_what_is_to_be_quick_loads_no_more_than_it_needs(code: str, tmp_path: Pa
 
 
 @pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS)])
-def test_help_fits_a_terminal_of_80_columns(words: list[str]) -> None:
+def test_help_fits_a_terminal_of_80_columns(words):
     done = CliRunner().invoke(app, [*words, "--help"], prog_name="vanelock", terminal_width=80)
     assert [line for line in done.output.splitlines() if len(line) > 80] == []
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_has_purpose_example_statuses_and_pages(name: str) -> None:
+def test_a_command_has_purpose_example_statuses_and_pages(name):
     text = printed(name)
     missing = "add the command to vanelock/commands/options.py"
     purpose = text.partition("Arguments:")[0].partition("Usage:")[2]
@@ -73,7 +72,7 @@ def test_a_command_has_purpose_example_statuses_and_pages(name: str) -> None:
     assert named[1].count("`vanelock manual ") == named[1].count(", ") + 1
 
 
-def test_the_help_of_all_shows_the_way_of_a_first_study() -> None:
+def test_the_help_of_all_shows_the_way_of_a_first_study():
     text = printed()
     steps = re.findall(r"^    vanelock (\w+) ", text, re.MULTILINE)
     assert steps == ["init", "check", "mesh", "run", "converge", "compare"]
@@ -89,7 +88,7 @@ def test_the_help_of_all_shows_the_way_of_a_first_study() -> None:
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "tcsh"])
-def test_a_completion_script_names_the_program(shell: str) -> None:
+def test_a_completion_script_names_the_program(shell):
     done = CliRunner().invoke(app, ["completion", shell])
     known = shell != "tcsh"
     assert done.exit_code == (0 if known else 2)
@@ -103,11 +102,7 @@ def test_study_files_and_every_setting_of_a_study_are_completed(tmp_path):
     assert study_files(f"{tmp_path}/") == [f"{tmp_path}/a.toml"]
     assert study_files(f"{tmp_path}/b") == []
     assert study_files(f"{tmp_path}/none/") == []
-    studies = [
-        {},
-        {"rom": {"route": "paper", "modes": 5}},
-        {"rom": {"modes": 5}},
-    ]
+    studies = [{}, {"rom": {"route": "paper", "modes": 5}}, {"rom": {"modes": 5}}]
     found = {setting.key for each in studies for setting in settings_of(Study.model_validate(each))}
     assert found <= set(setting_keys(""))
     assert setting_keys("mesh") == ["mesh.size"]
@@ -151,14 +146,14 @@ def test_all_pages_are_listed_and_plain_markdown_where_no_terminal_shows_them():
 
 
 @pytest.mark.parametrize("name", pages())
-def test_a_page_points_at_no_file_that_is_not_installed(name: str) -> None:
+def test_a_page_points_at_no_file_that_is_not_installed(name):
     text = page_text(name)
     assert text.startswith("# ")
     assert not re.search(r"\]\([^)\s]*\.(md|png)", text)
     assert "```{" not in text
 
 
-def test_a_page_that_there_is_not_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_page_that_there_is_not_is_one_line(capsys):
     with pytest.raises(SystemExit) as ended:
         main(["manual", "sweep"])
     said = capsys.readouterr()
@@ -170,7 +165,7 @@ def test_a_page_that_there_is_not_is_one_line(capsys: pytest.CaptureFixture[str]
     assert ", sweeps, trust, theory/..., " in line
 
 
-def test_pages_that_the_program_and_examples_name_are_there() -> None:
+def test_pages_that_the_program_and_examples_name_are_there():
     sources = [
         path
         for top in ("mesh", "fem", "rom", "nonlinear", "vanelock", "examples")
@@ -189,7 +184,7 @@ NAMES = (
 ).split(", ")
 
 
-def test_all_examples_have_names_and_help_tells_them() -> None:
+def test_all_examples_have_names_and_help_tells_them():
     assert [*examples()] == NAMES
     text = CliRunner().invoke(app, ["init", "--help"]).output
     about = " ".join(text.partition("An example comes")[2].partition("Examples:")[0].split())
@@ -214,7 +209,7 @@ def test_an_example_is_written_as_it_is(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "notebooks"])
-def test_an_example_that_was_written_passes_check(name: str, tmp_path: Path) -> None:
+def test_an_example_that_was_written_passes_check(name, tmp_path):
     written = write_example(name, tmp_path / "mine")
     if name == "brake_reuss":
         generator(name, written).main(columns=6, divisions=1, layers=1)
@@ -225,7 +220,7 @@ def test_an_example_that_was_written_passes_check(name: str, tmp_path: Path) -> 
     assert done.exit_code == 0, done.output
 
 
-def test_what_cannot_be_written_is_refused(tmp_path: Path, refused: Callable[..., str]) -> None:
+def test_what_cannot_be_written_is_refused(tmp_path, refused):
     """What is there is left alone, and other names are refused with those that there are."""
     (tmp_path / "vane.toml").write_text("mine")
     (tmp_path / "lap_joint").mkdir()

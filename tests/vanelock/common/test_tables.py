@@ -15,7 +15,7 @@ SI = {
 
 
 @pytest.mark.parametrize("unit", SI)
-def test_factors_are_those_of_a_library_of_units(unit: str) -> None:
+def test_factors_are_those_of_a_library_of_units(unit):
     of_si = si(f"1 {unit}", SI[unit])
     assert isinstance(of_si, float)
     assert Column("x", unit).shown(of_si) == pytest.approx(1)
@@ -29,7 +29,7 @@ def table() -> Table:
     return Table("Cases", columns, [("a", 4e-5, np.int64(1200), None), ("b", math.nan, 3, None)])
 
 
-def test_rows_in_si_are_shown_in_the_units_of_their_columns() -> None:
+def test_rows_in_si_are_shown_in_the_units_of_their_columns():
     assert table().shown == [["a", 40, 1200, None], ["b", None, 3, None]]
     assert table().record()["rows"][0] == {"case": "a", "peak_um": 40, "H": 1200, "x": None}
     assert table().by_head()["peak (µm)"] == [40, None]

@@ -1,7 +1,6 @@
 """Reduced models answer as far as a study asks, or the run is refused with the line to write."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +20,7 @@ from vanelock.stages.plan import plan
 from vanelock.stages.response.limits import frequencies, limits
 
 
-def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(tmp_path: Path) -> None:
+def test_a_study_far_above_the_tenth_mode_answers_like_the_unreduced_sector(tmp_path):
     """Beyond the fourteenth elastic mode of the vane, 2,855 Hz: a fixed number, ten, ends below."""
     study = parse_study(
         f'{SMALL}mesh.correction = "none"\nrom.accuracy = 1e-5\nresponse.range = [3040, 3060]\n'
@@ -75,10 +74,7 @@ def test_what_a_study_asks_for_and_a_little_wider_range_needs_no_new_models():
     ("text", "line"),
     [
         ("response.range = [200, 900]", r"response\.range reaches 900 Hz.*write response\.range"),
-        (
-            "response.range = [200, 900]\nrom.modes = 2",
-            r"leave out rom\.modes",
-        ),
+        ("response.range = [200, 900]\nrom.modes = 2", r"leave out rom\.modes"),
         (
             'response.frequencies = [900]\nrom.route = "paper"',
             r"response\.frequencies reaches 900 Hz.*give more rom\.modes",
@@ -86,14 +82,14 @@ def test_what_a_study_asks_for_and_a_little_wider_range_needs_no_new_models():
         ("", r"response\.mode = 2 reaches"),
     ],
 )
-def test_frequencies_beyond_what_modes_answer_are_refused(ring, text: str, line: str) -> None:
+def test_frequencies_beyond_what_modes_answer_are_refused(ring, text, line):
     """Modes of the two masses lie at 195 to 480 Hz."""
     found = replace(limits(ring, 2), band=300.0)
     with pytest.raises(InputError, match=line):
         frequencies(parse_study(text), found)
 
 
-def test_a_system_with_a_band_refuses_frequencies_beyond_it(ring, tmp_path: Path) -> None:
+def test_a_system_with_a_band_refuses_frequencies_beyond_it(ring, tmp_path):
     known = replace(ring, band=300.0)
     place = tmp_path / "system.h5"
     known.save(place)

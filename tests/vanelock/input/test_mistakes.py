@@ -161,7 +161,7 @@ LISTS = {
 
 
 @pytest.mark.parametrize("line", UNUSUAL.strip().splitlines())
-def test_a_number_of_another_unit_is_reported(tmp_path: Path, line: str) -> None:
+def test_a_number_of_another_unit_is_reported(tmp_path, line):
     head, _, value = line.partition(": ")[0].partition(" = ")
     key, in_list, _ = head.partition("[")
     path = tmp_path / "my.toml"
@@ -171,6 +171,6 @@ def test_a_number_of_another_unit_is_reported(tmp_path: Path, line: str) -> None
     assert ("warning", expected) in check_file(path).rows
 
 
-def test_usual_numbers_are_not_reported(tmp_path: Path) -> None:
+def test_usual_numbers_are_not_reported(tmp_path):
     (tmp_path / "my.toml").write_text(template_text(all_keys=True))
     assert unusual(load_study(tmp_path / "my.toml")) == unusual(Study()) == ()

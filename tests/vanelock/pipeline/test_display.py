@@ -82,7 +82,7 @@ with choose_listener(False, False) as listener:
 """
 
 
-def test_a_terminal_is_left_with_the_answer() -> None:
+def test_a_terminal_is_left_with_the_answer():
     """On a real terminal, whose screen is made of what was written there."""
     width, (mine, theirs) = 72, pty.openpty()
     environment = {**os.environ, "COLUMNS": str(width), "TERM": "xterm", "PYTHONPATH": "."}
@@ -109,7 +109,7 @@ def test_a_terminal_is_left_with_the_answer() -> None:
     ]
 
 
-def test_a_stage_without_points_is_named_while_it_lasts(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_stage_without_points_is_named_while_it_lasts(capsys):
     """Until it is done."""
     lines = PlainLines()
     lines.interval = 0.02
@@ -143,7 +143,7 @@ def screen(written: str) -> list[str]:
     return [line.rstrip() for line in lines]
 
 
-def test_a_kind_of_stage_has_one_bar() -> None:
+def test_a_kind_of_stage_has_one_bar():
     bar, shown = bars()
     for event in EVENTS[:-1]:
         bar(event)
@@ -203,7 +203,7 @@ CASES = Table(
 )
 
 
-def test_a_table_stands_under_its_heads_and_units() -> None:
+def test_a_table_stands_under_its_heads_and_units():
     columns = (Column("joint"), Column("n", "N", ".2f"), Column("safety factor", form=".1f"))
     table = Table("A title", columns, (("hook", 280.126, None),), ("a note [µm]",))
     assert text_lines(table) == [
@@ -218,7 +218,7 @@ def test_a_table_stands_under_its_heads_and_units() -> None:
 
 
 @pytest.mark.parametrize("width", [40, 60, 80, 100, 140, 200])
-def test_lines_fit_and_words_are_whole(width: int) -> None:
+def test_lines_fit_and_words_are_whole(width):
     lines = text_lines(CASES, width)
     assert max(map(len, lines)) <= width
     whole = {
@@ -255,7 +255,7 @@ def test_lines_break_after_commas_and_spaces_alone_and_no_rows_leave_heads():
     assert text_lines(table, 80)[:3] == ["", "Inputs that differ", " key  value"]
 
 
-def test_a_column_has_the_same_decimals() -> None:
+def test_a_column_has_the_same_decimals():
     plain = Column("peak", "µm")
     assert _digits(plain, [132.8, 6.3, None, 0.0]) == ["132.8", "6.3", "-", "0.0"]
     assert _digits(plain, [257.4, 1.437]) == ["257.40", "1.44"]

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -173,18 +172,6 @@ def test_a_worker_that_does_not_see_the_folder_is_named_and_not_used(alone, begu
     where = f"does not see {begun / 'cache'}, which all have to share: is not used"
     assert [text.partition(": ")[2] for text in said] in ([where], [] * late)
     assert not list((begun / "cache").glob(".token"))
-
-
-@pytest.mark.system
-def test_without_a_worker_that_sees_the_folder_nothing_begins(tmp_path):
-    preload = tmp_path / "elsewhere.py"
-    preload.write_text(ELSEWHERE)
-    with dask_of(tmp_path, 0) as (address, _, start):
-        start("--preload", str(preload))
-        with pytest.raises(InputError) as caught:
-            run(tmp_path / "run", scheduler=address)
-    said = rf"--scheduler {address}: worker tcp://127.0.0.1:\d+: does not see {tmp_path}/run/cache,"
-    assert re.fullmatch(f"{said} which all have to share", str(caught.value))
 
 
 @pytest.mark.parametrize(("address", "insecure"), [("127.0.0.1", False), ("192.0.2.1", True)])

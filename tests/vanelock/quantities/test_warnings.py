@@ -277,7 +277,7 @@ UP = Sweep("up", Peak(3, 250.0, 5e-6, False), (JUMP,))
 DOWN = Sweep("down", Peak(7, 248.0, 6e-6, False), ())
 
 
-def test_a_jump_is_reported_with_its_place_and_heights() -> None:
+def test_a_jump_is_reported_with_its_place_and_heights():
     first, second = notes([UP])
     assert first == "sweeping up JUMPS from 5 to 2 um between 250 and 250.2 Hz"
     assert second.endswith('may reach higher: response.direction = "both"')
@@ -299,6 +299,6 @@ def test_the_lower_of_two_sweeps_and_the_largest_of_many_jumps_are_given():
 
 
 @pytest.mark.parametrize("direction", ["down", "both"])
-def test_where_both_directions_are_taken_anyway_none_is_given(direction: str) -> None:
+def test_where_both_directions_are_taken_anyway_none_is_given(direction):
     with pytest.raises(InputError, match=r"response\.direction"):
         parse_study(f'accuracy = 0.01\n[response]\ndirection = "{direction}"\n')

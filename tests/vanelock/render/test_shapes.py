@@ -9,7 +9,6 @@ from PIL.GifImagePlugin import GifImageFile
 
 from tests.vanelock.render.conftest import radial_wave
 from vanelock.common.errors import InputError
-from vanelock.mesh import Part
 from vanelock.render import (
     Wave,
     mesh_picture,
@@ -20,7 +19,6 @@ from vanelock.render import (
     style,
 )
 from vanelock.render.scenes import gif
-from vanelock.render.scenes.surface import surface
 from vanelock.render.scenes.window import _Window
 from vanelock.render.shapes import animation, shapes
 from vanelock.render.shapes.meshes import _meridional_section
@@ -46,17 +44,6 @@ def test_the_deformed_ring_is_the_wave_that_goes_round_it(sector, nodal_diameter
         radius = np.hypot(start[:, 0], start[:, 1])
         expected = radius + 200.0 * 1e-4 * np.cos(0.4 - nodal_diameter * angle)
         np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), expected, rtol=1e-13)
-
-
-def test_a_ring_hides_its_inner_faces_and_a_lone_part_does_not(sector):
-    part = sector(sectors=8)
-    alone = Part("vane", part.points, part.cells, "tetra10", part.node_sets, {}, 1)
-    count = []
-    for one in (part, alone):
-        skins = shapes.skins_of([one], [radial_wave(one, 0, 1.0)])
-        count.append(len(shapes._ring_scene(skins, 0, 0.0, 0.01, black).bodies[0].triangles))
-    skin = surface(part)
-    assert count == [8 * np.count_nonzero(~skin.cyclic), len(skin.triangles)]
 
 
 def colours_in(path):
@@ -87,21 +74,6 @@ def test_mesh_picture(parts, tmp_path):
     pixels = imread(path)[:, :, :3]
     band = np.linalg.norm(pixels - [0.835, 0.369, 0.0], axis=2) < 0.12
     assert np.count_nonzero(band) > 400
-
-
-def test_mode_picture_does_not_depend_on_the_scale_and_an_unwritable_place_is_refused(
-    parts, tmp_path
-):
-    waves = [radial_wave(part, 2, 1.0) for part in parts]
-    first = mode_picture(tmp_path / "a.png", parts, waves, 2, "Mode 1")
-    assert colours_in(first) > 40
-    assert 0.3 < share_white(first) < 0.9
-    second = mode_picture(tmp_path / "b.png", parts, [1e-5 * w for w in waves], 2, "Mode 1")
-    assert np.mean(np.abs(imread(first) - imread(second)) > 0.02) < 1e-3
-    (tmp_path / "file").write_text("")
-    waves = [radial_wave(part, 1, 1.0) for part in parts]
-    with pytest.raises(InputError, match="cannot be written"):
-        mode_picture(tmp_path / "file" / "mode.png", parts, waves, 1, "Mode")
 
 
 def test_response_picture_shows_every_phase(parts, tmp_path):

@@ -85,24 +85,6 @@ def test_curves_are_the_given_ones(page, sample):
 
 
 @pytest.mark.system
-def test_point_under_the_pointer_is_described(page):
-    area = page.locator(".plot .area").first
-    area.scroll_into_view_if_needed()
-    spot = area.evaluate(
-        "a => { const b = a.getBoundingClientRect(), { xaxis, yaxis } = a._fullLayout;"
-        " return [b.x + xaxis._offset + xaxis.l2p(250), b.y + yaxis._offset + yaxis.l2p(40)]; }"
-    )
-    page.mouse.move(*spot)
-    label = area.locator(".hoverlayer .hovertext")
-    label.wait_for()
-    shown = label.first.text_content()
-    assert "frequency: 250 Hz" in shown
-    assert "amplitude: 40 µm" in shown
-    assert "μ = 0.15 & more" in shown or "measured" in shown
-    page.mouse.move(5, 5)
-
-
-@pytest.mark.system
 def test_legend_hides_and_shows(page):
     plot = page.locator(".plot").first
     entries = plot.locator(".legend button")

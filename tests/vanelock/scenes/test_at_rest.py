@@ -1,18 +1,16 @@
 """Scenes at rest and free ones: what cannot lie still is refused, what floats is solved."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from tests.vanelock.scenes.conftest import Write, chain, joined, load, refused_by, write_model
+from tests.vanelock.scenes.conftest import chain, joined, load, refused_by, write_model
 from vanelock import load_scene, run_scene
 from vanelock.commands.check.file import check_file
 from vanelock.common.errors import InputError
 from vanelock.fem import Material, assemble
-from vanelock.mesh import Part
 from vanelock.nonlinear import static_response
 from vanelock.stages.response.limits import limits
 
@@ -25,7 +23,7 @@ PAD = (
 
 
 @pytest.fixture
-def block(lattice: Callable[..., Part], tmp_path: Path, scene_file: Write):
+def block(lattice, tmp_path, scene_file):
     """Scene of a free block on the ground's four contacts below its corners, and a load on top."""
     part = lattice((2, 2, 2), lambda p: p * WIDTH, "hexahedron")
     text = write_model(tmp_path, assemble(part, Material(E=70e9, nu=0.3, rho=2700)), "block")
@@ -80,7 +78,7 @@ def test_what_nothing_presses_is_reported_but_not_what_ties_hold(tmp_path, scene
 LOOSE = "components.one: held by contacts alone, which nothing presses: at rest it may lie anywhere"
 
 
-def test_an_inner_row_without_stiffness_is_refused(tmp_path: Path, scene_file: Write) -> None:
+def test_an_inner_row_without_stiffness_is_refused(tmp_path, scene_file):
     """Node 2 of nodes 1 to 6, 6 of them kept, is counted among all rows."""
     one = chain(1, 6, SPRINGS)
     one.K[4] = one.K[:, 4] = 0
@@ -93,7 +91,7 @@ STEEL = Material(E=210e9, nu=0.3, rho=7800)
 
 
 @pytest.fixture
-def beam(lattice: Callable[..., Part], tmp_path: Path):
+def beam(lattice, tmp_path):
     """A free beam of 0.3 x 0.02 x 0.01 m, its matrices, and its component in a scene file."""
     model = assemble(lattice((15, 2, 1), lambda p: p * [0.3, 0.02, 0.01], "hexahedron"), STEEL)
     return model, write_model(tmp_path, model, "beam")
@@ -103,7 +101,7 @@ def pushed(node: int, harmonic: int, direction: str) -> str:
     return load("beam", node, direction, 1, f"harmonic = {harmonic}\n")
 
 
-def test_modes_are_counted_from_the_first_that_vibrates(beam, scene_file: Write) -> None:
+def test_modes_are_counted_from_the_first_that_vibrates(beam, scene_file):
     model, text = beam
     text += pushed(1, 1, "[0, 0, 1]")
     found = limits(joined(scene_file(text)), 1)

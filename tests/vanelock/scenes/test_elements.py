@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.forced_response.test_hysteresis import DAMPING, FORCE, HIGH, LOW, closed_folds
-from tests.vanelock.scenes.conftest import Chain, Write, chain
+from tests.vanelock.scenes.conftest import Chain, chain
 from vanelock import check_file, load_scene, run_scene
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
@@ -32,7 +32,7 @@ ELEMENT_TABLE = (
 )
 
 
-def test_a_stop_is_the_contact_that_it_is(tmp_path: Path, scene_file: Write) -> None:
+def test_a_stop_is_the_contact_that_it_is(tmp_path, scene_file):
     found = {}
     for name, table in ("contact", CONTACT), ("element", ELEMENT_TABLE):
         path = scene_file(CHAIN.write(tmp_path, "one") + table + LOAD + RUN)
@@ -111,7 +111,7 @@ def run(folder: Path, direction: str) -> tuple[Path, list[str], str]:
     return folder / "run", list(table.notes), (folder / "run" / "report.html").read_text()
 
 
-def test_both_directions_and_their_jumps_are_reported_everywhere(tmp_path: Path) -> None:
+def test_both_directions_and_their_jumps_are_reported_everywhere(tmp_path):
     (upper, _), (lower, _) = closed_folds()
     folder, notes, page = run(tmp_path / "both", "both")
     with h5py.File(folder / "results.h5") as file:
@@ -139,7 +139,7 @@ def test_both_directions_and_their_jumps_are_reported_everywhere(tmp_path: Path)
 
 
 @pytest.mark.parametrize("direction", ["up", "down"])
-def test_one_direction_says_that_others_were_not_looked_for(tmp_path: Path, direction: str) -> None:
+def test_one_direction_says_that_others_were_not_looked_for(tmp_path, direction):
     folder, notes, _ = run(tmp_path / "one", direction)
     with h5py.File(folder / "results.h5") as file:
         assert Response.load(file["response/nominal"]).direction == direction

@@ -74,7 +74,7 @@ def beam(lengths: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return K, M
 
 
-def test_ties_merge_rotations(tmp_path: Path, scene_file: Write) -> None:
+def test_ties_merge_rotations(tmp_path, scene_file):
     """Two beams tied end to end bend as one: a hinge between them would not carry the moment."""
     text = ""
     for name, first in (("one", 1), ("two", 11)):
@@ -97,7 +97,7 @@ def test_ties_merge_rotations(tmp_path: Path, scene_file: Write) -> None:
     np.testing.assert_allclose(frequency, expected, rtol=1e-9)
 
 
-def test_interference_against_ground_pushes_away(tmp_path: Path, scene_file: Write) -> None:
+def test_interference_against_ground_pushes_away(tmp_path, scene_file):
     """One node on a spring k, pressed by the overlap δ: v = δ - kn v / k, so v = δ k / (k + kn)."""
     one = chain(1, 2, (1e12, 1e12, 1e12), ground=1e-7)
     text = one.write(tmp_path, "one") + "modes = 2\n"

@@ -117,7 +117,7 @@ def test_a_loose_part_has_no_answer(tmp_path, scene_file):
         notices_and_notes(scene_file(text + pushed + QUIET))
 
 
-def test_a_tied_rotation_that_the_part_does_not_resist(tmp_path: Path, scene_file: Write) -> None:
+def test_a_tied_rotation_that_the_part_does_not_resist(tmp_path, scene_file):
     """A rotation with neither stiffness nor mass of its own, held by what it is tied to."""
     text = ""
     for name, twist in (("one", 0.0), ("two", 50.0)):
@@ -157,7 +157,7 @@ def test_modes_slower_than_any_structure_are_refused_and_other_units_reported(tm
     assert str(warned).startswith("contacts.lap.kn = 0.0001 N/m: normal stiffness of a pair is")
 
 
-def test_a_check_finds_all_that_a_run_would_refuse(tmp_path: Path, scene_file: Write) -> None:
+def test_a_check_finds_all_that_a_run_would_refuse(tmp_path, scene_file):
     """Clamped nodes, the monitored output, measured curves: a line each."""
     text = two(tmp_path).replace("[components.two]", "fixed = [99]\n[components.two]")
     text += LAP.format(pairs="[[3, 13]]") + LOAD + QUIET

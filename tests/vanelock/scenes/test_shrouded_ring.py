@@ -1,7 +1,6 @@
 """The ring of shrouded blades against the whole ring by hand, and by marching four sectors."""
 
 import gzip
-from collections.abc import Callable
 from pathlib import Path
 
 import h5py
@@ -13,7 +12,6 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 from numpy.typing import NDArray
 
-from tests.golden.runs import GoldenRun
 from tests.vanelock.scenes.scenes import (
     EXAMPLES,
     Floats,
@@ -85,14 +83,14 @@ class Raw:
 
 
 @pytest.fixture(scope="module")
-def run(golden: Callable[[str], GoldenRun]) -> tuple[float, Path]:
+def run(golden):
     known = golden("shrouded_ring")
     (found,) = (each for each in known.summaries if each.case == "interference=1um")
     assert found.peak is not None
     return found.peak.frequency, known.folder / "results.h5"
 
 
-def test_frequencies_are_those_of_the_whole_ring(run: tuple[float, Path]) -> None:
+def test_frequencies_are_those_of_the_whole_ring(run):
     """Each of nodal diameter 3 is there twice, as a wave travels both ways."""
     ring = Raw(SECTORS)
     flat = sp.csr_array(ring.B.reshape(-1, ring.B.shape[-1]))
@@ -107,7 +105,7 @@ def test_frequencies_are_those_of_the_whole_ring(run: tuple[float, Path]) -> Non
             assert nearest == pytest.approx([frequency] * 2, rel=1e-4)
 
 
-def test_friction_peak_is_that_of_time_integration(run: tuple[float, Path]) -> None:
+def test_friction_peak_is_that_of_time_integration(run):
     """Of seven harmonics: three alone are some per cent too high where all contacts slip."""
     hertz, path = run
     with h5py.File(path) as file:
@@ -127,7 +125,7 @@ def test_friction_peak_is_that_of_time_integration(run: tuple[float, Path]) -> N
     assert found[0] == pytest.approx(peak, rel=0.015)
 
 
-def test_files_are_what_the_script_writes(tmp_path: Path) -> None:
+def test_files_are_what_the_script_writes(tmp_path):
     generator("shrouded_ring", tmp_path).main()
     assert lists_of(tmp_path) == lists_of(HERE)
     for name in ("K.npz", "M.npz"):
@@ -147,7 +145,7 @@ def entries(name: str, folder: Path = LAP) -> Floats:
 PARTS = ("lower", "upper")
 
 
-def test_files_are_what_the_scripts_write(tmp_path: Path) -> None:
+def test_files_are_what_the_scripts_write(tmp_path):
     generator("lap_joint", tmp_path).main()
     assert lists_of(tmp_path) == lists_of(LAP)
     for name in (f"{part}_{kind}1.mtx.gz" for part in PARTS for kind in ("STIF", "MASS")):

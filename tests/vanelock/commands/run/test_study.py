@@ -4,7 +4,6 @@ import json
 import re
 import shutil
 from collections import Counter
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -243,7 +242,7 @@ def stopped(event: Event) -> None:
         raise KeyboardInterrupt
 
 
-def test_cases_that_are_solved_are_in_results_after_an_interrupt(tmp_path: Path) -> None:
+def test_cases_that_are_solved_are_in_results_after_an_interrupt(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(f'{arm(tmp_path)}{PAD}{QUIET}[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]')
     folder, results = tmp_path / "run", tmp_path / "run" / "results.h5"

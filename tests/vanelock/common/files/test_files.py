@@ -252,7 +252,7 @@ ELSEWHERE = {
 }
 
 
-def test_every_file_is_written_beside_its_place() -> None:
+def test_every_file_is_written_beside_its_place():
     root = Path(vanelock.__file__).resolve().parent
     found, unknown = 0, []
     stages = [init.parent for init in root.glob("*/__init__.py")]

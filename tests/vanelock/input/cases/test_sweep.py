@@ -122,7 +122,7 @@ def test_a_changed_study_is_the_one_that_its_file_would_give(changes):
     assert found.model_dump(exclude_unset=True) == expected.model_dump(exclude_unset=True)
 
 
-def test_people_and_files_get_the_same_name() -> None:
+def test_people_and_files_get_the_same_name():
     name = "mu=0.15,interference=17um,kn=20N_um,angle=-3.5deg,coupling=uncoupled"
     assert words(name) == "μ = 0.15, interference = 17 µm, kn = 20 N/µm, angle = -3.5°, uncoupled"
     assert slug(name) == "mu0.15_interference17um_kn20N_um_angle-3.5deg_couplinguncoupled"
@@ -152,5 +152,5 @@ def test_people_and_files_get_the_same_name() -> None:
         ("coupled", "", "coupled"),
     ],
 )
-def test_a_value_in_a_name(value: float | str, unit: str, text: str) -> None:
+def test_a_value_in_a_name(value, unit, text):
     assert valued(value, unit) == text

@@ -215,7 +215,7 @@ def test_a_response_per_force_is_multiplied_by_the_force(tmp_path, factor, chang
     assert "record 1: a response per force: give force, what it is multiplied by" in complaint(path)
 
 
-def test_speed_becomes_frequency_by_the_engine_order_and_strain_its_gauge(tmp_path: Path) -> None:
+def test_speed_becomes_frequency_by_the_engine_order_and_strain_its_gauge(tmp_path):
     speeds = {"abscissa_spec_data_type": 19, "abscissa_axis_units_lab": "rpm"}
     strain = {"func_type": 27, "abscissa_spacing": 0, KIND: STRAIN, LABEL: "um/m"}
     given = record([10.0, 20.0, 15.0], [7500.0, 7800.0, 8100.0], **speeds, **strain)
@@ -225,7 +225,7 @@ def test_speed_becomes_frequency_by_the_engine_order_and_strain_its_gauge(tmp_pa
     assert (found.quantity, found.gauge) == ("strain", 0)
 
 
-def test_one_of_several_records_is_chosen_or_all_are_listed(tmp_path: Path) -> None:
+def test_one_of_several_records_is_chosen_or_all_are_listed(tmp_path):
     path = write(
         tmp_path / "rig.uff",
         record(RECEPTANCE),
@@ -243,7 +243,7 @@ def test_one_of_several_records_is_chosen_or_all_are_listed(tmp_path: Path) -> N
     assert complaint(f"{path}:3") == "rig.uff: record 3: a coherence, which has no amplitudes"
 
 
-def test_by_the_formats_description(tmp_path: Path) -> None:
+def test_by_the_formats_description(tmp_path):
     """A file typed after the format's description: real, single precision, uneven spacing."""
     lines = [
         "    -1", "   164",
@@ -285,7 +285,7 @@ def test_what_is_no_amplitude_or_has_no_unit(tmp_path, changed, units, expected)
     assert expected in complaint(write(tmp_path / "rig.uff", *([units] if units else []), given))
 
 
-def test_the_study_decides_a_unit(tmp_path: Path) -> None:
+def test_the_study_decides_a_unit(tmp_path):
     path = write(tmp_path / "rig.uff", SI, record(RECEPTANCE, ordinate_axis_units_lab="mm"))
     found = read_record(path, unit="um")
     np.testing.assert_allclose(found.amplitude, 1e-6 * np.abs(RECEPTANCE[1:]))
@@ -295,7 +295,7 @@ def test_the_study_decides_a_unit(tmp_path: Path) -> None:
     assert "no response per force: leave out force" in complaint(path, unit="mm", force=2.0)
 
 
-def test_other_files_are_refused(tmp_path: Path) -> None:
+def test_other_files_are_refused(tmp_path):
     path = tmp_path / "none.uff"
     assert complaint(path) == "none.uff: no such file"
     path.write_text("anything\n")

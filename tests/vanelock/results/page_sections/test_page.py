@@ -203,7 +203,7 @@ GROWN = (
     ("text", "words"),
     [(HOT, "modulus alone: thermal expansion"), (HOT + GROWN, "growth of the vane against")],
 )
-def test_thermal_expansion_is_left_out_where_none_is_given(text: str, words: str) -> None:
+def test_thermal_expansion_is_left_out_where_none_is_given(text, words):
     study = parse_study(text)
     said = str(inputs(study, [study]).blocks[-1])
     assert "Temperature acts" in said

@@ -13,12 +13,7 @@ from vanelock.pipeline.progress import Done
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.choose_mesh import Round
-from vanelock.stages.accuracy.errors import (
-    Errors,
-    Source,
-    _listed_harmonics,
-    error_table,
-)
+from vanelock.stages.accuracy.errors import Errors, Source, error_table
 from vanelock.stages.accuracy.errors import _warnings as errors_of
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -146,8 +141,3 @@ def test_the_sum_is_good_only_where_each_part_is_known():
     assert last((1e-3, 1e-3), (1e-3, nan)) == "warn"
     assert last((1e-3, nan), (1e-3, nan), "samples") == "good"  # frequencies that are listed
     assert last((1e-3, 0.02), (1e-3, 1e-3)) == "warn"
-
-
-def test_numbers_in_words():
-    assert _listed_harmonics([0, 1, 4, 5, 6, 8]) == "0, 1, 4 to 6, 8"
-    assert _listed_harmonics([]) == ""

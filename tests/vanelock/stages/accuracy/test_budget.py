@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import minimize
 
 from tests.vanelock.stages.conftest import COARSER, planned_of
-from vanelock import check_file, nonlinear, parse_study, run_study
+from vanelock import nonlinear, parse_study, run_study
 from vanelock.common.errors import InputError
 from vanelock.input.cases.sweep import cases
 from vanelock.stages import cost_estimate
@@ -125,19 +125,6 @@ def test_words_round_to_what_is_known():
     }
     for seconds, text in ((3.2, "3 s"), (130, "2 min"), (8000, "2 h"), (3e6, "30 days")):
         assert cost_estimate.CostEstimate(1, 1, seconds, 1).words()["time"] == f"{text} on one core"
-
-
-def test_check_says_what_a_run_takes(tmp_path):
-    (tmp_path / "study.toml").write_text(COARSE)
-    rows = dict(check_file(tmp_path / "study.toml").rows)
-    for what, unit in (
-        ("unknowns", "degrees of freedom"),
-        ("memory", "GB of memory"),
-        ("time", "s on one core"),
-        ("disk", "GB on disk"),
-    ):
-        assert rows[what].startswith("about ")
-        assert rows[what].endswith(unit)
 
 
 def test_memory_that_no_mesh_fits_is_refused(tmp_path):

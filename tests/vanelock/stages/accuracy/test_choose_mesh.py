@@ -64,22 +64,6 @@ def test_the_first_mesh_within_its_share_is_taken(monkeypatch):
     assert found.study.mesh.size == asked[-1].mesh.size
 
 
-def test_both_parts_are_refined_as_far_as_least_work_asks_for():
-    dofs, errors, order = np.array([5e4, 1.2e4]), np.array([0.006, 0.01]), np.array([0.9, 1.1])
-    least = choose_mesh._factors(dofs, errors, order, 0.012)
-    assert errors @ least**order == pytest.approx(0.012, rel=5e-3)
-
-    def work(factors):
-        return choose_mesh.WORK @ (dofs * factors**-choose_mesh.RISE)
-
-    for vane in np.linspace(0.4, 1, 601):
-        casing = (max(0.012 - errors[0] * vane ** order[0], 0) / errors[1]) ** (1 / order[1])
-        assert not 0.4 <= casing <= 1 or work(least) < 1.01 * work(np.array([vane, casing]))
-    # Where not even the smallest elements do, these; where little is missing, not a little finer.
-    np.testing.assert_allclose(choose_mesh._factors(dofs, errors, order, 1e-4), 0.4)
-    assert min(choose_mesh._factors(dofs, errors, order, 0.0159)) == pytest.approx(0.9)
-
-
 def test_an_error_a_little_beyond_its_share_is_not_worth_another_mesh(monkeypatch):
     shares = budget(parse_study(FREE))
     assert shares.shares["mesh"] < shares.bearable < 0.05

@@ -1,7 +1,5 @@
 """Parts and what joins them: mesh correction, patches, modes of a vane alone."""
 
-from collections.abc import Callable
-
 import h5py
 import numpy as np
 import pytest
@@ -89,9 +87,7 @@ RIGID = 6
 """Modes of a body that nothing holds."""
 
 
-def test_modes_of_a_vane_alone_are_all_its_stiffness(
-    stages: Stages, ring_text: Callable[..., str]
-) -> None:
+def test_modes_of_a_vane_alone_are_all_its_stiffness(stages, ring_text):
     """Σ g k gᵀ of all of them is what (1 + δ)² times the modulus adds, over (1 + δ)² - 1."""
     text, deviation = ring_text("tetra10", COARSER) + '[mesh]\ncorrection = "none"\n', 0.03
     modulus = parse_study(text).material.vane.E

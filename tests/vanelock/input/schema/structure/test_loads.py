@@ -174,7 +174,7 @@ def test_moduli_need_a_speed_where_temperatures_depend_on_it():
         modulus(study, "vane", 11000)
 
 
-def test_a_diagram_ends_where_temperatures_do() -> None:
+def test_a_diagram_ends_where_temperatures_do():
     text = (
         '[material.vane]\nE = [[20, "200 GPa"], [620, "155 GPa"]]\n'
         "[temperature]\nvane = [[1000, 20], [9000, 600]]\n"
