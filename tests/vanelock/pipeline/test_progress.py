@@ -7,14 +7,12 @@ import pytest
 
 from vanelock.files import parse_study
 from vanelock.input.cases.sweep import cases
-from vanelock.nonlinear import linear_response
 from vanelock.pipeline.display import PlainLines
 from vanelock.pipeline.progress import Done, Finished, PointDone, Tasks, _json_lines
 from vanelock.results.listing import _response_table, stage_times
 from vanelock.stages.cost_estimate import Clock
 from vanelock.stages.plan import plan
-from vanelock.stages.response.limits import Limits
-from vanelock.stages.response.summary import Peak, Summary, peak_of, summarise
+from vanelock.stages.response.summary import Peak, Summary
 
 
 def summary(**changed):
@@ -48,26 +46,6 @@ def test_response_table_says_what_did_not_converge():
     assert "warning: lost: 2 of 10 points DID NOT CONVERGE (largest residual 3.0e-04)" in notes
     assert "edge: the largest point is at the end of the frequency range" in notes
     assert "mu=0.3" not in notes
-
-
-def test_a_range_beside_free_and_stuck_has_no_place_between_them(ring):
-    """Free at 250 and stuck at 280 Hz, a range about either, and one far from both."""
-    limits = Limits(
-        1, 3, True, np.array([250.0]), np.array([280.0]), 0, 0, 1.0, np.zeros(1), np.zeros(1)
-    )
-    (case,) = cases(parse_study(""))
-    none: dict[str, Peak | None] = {"free": None, "stuck": None}
-
-    def position(*hertz):
-        response = linear_response(ring, list(hertz), np.array([True, True]))
-        peak = peak_of(response, response.amplitude[:, 0, 1])
-        found = summarise(case, ring.contacts, response, peak, limits, none, 0.0)
-        return found.position
-
-    assert position(265.0) == pytest.approx(0.5)
-    assert np.isnan(position(245.0))
-    assert np.isnan(position(1000.0))
-    assert "0 at the free, 1 at the stuck" in _response_table([summary()], "o").lines[0]
 
 
 def test_stage_times_add_up():

@@ -53,14 +53,6 @@ def test_cylindrical_components_and_names_of_known_waves(sector):
     assert annulus.wave_name(-1, 16) == "nodal diameter 1, backward wave"
 
 
-@pytest.mark.parametrize(
-    ("largest", "drawn", "scale"),
-    [(46e-6, 0.03, 500), (1e-6, 0.03, 20000), (0.03, 0.03, 1), (1e-4, 0.02, 200)],
-)
-def test_round_scale(largest, drawn, scale):
-    assert annulus.round_scale(largest, drawn) == pytest.approx(scale, rel=1e-12)
-
-
 def volume(points, triangles):
     """Volume inside a closed skin whose triangles wind outwards (divergence theorem)."""
     a, b, c = (points[triangles[:, i]] for i in range(3))

@@ -19,23 +19,19 @@ F = np.sqrt(K / M) / (2 * np.pi)
 MU, KT, LOAD = 0.3, 1e5, 40.0
 
 
-def oscillator(force, mu=MU):
-    """A mass on a spring with a contact of constant load at its side, ζ with that stuck."""
+def slid(force, spring, mass, kt, mu, load, **more):
+    """A mass on a spring with a contact at its side, which a spring of its own loads evenly."""
     own = np.zeros((1, 3, 2))
     own[0, 0, 1] = own[0, 1, 0] = 1
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={0: Diameter(np.diag([K - KT, 1e6]), np.diag([M, 1e-9]), own)},
-        contacts=Contacts(
-            kn=np.array([1e6]),
-            kt=np.array([[KT, KT]]),
-            mu=np.array([mu]),
-            v0=np.array([2 * LOAD / 1e6]),
-        ),
-        force={1: Force(np.array([force + 0j, 0]))},
-        damping_ratio=ZETA,
-    )
+    matrices = Diameter(np.diag([spring, 1e6]), np.diag([mass, 1e-9]), own)
+    v0 = np.array([2 * load / 1e6])
+    contacts = Contacts(np.array([1e6]), np.array([[kt, kt]]), np.array([mu]), v0)
+    return System(1, 0, {0: matrices}, contacts, {1: Force(np.array([force + 0j, 0]))}, **more)
+
+
+def oscillator(force):
+    """Its damping ratio is ζ with the contact stuck."""
+    return slid(force, K - KT, M, KT, MU, LOAD, damping_ratio=ZETA)
 
 
 def test_linear_oscillator_at_resonance_has_its_own_damping_ratio():
@@ -105,24 +101,9 @@ def test_nothing_that_vibrates_has_no_damping_ratio():
 SPRING, TANGENT, FRICTION, N = 4e5, 2e6, 0.4, 50.0
 
 
-def jenkins(force, constant=N):
-    """A mass on a spring, dragged over a contact of constant normal load, at rest with it."""
-    kn = 1e6
-    own = np.zeros((1, 3, 2))
-    own[0, 0, 1] = own[0, 1, 0] = 1
-    return System(
-        sectors=1,
-        engine_order=0,
-        diameters={0: Diameter(np.diag([SPRING, kn]), np.diag([1e-9, 1e-9]), own)},
-        contacts=Contacts(
-            kn=np.array([kn]),
-            kt=np.array([[TANGENT, TANGENT]]),
-            mu=np.array([FRICTION]),
-            v0=np.array([2 * constant / kn]),
-            joint=("interlock",),
-        ),
-        force={1: Force(np.array([force + 0j, 0]))},
-    )
+def jenkins(force):
+    """Dragged slowly, at rest with the contact."""
+    return slid(force, SPRING, 1e-9, TANGENT, FRICTION, N)
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from vanelock.pipeline.progress import Done
 from vanelock.rom import System
 from vanelock.stages.accuracy.budget import Budget
 from vanelock.stages.accuracy.choose_mesh import Round
-from vanelock.stages.accuracy.errors import Errors, Source, error_table
+from vanelock.stages.accuracy.errors import Errors, Source
 from vanelock.stages.accuracy.errors import _warnings as errors_of
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -112,32 +112,3 @@ def test_a_mesh_that_is_given_and_off_by_more_is_reported():
     (line,) = errors_of(known, given, [Round("", (1, 1), 0.02, 0.03)], "")
     assert "frequencies are off by about 2.0e-02, the peak by about 3.0e-02" in line
     assert "holds for this mesh alone" in line
-
-
-def test_what_exceeds_the_accuracy_or_is_not_estimated_is_reported():
-    nan = float("nan")
-    sources = (
-        Source("mesh", 0.5, 0.2, nan, 0.1, "coarse"),
-        Source("modes", nan, nan, nan, 0.2, "8 vectors"),
-        Source("harmonics", 0.03, 1e-3, 0.005, 0.7, "3"),
-    )
-    found = Errors(0.01, sources, ("WARNING: so",), 250.0)
-    assert found.total == pytest.approx((0.03, 1e-3))  # without the mesh, which is pinned
-    table = error_table("nominal", found, "x")
-    assert table.notes[-1] == "WARNING: so"
-    assert table.rows[-1][:3] == ("total", *found.total)
-
-
-def test_the_sum_is_good_only_where_each_part_is_known():
-    nan = float("nan")
-
-    def last(modes, harmonics, source="frequencies"):
-        numbers = (("modes", *modes), ("harmonics", *harmonics), (source, 1e-4, 1e-4))
-        sources = tuple(Source(name, a, f, 0.005, 0.2, "") for name, a, f in numbers)
-        return error_table("nominal", Errors(0.01, sources, (), 250.0), "x").flags[-1]
-
-    assert last((1e-3, 1e-3), (1e-3, 1e-3)) == "good"
-    assert last((nan, 1e-3), (1e-3, 1e-3)) == "warn"
-    assert last((1e-3, 1e-3), (1e-3, nan)) == "warn"
-    assert last((1e-3, nan), (1e-3, nan), "samples") == "good"  # frequencies that are listed
-    assert last((1e-3, 0.02), (1e-3, 1e-3)) == "warn"
