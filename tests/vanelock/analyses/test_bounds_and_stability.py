@@ -37,7 +37,6 @@ NEAR = "range = [44.0, 56.0]\npoints = 25\n"
 
 
 def softening() -> System:
-    """1 kg on a pressed contact that opens when it moves more than 0.1 mm."""
     own = np.array([[[1.0], [0.0], [0.0]]])
     stiffness = (2 * np.pi * 55) ** 2
     matrices = Diameter(np.array([[0.5 * stiffness]]), np.eye(1), own, None, own)
@@ -59,7 +58,6 @@ def pad_scene(folder: Path, more: str = "") -> Path:
 
 @pytest.fixture(scope="module")
 def pad_run(tmp_path_factory):
-    """A run of the pad with bounds and stability: its folder, summary and events."""
     folder, events = tmp_path_factory.mktemp("pad"), list[Any]()
     (found,) = run_scene(load_scene(pad_scene(folder)), folder / "run", events.append)
     return folder / "run", found, events

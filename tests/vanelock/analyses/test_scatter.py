@@ -36,7 +36,6 @@ samples = {count}
 
 
 def oscillator(force, stiffness):
-    """A mass of 1 kg on a contact that sticks, and nothing else."""
     matrices = Diameter(
         K=np.zeros((1, 1)),
         M=np.eye(1),
@@ -149,7 +148,6 @@ def test_frequencies_on_a_coarse_grid_have_a_note():
 
 
 def tables(text):
-    """Tables of the inputs on the page, by the first word of their captions."""
     blocks = inputs(parse_study(text)).blocks
     return {block.title.split()[0]: block for block in blocks if isinstance(block, Table)}
 

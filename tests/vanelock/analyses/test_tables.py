@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.pipeline.test_display import summary
 from tests.vanelock.run_results import case_of as given_case
 from vanelock import parse_study
 from vanelock.analyses import ANALYSES

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.pipeline.test_display import summary
 from tests.vanelock.run_results import case_of
 from vanelock import compare_runs, parse_study
 from vanelock.commands.compare import compared, matched

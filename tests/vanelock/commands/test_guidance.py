@@ -221,7 +221,6 @@ def test_an_example_that_was_written_passes_check(name, tmp_path):
 
 
 def test_what_cannot_be_written_is_refused(tmp_path, refused):
-    """What is there is left alone, and other names are refused with those that there are."""
     (tmp_path / "vane.toml").write_text("mine")
     (tmp_path / "lap_joint").mkdir()
     for arguments, line in (

@@ -175,7 +175,6 @@ PAPER = FOLDER / "paper" / "study.toml"
 
 @pytest.mark.system
 def test_the_paper_s_scale(tmp_path, monkeypatch):
-    """Counts of the published model: 326 nodes a face, 56 + 10 contact pairs, 16 forces."""
     monkeypatch.setattr("vanelock.render.mesh_picture", lambda path, *_: path)
     found = mesh_study(load_study(PAPER), tmp_path)
     with (tmp_path / "mesh" / "sets.csv").open() as file:

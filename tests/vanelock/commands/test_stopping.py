@@ -67,7 +67,6 @@ def unfinished(folder):
 
 
 def write_scene(folder):
-    """A study of two cases, of a chain of four nodes."""
     sweep = '[sweep]\n"contacts.pad.mu" = [0.15, 0.3]\n'
     (folder / "a.toml").write_text(arm(folder) + PAD + QUIET + sweep)
 

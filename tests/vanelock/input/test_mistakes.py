@@ -20,7 +20,6 @@ def mistakes(folder, text):
 
 
 def test_every_mistake_gets_its_line(tmp_path):
-    """Also every wrong entry of a sweep, and all dimensions that do not fit."""
     lines = mistakes(tmp_path, "[joints.hook]\nmu = -1\nkn = 0\n[ring]\nsectors = 2")
     assert lines == [
         "ring.sectors = 2: number of sectors must be >= 6",

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.pipeline.test_display import summary
 from vanelock import parse_study
 from vanelock.analyses.bounds import BOUNDS, BoundedPeak
 from vanelock.analyses.wear import WEAR, WornCase

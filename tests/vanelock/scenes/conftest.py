@@ -63,7 +63,6 @@ def chain(
 
 
 def planar(folder: Path, ground: float = 1.0) -> str:
-    """The component of a chain of three nodes that move along x and z alone."""
     one = chain(1, 3, (3e5, 2e5, 1e5), ground=ground)
     kept = [i for i in range(9) if i % 3 != 1]
     flat = Chain(one.K[np.ix_(kept, kept)], one.M[np.ix_(kept, kept)], one.nodes)

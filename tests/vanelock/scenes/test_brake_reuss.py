@@ -20,7 +20,6 @@ SLIP, OPEN, SLIP_OPEN = 1, 2, 3  # of `Response.state`
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A coarse beam, and what the example says of it."""
     found = tmp_path_factory.mktemp("beam")
     generator("brake_reuss", found).main(columns=6, divisions=1, layers=1)
     text = (EXAMPLES / "brake_reuss" / "scene.toml").read_text()

@@ -54,7 +54,6 @@ def write_forces(path: Path, nodes: NDArray[np.int64], forces: Floats) -> None:
 
 
 def scene(folder: Path, one: str = "modes = 3\n", two: str = "modes = 2\n") -> str:
-    """Both components, the first clamped at two nodes."""
     text = ONE.write(folder, "one") + "fixed = [1, 2]\n" + one + TWO.write(folder, "two") + two
     return text + LAP
 
@@ -200,7 +199,6 @@ WRONG = {
 
 @pytest.mark.parametrize("case", WRONG)
 def test_it_is_refused(tmp_path, scene_file, case):
-    """By a run before anything is reduced, and by a check."""
     table, keys, message = WRONG[case]
     (tmp_path / "bad.csv").write_text(table)
     path = scene_file(scene(tmp_path) + SHAKEN + FILE + keys)

@@ -28,7 +28,6 @@ QUIET = f"[outputs]\nshow = []\n{FEW}"
 
 
 def arm(folder: Path) -> str:
-    """A chain on ground, its third node pressed on a pad, its last one loaded."""
     return 'name = "arm <b>"\n' + chain(1, 4, SPRINGS, ground=1.0).write(folder, "arm")
 
 
@@ -151,7 +150,6 @@ def swept(tmp_path_factory):
 def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(
     swept, tmp_path, monkeypatch
 ):
-    """It is tried twice; the same run again goes on with what is missing."""
     real, heard, tried = nonlinear.frequency_response, list[object](), list[float]()
 
     def response(system: nonlinear.System, *rest: Any, **options: Any) -> Any:

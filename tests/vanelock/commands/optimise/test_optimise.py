@@ -102,7 +102,6 @@ def test_a_range_without_a_peak_is_refused(tmp_path):
 
 
 def test_each_case_of_a_sweep_has_an_optimum(tmp_path):
-    """Of two loads; the smallest is written."""
     text = STUDY.replace("starts = 2", "starts = 0") + "[sweep]\nexcitation.force = [6.0, 3.0]\n"
     heard: list[Event] = []
     found = optimise_study(parse_study(text), tmp_path, heard.append, text)

@@ -22,7 +22,6 @@ def shear(value):
 
 
 def periodic(*coefficients):
-    """(H+1, 1, 6) harmonics of one place."""
     return np.stack(coefficients)[:, None]
 
 

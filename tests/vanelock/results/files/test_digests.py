@@ -26,7 +26,6 @@ SYSTEMS = [f"response/{name}/system" for name in CASES]
 
 @pytest.fixture(scope="module")
 def known():
-    """Folders of runs that were written before, by whether they are whole."""
     return {}
 
 

@@ -113,7 +113,6 @@ def test_page_holds_the_answers_and_every_section(golden, name, more):
 
 
 def test_files_are_written_again_only_when_they_show_something_else(golden, tmp_path):
-    """Page and pictures; and those of other outputs go."""
     known = golden("default")
     folder = tmp_path / "default"
     shutil.copytree(known.folder, folder)
@@ -235,7 +234,6 @@ def page(ran):
 
 
 def test_the_answers_are_those_of_the_largest_peak(page, results):
-    """Here not of the first case, nor the first by name."""
     name = max(results, key=lambda name: results[name][0]["peak_amplitude"])
     assert name == "mu=0.15,force=20N"
     case, _ = results[name]

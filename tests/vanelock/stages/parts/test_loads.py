@@ -132,7 +132,6 @@ def test_what_does_not_fit_is_refused(ring, stages, tmp_path):
 
 
 def test_a_joint_that_lifts_is_shown(ring, tmp_path):
-    """Growth the other way opens what interference had closed: table, results, page."""
     events: list[Any] = []
     study = ring(HEAT + "vane = 400\n[outputs]\nshow = ['report']\n")
     run_study(study, tmp_path / "run", events.append)

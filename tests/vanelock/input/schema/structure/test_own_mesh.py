@@ -180,7 +180,6 @@ def own_run(files, tmp_path_factory):
 
 
 def test_same_response_from_files(own_run, tmp_path):
-    """As of the program's own meshes, contacts sliding."""
     folder, _, summary = own_run
     assert summary.converged == 2
     assert summary.slipping > 0
