@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from tests.vanelock.scenes.scenes import generator
+from tests.vanelock.scenes.conftest import generator
 from vanelock import Study, __main__
 from vanelock.__main__ import app, main
 from vanelock.commands.converge.settings import settings_of

@@ -114,6 +114,15 @@ def test_a_torn_tail_is_left_out_wherever_it_tears(written):
         assert read(written) == (list(dict.fromkeys([*whole, "along 0 3"])), [])
 
 
+def test_a_flipped_bit_ends_a_file_there(written: Path) -> None:
+    content = bytearray(written.read_bytes())
+    content[content.index(b"point 3 2.5") + 100] ^= 4
+    written.write_bytes(content)
+    found, said = read(written)
+    assert found == [*POINTS][:2]
+    assert said == [f"{written}: ends in the middle of a point: what follows is left out"]
+
+
 def test_two_processes_do_not_write_into_one_file(written):
     with (
         closing(_PointsFile(written, print)) as first,

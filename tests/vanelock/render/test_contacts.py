@@ -23,6 +23,18 @@ def vane_contacts(coarse):
     return vane, vane.points[nodes], frames, joints
 
 
+def test_bands_are_unrolled_in_their_order(vane_contacts):
+    vane, x, frames, joints = vane_contacts
+    hook = np.array(joints) == "hook"
+    places = contact_map._band_places(x[hook], frames[hook])
+    # Roof and lip of the front hook, then of the rear one, 15 nodes each.
+    np.testing.assert_array_equal(places[:, 1], np.repeat([0, 1, 2, 3], 15))
+    reach = np.radians(0.9 * 180 / vane.sectors)
+    for band, radius in enumerate((592, 584, 592, 584)):
+        arc = places[15 * band : 15 * band + 15, 0]
+        np.testing.assert_allclose(arc[[0, 7, 14]], [-reach * radius, 0, reach * radius], atol=1e-6)
+
+
 def test_markers_show_state_and_energy(vane_contacts, figures):
     vane, x, frames, joints = vane_contacts
     count = len(joints)

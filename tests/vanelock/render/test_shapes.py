@@ -9,6 +9,7 @@ from PIL.GifImagePlugin import GifImageFile
 
 from tests.vanelock.render.conftest import radial_wave
 from vanelock.common.errors import InputError
+from vanelock.mesh import Part
 from vanelock.render import (
     Wave,
     mesh_picture,
@@ -19,6 +20,7 @@ from vanelock.render import (
     style,
 )
 from vanelock.render.scenes import gif
+from vanelock.render.scenes.surface import surface
 from vanelock.render.scenes.window import _Window
 from vanelock.render.shapes import animation, shapes
 from vanelock.render.shapes.meshes import _meridional_section
@@ -44,6 +46,17 @@ def test_the_deformed_ring_is_the_wave_that_goes_round_it(sector, nodal_diameter
         radius = np.hypot(start[:, 0], start[:, 1])
         expected = radius + 200.0 * 1e-4 * np.cos(0.4 - nodal_diameter * angle)
         np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), expected, rtol=1e-13)
+
+
+def test_a_ring_hides_its_inner_faces_and_a_lone_part_does_not(sector):
+    part = sector(sectors=8)
+    alone = Part("vane", part.points, part.cells, "tetra10", part.node_sets, {}, 1)
+    count = []
+    for one in (part, alone):
+        skins = shapes.skins_of([one], [radial_wave(one, 0, 1.0)])
+        count.append(len(shapes._ring_scene(skins, 0, 0.0, 0.01, black).bodies[0].triangles))
+    skin = surface(part)
+    assert count == [8 * np.count_nonzero(~skin.cyclic), len(skin.triangles)]
 
 
 def colours_in(path):

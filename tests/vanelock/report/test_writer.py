@@ -141,6 +141,24 @@ def test_cube_is_crisp_and_its_faces_are_flat():
     assert np.array_equal(np.sort(np.abs(normals), axis=1), np.tile([0.0, 0.0, 1.0], (24, 1)))
 
 
+def test_cylinder_is_smooth_around_and_crisp_at_its_rim():
+    count = 24
+    angle = 2 * np.pi * np.arange(count) / count
+    rim = np.column_stack([np.cos(angle), np.sin(angle)])
+    points = np.vstack([np.c_[rim, np.zeros(count)], np.c_[rim, np.ones(count)], [[0, 0, 1]]])
+    i = np.arange(count)
+    j = (i + 1) % count
+    side = np.vstack([np.c_[i, j, count + j], np.c_[i, count + j, count + i]])
+    lid = np.c_[count + i, count + j, np.full(count, 2 * count)]
+    split, _, normals = views.shaded(points, np.vstack([side, lid]))
+    assert len(split) == 3 * count + 1
+    upright = np.abs(normals[:, 2]) > 0.5
+    assert upright.sum() == count + 1
+    exact = np.c_[points[split[~upright], :2], np.zeros((~upright).sum())]
+    # The triangles about a point are not mirrored, so its mean normal leans by some degrees.
+    assert np.all(np.sum(normals[~upright] * exact, axis=1) > np.cos(np.radians(360 / count / 2)))
+
+
 def opened(uri):
     kind, _, text = uri.partition(";base64,")
     data = b64decode(text)

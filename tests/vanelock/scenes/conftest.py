@@ -1,10 +1,13 @@
-"""Small components as files: nodes on springs, written by scipy."""
+"""Small components as files: nodes on springs; the example scenes and what they hold."""
 
+import importlib.util
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import TypeAlias
 
+import h5py
 import numpy as np
 import pytest
 import scipy.io
@@ -108,3 +111,37 @@ def scene_file(tmp_path: Path) -> Write:
         return path
 
     return write
+
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def frequencies(file: h5py.File, which: str) -> Floats:
+    """The only limits of a run, "free" or "stuck", Hz."""
+    (limits,) = file["limits"].values()
+    found: Floats = limits[which][()]
+    return found
+
+
+def generator(name: str, folder: Path) -> ModuleType:
+    """The example's make.py, which writes to a folder of its own here."""
+    path = EXAMPLES / name / "make.py"
+    spec = importlib.util.spec_from_file_location(f"make_{name}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    vars(module)["HERE"] = folder
+    return module
+
+
+def lists_of(folder: Path) -> dict[str, str]:
+    return {path.name: path.read_text() for path in sorted(folder.glob("*.csv"))}
+
+
+def numbers(path: Path) -> Integers:
+    """A list of nodes under a heading."""
+    return np.array(path.read_text().split()[1:], np.int64)

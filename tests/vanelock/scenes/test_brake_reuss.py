@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
-from tests.vanelock.scenes.scenes import EXAMPLES, frequencies, generator
+from tests.vanelock.scenes.conftest import EXAMPLES, frequencies, generator
 from vanelock import load_scene, run_scene
 from vanelock.nonlinear import static_bounds
 from vanelock.rom import System

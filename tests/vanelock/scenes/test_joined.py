@@ -10,8 +10,7 @@ import scipy.linalg as sl
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tests.vanelock.scenes.conftest import Chain, Write, chain, joined, refused_by
-from tests.vanelock.scenes.scenes import frequencies
+from tests.vanelock.scenes.conftest import Chain, Write, chain, frequencies, joined, refused_by
 from vanelock import load_scene, nonlinear, run_scene
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError

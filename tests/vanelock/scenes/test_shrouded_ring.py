@@ -12,7 +12,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 from numpy.typing import NDArray
 
-from tests.vanelock.scenes.scenes import (
+from tests.vanelock.scenes.conftest import (
     EXAMPLES,
     Floats,
     Integers,

@@ -22,7 +22,7 @@ from vanelock.rom import System
 from vanelock.stages.accuracy import choose_mesh, mesh_sizes
 from vanelock.stages.accuracy.budget import Budget, budget
 from vanelock.stages.accuracy.choose_mesh import Round
-from vanelock.stages.accuracy.errors import Errors, Source
+from vanelock.stages.accuracy.errors import Errors, Source, _listed_harmonics, error_table
 from vanelock.stages.accuracy.errors import _warnings as errors_of
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -122,6 +122,26 @@ def test_a_mesh_that_is_given_and_off_by_more_is_reported():
     (line,) = errors_of(known, given, [Round("", (1, 1), 0.02, 0.03)], "")
     assert "frequencies are off by about 2.0e-02, the peak by about 3.0e-02" in line
     assert "holds for this mesh alone" in line
+
+
+def test_numbers_in_words():
+    assert _listed_harmonics([0, 1, 4, 5, 6, 8]) == "0, 1, 4 to 6, 8"
+    assert _listed_harmonics([]) == ""
+
+
+def test_the_sum_is_good_only_where_each_part_is_known():
+    nan = float("nan")
+
+    def last(modes, harmonics, source="frequencies"):
+        numbers = (("modes", *modes), ("harmonics", *harmonics), (source, 1e-4, 1e-4))
+        sources = tuple(Source(name, a, f, 0.005, 0.2, "") for name, a, f in numbers)
+        return error_table("nominal", Errors(0.01, sources, (), 250.0), "x").flags[-1]
+
+    assert last((1e-3, 1e-3), (1e-3, 1e-3)) == "good"
+    assert last((nan, 1e-3), (1e-3, 1e-3)) == "warn"
+    assert last((1e-3, 1e-3), (1e-3, nan)) == "warn"
+    assert last((1e-3, nan), (1e-3, nan), "samples") == "good"  # frequencies that are listed
+    assert last((1e-3, 0.02), (1e-3, 1e-3)) == "warn"
 
 
 FREE = "accuracy = 0.05"
