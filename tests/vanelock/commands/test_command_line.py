@@ -7,7 +7,7 @@ import sys
 import pytest
 
 import vanelock
-from tests.vanelock.scenes.test_run import PAD, QUIET, arm
+from tests.vanelock.scenes.test_run import PAD, arm
 from vanelock import check_file, parse_study, template_text
 from vanelock.common.errors import InputError
 from vanelock.results.files.writer import Results
@@ -122,11 +122,11 @@ def test_folders_that_hold_something_else_are_left_as_they_are(
 
 
 def test_a_sweep_of_which_a_case_failed_ends_with_status_1(tmp_path, called):
-    sweep = '[sweep]\n"response.mode" = [1, 99]\n'
-    (tmp_path / "a.toml").write_text(arm(tmp_path) + PAD + QUIET + sweep)
+    sweep = '[response]\npoints = 5\n[outputs]\nshow = []\n[sweep]\n"response.mode" = [1, 9]\n'
+    (tmp_path / "a.toml").write_text(f"{arm(tmp_path)}modes = 0\n{PAD}{sweep}")
     status, _, said = called("run", "a.toml")
-    assert status == 1
-    assert "FAILED mode=99: " in said
+    assert status == 1, said
+    assert "FAILED mode=9: " in said
 
 
 def test_a_refused_run_leaves_no_folder(tmp_path, refused):
