@@ -1,4 +1,4 @@
-"""Linear limits by the closed form of two masses, curves through points, and how far models answer."""
+"""Linear limits by the closed form of two masses, curves through points, how far models answer."""
 
 from dataclasses import replace
 from types import SimpleNamespace
