@@ -29,7 +29,7 @@ ALWAYS_THERE = {"c", "dl", "m", "pthread", "rt", "stdc++", "gcc_s", "z"}
 
 
 @pytest.fixture
-def tools(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+def tools(monkeypatch):
     """The set-up's main module, `tools/environment.py`; `.system_packages` is the other one."""
     monkeypatch.syspath_prepend(str(ROOT / "tools"))
     for name in ["environment", "system_packages"]:
@@ -41,7 +41,7 @@ def tools(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.fixture
-def without_sudo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def without_sudo(tmp_path, monkeypatch):
     """Where a stand-in for apt-get, alone on the PATH of a user without sudo, writes its calls."""
     log, commands = tmp_path / "log", tmp_path / "bin"
     log.touch()
@@ -53,7 +53,7 @@ def without_sudo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return log
 
 
-def test_what_gmsh_links_to_is_looked_for(tools: ModuleType) -> None:
+def test_what_gmsh_links_to_is_looked_for(tools):
     (library,) = [
         path for path in files("gmsh") or [] if re.search(r"libgmsh\.so\.[\d.]+$", str(path))
     ]
@@ -78,7 +78,7 @@ def test_user_without_sudo_is_given_the_line(tools, without_sudo, monkeypatch):
     assert line.format("") in tools._system()
 
 
-def test_parts_of_the_lock_are_installed_by_themselves(tools: ModuleType) -> None:
+def test_parts_of_the_lock_are_installed_by_themselves(tools):
     text = (ROOT / "requirements.lock").read_text()
     built = tools.locked(text, "cholmod")
     assert re.fullmatch(r"scikit-sparse==[\d.]+ \\\n    --hash=sha256:\w{64}\n", built)
@@ -113,7 +113,7 @@ def test_a_file_whose_digest_is_not_in_the_lock_is_refused(tools, tmp_path, monk
 
 
 @pytest.mark.system
-def test_skipped_and_expected_failures_count_as_failed(tmp_path: Path) -> None:
+def test_skipped_and_expected_failures_count_as_failed(tmp_path):
     shutil.copy(ROOT / "conftest.py", tmp_path)
     (tmp_path / "test_one.py").write_text(
         "import pytest\n"
@@ -157,7 +157,7 @@ sys.meta_path[:] = map(Hiding, sys.meta_path)
 
 
 @pytest.fixture(scope="module")
-def bare(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+def bare(tmp_path_factory):
     """An environment in which no optional library is found."""
     folder = tmp_path_factory.mktemp("bare")
     (folder / "sitecustomize.py").write_text(HIDING.format(OPTIONAL))
@@ -171,7 +171,7 @@ def run(bare: dict[str, str], folder: Path, *command: str) -> subprocess.Complet
     )
 
 
-def test_every_optional_library_is_blocked_here() -> None:
+def test_every_optional_library_is_blocked_here():
     """The list above is that of pyproject's extras which the program itself uses."""
     with open(ROOT / "pyproject.toml", "rb") as file:
         extras = set(tomllib.load(file)["project"]["optional-dependencies"])
@@ -252,7 +252,7 @@ def git(tree: Path, *arguments: str) -> bytes:
     return done.stdout
 
 
-def test_all_that_tell_the_version_agree(tmp_path: Path) -> None:
+def test_all_that_tell_the_version_agree(tmp_path):
     left = tmp_path / "vanelock.egg-info" / "PKG-INFO"  # by a build, in the folder we are in
     left.parent.mkdir()
     left.write_text("Metadata-Version: 2.1\nName: vanelock\nVersion: 9.9\n")
@@ -270,7 +270,7 @@ def test_all_that_tell_the_version_agree(tmp_path: Path) -> None:
     assert installed("numpy") == np.__version__
 
 
-def test_the_release_is_cited_described_and_fallen_back_on() -> None:
+def test_the_release_is_cited_described_and_fallen_back_on():
     (cited,) = re.findall(
         r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(), flags=re.MULTILINE
     )
@@ -284,7 +284,7 @@ def test_the_release_is_cited_described_and_fallen_back_on() -> None:
         assert now == cited
 
 
-def test_a_commit_leaves_what_the_cache_holds_valid(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_commit_leaves_what_the_cache_holds_valid(monkeypatch):
     def keys(said: str) -> tuple[str, str, str]:
         monkeypatch.setattr(cache, "__version__", said)
         cache.code_of.cache_clear()
@@ -308,7 +308,7 @@ def pip(*arguments: str | Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel(tmp_path_factory):
     """Built from a copy, since setuptools would reuse a `build` folder that lies in the tree."""
     copy = tmp_path_factory.mktemp("tree") / "vanelock"
     copy.mkdir()
@@ -324,7 +324,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.system
-def test_wheel_holds_the_package_and_nothing_else(wheel: Path) -> None:
+def test_wheel_holds_the_package_and_nothing_else(wheel):
     modules = {str(path.relative_to(ROOT)) for path in (ROOT / "vanelock").rglob("*.py")}
     for stage in STAGES:
         modules |= {f"vanelock/{path.relative_to(ROOT)}" for path in (ROOT / stage).rglob("*.py")}

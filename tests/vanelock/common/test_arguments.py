@@ -91,11 +91,6 @@ def test_every_public_function_names_what_is_of_another_kind(package):
                 function(object())
 
 
-def test_a_door_hands_out_what_the_module_holds(monkeypatch):
-    monkeypatch.setattr("vanelock.rom.component.stiffened", lambda component, factor: factor)
-    assert rom.stiffened(5, "a") == "a"
-
-
 def test_what_systems_are_made_of_names_what_is_of_another_kind():
     M, K = 0.1 * np.eye(2), np.array([[1e4, -1e4], [-1e4, 1e4]])
     for make, line in (

@@ -105,33 +105,21 @@ def cluster(tmp_path):
         yield found
 
 
-def killer(folder, after, kill):
-    """What kills once so many tasks are done, and says so; points that were written down go, too.
-
-    Taken up again they agree to 1e-9 (tests of resuming), and not to the bit.
-    """
-    killed = list[object]()
-
-    def hook(event):
-        if isinstance(event, Tasks) and event.done == after and not killed:
-            killed.append(kill())
-            for path in (folder / "cache").glob("*.points"):
-                path.unlink()
-
-    return killed, hook
-
-
 @pytest.mark.system
 def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster):
-    address, workers, _ = cluster
+    """Points that were written down go, too: taken up again they agree to 1e-9, not to the bit."""
+    (address, workers, _), killed = cluster, list[object]()
 
-    def lose():
-        for child in psutil.Process(workers[0].pid).children(recursive=True):
-            child.kill()
-        workers[0].kill()
+    def lose(event):
+        if isinstance(event, Tasks) and event.done == 1 and not killed:
+            killed.append(workers[0])
+            for child in psutil.Process(workers[0].pid).children(recursive=True):
+                child.kill()
+            workers[0].kill()
+            for path in (begun / "cache").glob("*.points"):
+                path.unlink()
 
-    killed, kill = killer(begun, 1, lose)
-    found, heard = run(begun, scheduler=address, hook=kill)
+    found, heard = run(begun, scheduler=address, hook=lose)
     assert killed
     assert len(found) == 4
     assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")

@@ -91,6 +91,8 @@ def test_points_that_did_not_converge_are_crossed_out_and_break_the_line(figures
 def test_a_figure_needs_a_curve(tmp_path):
     with pytest.raises(InputError, match="curves: none given"):
         response_curves(tmp_path / "x.png", [])
+    with pytest.raises(InputError, match="none given"):
+        render.convergence_picture(tmp_path / "none.png", [], "x")
 
 
 def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
@@ -122,11 +124,6 @@ def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp
     assert grey == [code == 2 for code, *_ in found]
     assert [line.is_dashed() for line in drawn] == [code == 1 for code, *_ in found]
     assert labels(figures[0]) == ["a\n40.0 µm at 250.0 Hz, unstable"]
-
-
-def test_a_picture_needs_a_panel(tmp_path):
-    with pytest.raises(InputError, match="none given"):
-        render.convergence_picture(tmp_path / "none.png", [], "x")
 
 
 @pytest.mark.parametrize("n", [1.0, 2.5])

@@ -142,12 +142,6 @@ harmonics = 1
 """
 
 
-def run_small(text, folder):
-    heard: list[Event] = []
-    found = run_study(parse_study(HEAD + text), folder, heard.append)
-    return found, heard
-
-
 def response(folder, case):
     with open_results(folder / "results.h5") as file:
         return Response.load(file[f"response/{case}"])
@@ -160,8 +154,8 @@ def computed(heard):
 def test_engine_orders_are_responses_of_their_own(tmp_path):
     frequencies = "frequencies = [253, 256]\n"
     orders = (-2, 16)
-    found, heard = run_small(
-        f"{frequencies}[sweep]\nexcitation.engine_order = {list(orders)}", tmp_path
+    found, heard = run(
+        f"{HEAD}{frequencies}[sweep]\nexcitation.engine_order = {list(orders)}", tmp_path
     )
     names = [f"engine_order={order}" for order in orders]
     assert [each.case for each in found] == names
@@ -180,7 +174,7 @@ def test_engine_orders_are_responses_of_their_own(tmp_path):
         np.testing.assert_array_equal(again.contact, kept.contact)
     # A study of one order has the same response, to the last bit.
     together = response(tmp_path, "engine_order=16")
-    run_small(f"{frequencies}[excitation]\nengine_order = 16", tmp_path)
+    run(f"{HEAD}{frequencies}[excitation]\nengine_order = 16", tmp_path)
     alone = response(tmp_path, "nominal")
     np.testing.assert_array_equal(together.amplitude, alone.amplitude)
 
@@ -196,7 +190,7 @@ def test_couplings_and_friction_are_swept_like_numbers(folder):
         '["coupled", "uncoupled", "constant-load"]\n'
         '"response.friction" = ["orthogonal", "isotropic"]'
     )
-    found, heard = run_small(text, folder)
+    found, heard = run(HEAD + text, folder)
     assert [each.case for each in found] == [
         f"coupling={coupling},friction={friction}"
         for coupling in ("coupled", "uncoupled", "constant-load")
@@ -225,7 +219,7 @@ def test_couplings_and_friction_are_swept_like_numbers(folder):
 
 
 def test_samples_of_the_study_reach_the_law(folder):
-    run_small("frequencies = [254]\nsamples = 64", folder)
+    run(f"{HEAD}frequencies = [254]\nsamples = 64", folder)
     kept = response(folder, "nominal")
     assert kept.samples == 64
     system = load_system(folder / "results.h5", "nominal")

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from tests.small_study import SMALL
-from tests.vanelock.results.one_file import in_one_file
-from tests.vanelock.results.pages import card, on_page, plain
+from tests.vanelock.results.one_file import card, in_one_file, on_page, plain
 from vanelock import compare_runs, nonlinear, parse_study, run_study
 from vanelock.commands.compare import compared
 from vanelock.commands.stored.contents import load_run

@@ -168,12 +168,6 @@ def test_a_system_without_interlock_has_one_limit(ring):
     assert [row[0] for row in linear.rows] == ["free"]
 
 
-def test_the_table_of_limits_names_the_wave(ring):
-    backward = replace(ring, engine_order=-1, diameters={**ring.diameters, 2: ring.diameters[1]})
-    title = limits_table({"": limits(backward, 1)}).title
-    assert title == "Linear limits: modes of nodal diameter 1, backward wave"
-
-
 def test_the_table_has_the_largest_error_down_to_the_mode_of_interest():
     frequencies, errors = np.arange(100.0, 110.0), np.linspace(1e-5, 1e-4, 10)
     for free, stuck in ((1, 2), (8, 9)):

@@ -146,12 +146,6 @@ def test_moduli_lie_on_the_lines_between_those_given():
     assert described(study) == of_vane + "casing E = 170 GPa"
 
 
-def test_one_temperature_needs_no_speed():
-    study = parse_study(METAL + "[temperature]\nvane = 470")
-    assert modulus(study, "vane") == pytest.approx(170e9)
-    assert not study.temperature.varies
-
-
 def test_speeds_at_which_a_line_bends():
     """Where the temperature's own line bends, and where it passes a temperature listed."""
     study = parse_study(METAL + "[temperature]\nvane = [[0, 20], [5000, 220], [10000, 620]]")
