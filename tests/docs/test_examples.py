@@ -17,13 +17,11 @@ QUIET = "\n[outputs]\nshow = []\n"
 
 
 def fenced(page: str, kind: str) -> str:
-    """All blocks of a kind on a page of the manual."""
     text = (ROOT / "docs" / page).read_text("utf-8")
     return "".join(block for found, block in FENCE.findall(text) if found == kind)
 
 
 def first_study() -> str:
-    """As the page has it, with the value that it adds at its end."""
     study = fenced("start/first_study.md", "toml").partition("accuracy =")[0]
     assert "[0.15, 0.3]" in study
     return study.replace("[0.15, 0.3]", "[0.15, 0.3, 0.5]")
@@ -44,7 +42,6 @@ def example(name: str) -> str:
     ids=["first study", "mistuning", "loads at rest"],
 )
 def test_the_tables_are_those_of_a_run(page, study, kept, count, tmp_path, monkeypatch):
-    """Without pictures."""
     outputs = re.compile(r"^\[outputs\]\n(?:\w.*\n)*", re.MULTILINE)
     (tmp_path / "my.toml").write_text(outputs.sub("", study) + QUIET)
     monkeypatch.setattr("vanelock.commands.run.study.show", lambda *_: None)
@@ -135,7 +132,6 @@ PAGES = sorted((Path(__file__).resolve().parents[2] / "docs" / "theory").glob("*
 
 
 def blocks(page: Path) -> list[tuple[int, str]]:
-    """Line and text of every Python block."""
     text = page.read_text("utf-8")
     found = re.finditer(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
     return [(text[: each.start(1)].count("\n"), each[1]) for each in found]

@@ -85,12 +85,7 @@ def test_a_lost_point_beside_the_peak_leaves_no_bandwidth():
     outside[np.abs(f - 105).argmin()] = np.nan
     assert np.isnan(bandwidth_ratio(f, inside))
     assert bandwidth_ratio(f, outside) == bandwidth_ratio(f, a)
-
-
-def test_curve_that_does_not_fall_to_half_power_has_no_bandwidth():
-    f, a = np.linspace(1, 2, 50), np.linspace(1, 1.2, 50)
-    assert _half_power(f, a) is None
-    assert np.isnan(bandwidth_ratio(f, a))
+    assert np.isnan(bandwidth_ratio(f, 1 + 1e-3 * a))  # falls to no half of its power
 
 
 def test_nothing_that_vibrates_has_no_damping_ratio():
