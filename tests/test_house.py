@@ -51,11 +51,11 @@ def occurrences(pattern: re.Pattern[str], paths: Iterator[Path]) -> list[str]:
 
 
 @pytest.mark.parametrize("pattern", [MACHINE_PATH, PACKAGE_SOURCE], ids=["path", "source"])
-def test_no_file_names_a_machine(pattern: re.Pattern[str]) -> None:
+def test_no_file_names_a_machine(pattern):
     assert occurrences(pattern, files()) == []
 
 
-def test_set_up_names_no_address() -> None:
+def test_set_up_names_no_address():
     setting_up = [
         path
         for path in files()
@@ -66,7 +66,7 @@ def test_set_up_names_no_address() -> None:
     assert occurrences(ADDRESS, iter(setting_up)) == []
 
 
-def test_lock_holds_names_versions_and_digests_alone() -> None:
+def test_lock_holds_names_versions_and_digests_alone():
     text = (ROOT / "requirements.lock").read_text()
     entry = r"[\w.-]+==[\w.]+(?: \\\n    --hash=sha256:[0-9a-f]{64})+\n"
     assert re.fullmatch(rf"(?:#.*\n|{entry})+", text)
@@ -76,7 +76,7 @@ def test_lock_holds_names_versions_and_digests_alone() -> None:
     assert {"numpy", "gmsh", "vtk", "scikit-sparse", "pytest", "setuptools", "cython"} <= names
 
 
-def test_lock_pins_all_that_is_installed_with_vanelock() -> None:
+def test_lock_pins_all_that_is_installed_with_vanelock():
     pins = re.findall(r"^([\w.-]+)==", (ROOT / "requirements.lock").read_text(), re.MULTILINE)
     needed: set[str] = set()
     wanted = [Requirement("vanelock[test,docs]")]
@@ -92,7 +92,7 @@ def test_lock_pins_all_that_is_installed_with_vanelock() -> None:
     assert needed - {canonicalize_name(pin) for pin in pins} == set()
 
 
-def test_no_file_is_too_long_to_read() -> None:
+def test_no_file_is_too_long_to_read():
     long = {
         str(path.relative_to(ROOT)): length
         for path in files()
@@ -105,7 +105,7 @@ def test_no_file_is_too_long_to_read() -> None:
     assert long == {}
 
 
-def test_tests_that_are_named_as_slow_are_there() -> None:
+def test_tests_that_are_named_as_slow_are_there():
     for name in tomllib.loads((ROOT / "tools" / "slow.toml").read_text()):
         file, _, function = name.partition("::")
         assert f"\ndef {function}(" in (ROOT / file).read_text(), name

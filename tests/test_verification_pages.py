@@ -17,7 +17,7 @@ EVIDENCE = runpy.run_path(str(ROOT / "tools" / "evidence.py"))
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
-def test_page_of_each_verification(file: Path) -> None:
+def test_page_of_each_verification(file):
     page = ROOT / "docs" / "verification" / f"{file.stem.removeprefix('test_')}.md"
     rows = re.findall(r"^\| `(\w+)\S*` \|.*\| (\w+) \|$", page.read_text(), re.MULTILINE)
     assert {outcome for _, outcome in rows} == {"passed"}
@@ -25,7 +25,7 @@ def test_page_of_each_verification(file: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["benchmarks", "verification"])
-def test_the_list_of_pages_has_the_program_and_the_commit_of_each(kind: str) -> None:
+def test_the_list_of_pages_has_the_program_and_the_commit_of_each(kind):
     listed = (ROOT / "docs" / "evidence" / f"{kind}.md").read_text("utf-8")
     rows = re.findall(r"\]\(\.\./(\S+)\) \| `(\S+)` \| (\w+) \|", listed)
     made = EVIDENCE["pages"](kind)
@@ -34,9 +34,7 @@ def test_the_list_of_pages_has_the_program_and_the_commit_of_each(kind: str) -> 
     assert [name for _, name, _ in rows if not (ROOT / name).exists()] == []
 
 
-def test_a_benchmark_writes_its_command_commit_and_machine(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_benchmark_writes_its_command_commit_and_machine(tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "FOLDER", tmp_path)
     monkeypatch.setattr(sys, "argv", ["-m", "--system", str(tmp_path / "my file.h5"), "--write"])
     pages.page("one", "One", ["| 1 |"], True)
@@ -49,7 +47,7 @@ def test_a_benchmark_writes_its_command_commit_and_machine(
 
 
 @pytest.mark.system
-def test_every_benchmark_finds_what_it_imports_and_small_ones_run() -> None:
+def test_every_benchmark_finds_what_it_imports_and_small_ones_run():
     files = [path for path in (ROOT / "benchmarks").rglob("*.py") if "pyharm" not in path.name]
     names = [".".join(path.relative_to(ROOT).with_suffix("").parts) for path in files]
     runs = [["-c", f"import {', '.join(names)}"]]

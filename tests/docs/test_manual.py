@@ -16,7 +16,7 @@ PACKAGES += ["vanelock", "vanelock.render", "vanelock.report"]
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def built(tmp_path_factory):
     folder = tmp_path_factory.mktemp("manual")
     done = subprocess.run(
         [
@@ -31,7 +31,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "html"
 
 
-def test_pages_ask_for_nothing_beyond_themselves(built: Path) -> None:
+def test_pages_ask_for_nothing_beyond_themselves(built):
     pages = list(built.rglob("*.html"))
     assert len(pages) > 60
     # what a browser fetches by itself: pictures, scripts, styles, frames
@@ -40,7 +40,7 @@ def test_pages_ask_for_nothing_beyond_themselves(built: Path) -> None:
     assert {name: found for name, found in asked.items() if found} == {}
 
 
-def test_formulas_are_drawn_by_the_browser_alone(built: Path) -> None:
+def test_formulas_are_drawn_by_the_browser_alone(built):
     page = (built / "theory" / "harmonic_balance.html").read_text("utf-8")
     assert page.count('<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label=') > 10
     assert not re.search(r"src=\"[^\"]*mathjax", page, re.IGNORECASE)
@@ -49,7 +49,7 @@ def test_formulas_are_drawn_by_the_browser_alone(built: Path) -> None:
     assert "\\omega" not in text
 
 
-def test_every_public_name_is_in_the_reference(built: Path) -> None:
+def test_every_public_name_is_in_the_reference(built):
     data = (built / "objects.inv").read_bytes().split(b"\n", 4)[4]
     listed = {line.split(" ")[0] for line in zlib.decompress(data).decode().splitlines()}
     missing = []
@@ -63,7 +63,7 @@ def test_every_public_name_is_in_the_reference(built: Path) -> None:
     assert missing == []
 
 
-def test_every_page_of_docs_can_be_reached(built: Path) -> None:
+def test_every_page_of_docs_can_be_reached(built):
     sources = {page.relative_to(ROOT / "docs") for page in (ROOT / "docs").rglob("*.md")}
     linked = set()
     for page in built.rglob("*.html"):

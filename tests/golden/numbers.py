@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 
 from tests.golden.runs import GoldenRun
-from tests.vanelock.results.pages import card, on_page, plain
+from tests.vanelock.results.one_file import card, on_page, plain
 
 Numbers = dict[str, list[float]]
 """By table or file and column; NaN where there is nothing."""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.pipeline.test_display import summary
 from vanelock.quantities.case_result import CaseResult
 from vanelock.quantities.products import Curves, Products
 from vanelock.quantities.run_result import RunResult

@@ -197,7 +197,7 @@ class TaskQueue:
         if not now and time.monotonic() - self._shown < PATIENCE:
             return
         self._shown = time.monotonic()
-        lost = len({self._task[key] for key in self._failed})
+        lost = len({self._task[key].name for key in self._failed})
         left = self._left(self._shown)
         self._listener(Tasks(self._done, self._total, lost, self._peak(), left))
 

@@ -1,8 +1,8 @@
-"""Bounds and stability as stages of a run: truths, files, workers, resuming, what is refused."""
+"""Bounds, stability and what settles as stages of a run: truths, files, resuming, the page."""
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import h5py
 import numpy as np
@@ -10,19 +10,22 @@ import pytest
 
 from tests.nonlinear.bounds.test_peak_bounds import held_pad, peak_by_load
 from tests.vanelock.scenes.test_joined import rim
+from tests.vanelock.stages.conftest import planned_of
+from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.bounds import BoundedPeak
+from vanelock.analyses.settled import FollowedPeak
 from vanelock.commands.compare import compared
 from vanelock.commands.stored.contents import load_run
 from vanelock.common.errors import InputError
 from vanelock.pipeline.cache import Cache
-from vanelock.pipeline.progress import Done, PointDone
-from vanelock.pipeline.step import Stages, Step, reachable
+from vanelock.pipeline.progress import PointDone
+from vanelock.pipeline.step import Stages
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.matrices.scene_structure import SceneStructure
-from vanelock.stages.response.responses import static_bounds_step
 
 pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 PAD = (
     '[system]\nfile = "pad.h5"\n[response]\nrange = [0.1, 0.3]\nharmonics = 1\n'
@@ -34,7 +37,6 @@ NEAR = "range = [44.0, 56.0]\npoints = 25\n"
 
 
 def softening() -> System:
-    """1 kg on a pressed contact that opens when it moves more than 0.1 mm."""
     own = np.array([[[1.0], [0.0], [0.0]]])
     stiffness = (2 * np.pi * 55) ** 2
     matrices = Diameter(np.array([[0.5 * stiffness]]), np.eye(1), own, None, own)
@@ -54,20 +56,14 @@ def pad_scene(folder: Path, more: str = "") -> Path:
     return written(folder, PAD + more)
 
 
-Bounded: TypeAlias = tuple[Path, Any, list[Any]]
-
-
 @pytest.fixture(scope="module")
-def pad_run(tmp_path_factory: pytest.TempPathFactory) -> Bounded:
-    """A run of the pad with bounds and stability: its folder, summary and events."""
+def pad_run(tmp_path_factory):
     folder, events = tmp_path_factory.mktemp("pad"), list[Any]()
     (found,) = run_scene(load_scene(pad_scene(folder)), folder / "run", events.append)
     return folder / "run", found, events
 
 
-def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(
-    pad_run: Bounded, tmp_path: Path
-) -> None:
+def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(pad_run, tmp_path):
     folder, found, events = pad_run
     path = pad_scene(tmp_path)
     path.write_text(path.read_text().replace("[bounds]\nstarts = 1\n[stability]\n", ""))
@@ -114,68 +110,7 @@ def test_bounds_of_a_run_are_those_of_the_loads_a_clamp_can_hold(
     assert lines["growth per cycle"][1] == f"{found.wave.growth:.4g}"
 
 
-def test_bounds_are_of_the_law_that_the_run_is_solved_with(tmp_path: Path) -> None:
-    # Slid along the bisector of both directions, a contact holds as much as along one of them.
-    pad = held_pad(1.0)
-    one = pad.diameters[0]
-    turned = one.own.copy()
-    turned[:, 1:] = np.sqrt(0.5) * one.own[:, 1:2]
-    path = pad_scene(tmp_path)
-    path.write_text(path.read_text().replace("starts = 1", "starts = 0"))
-    replace(pad, diameters={0: replace(one, own=turned)}).save(tmp_path / "pad.h5")
-    path.write_text(path.read_text().replace("[response]", '[response]\nfriction = "isotropic"'))
-    (found,) = run_scene(load_scene(path), tmp_path / "run")
-    with h5py.File(tmp_path / "run" / "results.h5") as file:
-        bounded = BoundedPeak.load(file["response/nominal/bounds"]).found
-    assert bounded is not None
-    for place, end in ((0, found.lowest), (2, found.highest)):
-        expected = peak_by_load(1.0, bounded.rest_load[place, 0])
-        assert end.amplitude == pytest.approx(expected, rel=1e-9)
-    assert found.wave.verdict == "stable"
-
-
-def test_share_zero_has_the_peak_of_sliders_assembled_at_zero(tmp_path: Path) -> None:
-    path = pad_scene(tmp_path, '[sweep]\n"bounds.share" = [0.0, 1.0]')
-    path.write_text(path.read_text().replace("starts = 1\n[stability]", "starts = 0"))
-    none, full = run_scene(load_scene(path), tmp_path / "run")
-    assert none.lowest.amplitude == none.highest.amplitude
-    assert full.lowest.amplitude < none.lowest.amplitude < full.highest.amplitude
-    assert none.peak == full.peak
-
-
-@pytest.mark.system
-def test_workers_find_the_same_to_the_bit(tmp_path: Path) -> None:
-    sweep = '[contacts.pad]\nmu = 0.5\n[sweep]\n"contacts.pad.mu" = [0.4, 0.5, 0.6]'
-    scene = load_scene(pad_scene(tmp_path, sweep))
-    here = run_scene(scene, tmp_path / "here")
-    there = run_scene(scene, tmp_path / "there", workers=2)
-    for one, other in zip(here, there, strict=True):
-        assert (one.lowest, one.highest, one.wave) == (other.lowest, other.highest, other.wave)
-        assert one.lowest.amplitude < one.highest.amplitude
-
-
-def test_a_run_goes_on_where_it_was_stopped(pad_run: Bounded, tmp_path: Path) -> None:
-    scene = load_scene(pad_scene(tmp_path))
-    stopped = list[int]()
-
-    class Stopped(BaseException):
-        pass
-
-    def stop(event: object) -> None:
-        if isinstance(event, PointDone) and event.total is None:
-            stopped.append(event.done)
-            if len(stopped) == 5:
-                raise Stopped
-
-    with pytest.raises(Stopped):
-        run_scene(scene, tmp_path / "run", stop)
-    events = list[Any]()
-    assert run_scene(scene, tmp_path / "run", events.append)[0].highest == pad_run[1].highest
-    done = [each for each in events if isinstance(each, Done)]
-    assert [each.cached for each in done if each.stage.startswith("response")] == [True]
-
-
-def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path: Path) -> None:
+def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path):
     path = pad_scene(tmp_path)
     path.write_text(path.read_text().replace("[0.1, 0.3]", "[0.1, 0.12]"))
     (found,) = run_scene(load_scene(path), tmp_path / "run")
@@ -183,48 +118,42 @@ def test_a_peak_at_the_end_of_the_range_has_no_bounds(tmp_path: Path) -> None:
     assert any(line.startswith("no bounds of the peak over static") for line in found.warnings)
 
 
-@pytest.mark.parametrize("direction", ["up", "both"])
-def test_bounds_are_of_the_sweep_that_the_run_shows(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, direction: str
-) -> None:
+@pytest.mark.parametrize(
+    ("direction", "friction"), [("up", "orthogonal"), ("both", "orthogonal"), ("up", "isotropic")]
+)
+def test_bounds_are_of_the_sweep_and_the_law_that_the_run_shows(
+    tmp_path, monkeypatch, direction, friction
+):
     """A preloaded contact that opens softens: the sweep down reaches higher."""
-    swept = list[str | None]()
+    swept = list[tuple[str | None, str]]()
 
     def bounds(
         system: object, near: object, options: nonlinear.Options, *_: Any, **__: Any
     ) -> None:
-        swept.append(options.direction)
+        swept.append((options.direction, options.friction))
         raise InputError("enough")
 
     monkeypatch.setattr(nonlinear, "peak_bounds", bounds)
     softening().save(tmp_path / "soft.h5")
-    text = f'direction = "{direction}"\n[bounds]\n[outputs]\nshow = []\n'
+    text = f'direction = "{direction}"\nfriction = "{friction}"\n[bounds]\n[outputs]\nshow = []\n'
     text = f'[system]\nfile = "soft.h5"\n[response]\nharmonics = 1\n{NEAR}{text}'
     (found,) = run_scene(load_scene(written(tmp_path, text)), tmp_path / "run")
-    assert [found.sweeps[0].direction] == swept
-    assert swept == ["up" if direction == "up" else "down"]
+    assert swept == [(found.sweeps[0].direction, friction)]
+    assert found.sweeps[0].direction == ("up" if direction == "up" else "down")
     if direction == "both":
         assert found.sweeps[0].peak.amplitude > 1.1 * found.sweeps[1].peak.amplitude
 
 
-def test_static_friction_is_reported_of_the_first_case_that_is_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """By modes of harmonic 0 alone, to the bit what all harmonics' give."""
-    real, taken = nonlinear.frequency_response, list[Any]()
+def test_static_friction_is_reported_of_the_first_case_that_is_there(tmp_path, monkeypatch):
+    real = nonlinear.frequency_response
 
     def response(system: System, *rest: Any, **options: Any) -> nonlinear.Response:
         if system.contacts.mu[0] == 0.4:
             raise MemoryError
         return real(system, *rest, **options)
 
-    def bounds(friction: str, system: Step[System], modes: Step[Any]) -> Step[Any]:
-        taken.append(modes)
-        return static_bounds_step(friction, system, modes)
-
     monkeypatch.setattr(nonlinear, "frequency_response", response)
-    monkeypatch.setattr("vanelock.commands.run.doubts.static_bounds_step", bounds)
-    text = PAD.replace("[bounds]\nstarts = 1\n[stability]\n", "").replace("nics = 1", "nics = 3")
+    text = PAD.replace("[bounds]\nstarts = 1\n[stability]\n", "")
     held_pad(1.0).save(tmp_path / "pad.h5")
     path = written(tmp_path, text + '[contacts.pad]\n[sweep]\n"contacts.pad.mu" = [0.4, 0.5, 0.6]')
     found = run_scene(load_scene(path), tmp_path / "run")
@@ -232,16 +161,9 @@ def test_static_friction_is_reported_of_the_first_case_that_is_there(
         any("static friction of contacts" in line for line in each.warnings) for each in found
     ]
     assert warned == [True, False]
-    assert [each.stage for each in reachable(taken)].count("stuck modes") == 1
-    system = held_pad(1.0)
-    one, three = (
-        nonlinear.static_bounds(system, modes=nonlinear.harmonic_modes(system, h).diameters)
-        for h in (0, 3)
-    )
-    np.testing.assert_array_equal(one.rest_load, three.rest_load)
 
 
-def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_path: Path) -> None:
+def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_path):
     text = rim(tmp_path, "cylindrical").replace("mu = 0.2\n", 'mu = 0.2\ninterference = "40 um"\n')
     scene = load_scene(
         written(
@@ -265,3 +187,97 @@ def test_the_sector_of_a_scene_has_the_stability_of_all_its_nodal_diameters(tmp_
     words = ["stable", "unstable", "undecided"]
     ends = [line.rpartition(",")[2] for line in csv.splitlines() if "nominal" in line]
     assert ends == [words[i] for i in kept.verdict]
+
+
+def test_a_study_has_both_on_its_page(golden, kept_by):
+    run = golden("everything")
+    (found,) = run.summaries
+    with h5py.File(run.folder / "results.h5") as file:
+        group = file["response/nominal"]
+        response = nonlinear.Response.load(group)
+        bounded = BoundedPeak.load(group["bounds"])
+        kept = nonlinear.Stability.load(group["stability"])
+        answers = dict(group["answers"].attrs)
+    assert bounded.found is not None
+    assert found.lowest.amplitude == found.highest.amplitude == bounded.found.amplitude[0]
+    assert found.highest.amplitude == pytest.approx(found.peak.amplitude, rel=5e-3)
+    whole = kept_by("everything").get(planned_of(run.text).structure.whole)
+    assert sorted(whole.diameters) == list(range(5))
+    top = int(response.amplitude[:, 0].max(axis=1).argmax())
+    again = nonlinear.stability(whole, response, [top])
+    assert kept.frequency.tolist() == [found.peak.frequency]
+    np.testing.assert_allclose(kept.exponent, again.exponent, rtol=1e-5)
+    assert found.wave.growth == pytest.approx(abs(kept.multiplier[0, 0]), rel=1e-12)
+    assert answers["goodman_reserve_at_largest_peak"] == pytest.approx(
+        answers["goodman_reserve"], rel=1e-2
+    )
+    page = (run.folder / "report.html").read_text("utf-8")
+    for text in ("Periodic wave", found.wave.verdict, "Mistuning", "as assembled"):
+        assert text in page, text
+    assert "upper bound of the peak over static friction" in page
+
+
+SIZE = 1e-5
+"""Of the ring of masses, so that it vibrates by micrometres."""
+
+
+def scene(folder: Path, frequencies: str, asked: str = "[settled]\n") -> Path:
+    """The ring whose wave at 0.34 Hz is unstable, a thousand times as fast."""
+    system = loaded(spring_ring(1), SIZE * worst_of(1)["lift"][1])
+    made = replace(
+        system,
+        contacts=replace(system.contacts, v0=SIZE * system.contacts.v0),
+        diameters={k: replace(each, M=1e-6 * each.M) for k, each in system.diameters.items()},
+    )
+    made.save(folder / "ring.h5")
+    path = folder / "scene.toml"
+    path.write_text(
+        f'[system]\nfile = "ring.h5"\n[response]\n{frequencies}\nharmonics = 5\n'
+        f"[stability]\n{asked}[outputs]\nshow = ['report']\n"
+    )
+    return path
+
+
+def test_a_run_says_what_its_ring_does_instead_of_an_unstable_wave(tmp_path):
+    events, folder = list[Any](), tmp_path / "run"
+    path = scene(tmp_path, "range = [310, 370]")
+    (found,) = run_scene(load_scene(path), folder, events.append)
+    assert found.wave.verdict == "unstable"
+    settled = found.wave.settled
+    with h5py.File(folder / "results.h5") as file:
+        kept = FollowedPeak.load(file["response/nominal/settled"]).found
+        system = nonlinear.System.load(file["response/nominal/system"])
+        response = nonlinear.Response.load(file["response/nominal"])
+    assert kept is not None
+    assert kept.verdict == nonlinear.MODULATED
+    assert settled.verdict == "modulated"
+    # The same from the library, of another disturbance.
+    again = nonlinear.settled_response(system, response, found.peak.point, seed=5, least=300)
+    axial = int(abs(response.amplitude[found.peak.point, 0] - found.peak.amplitude).argmin())
+    for name in ("mean", "largest", "smallest"):
+        assert getattr(settled, name) == getattr(kept, name)[0, axial]
+        assert getattr(settled, name) == pytest.approx(getattr(again, name)[0, axial], rel=1e-2)
+    assert settled.largest > 1.02 * found.peak.amplitude
+    low, high = (f"{1e6 * each:.4g}" for each in (settled.smallest, settled.largest))
+    (line,) = (line for line in found.warnings if "UNSTABLE" in line)
+    assert f"integrated in time it vibrates between {low} and {high} um" in line
+    assert "modulated" in line
+    page = (folder / "report.html").read_text("utf-8")
+    assert f"integrated in time it vibrates between {low} and {high} µm" in page
+    tables = {each.key: each for each in events if hasattr(each, "columns")}
+    (row,) = tables["settled"].record()["rows"]
+    assert row["balance_um"] == pytest.approx(1e6 * found.peak.amplitude)
+    assert row["largest_um"] == pytest.approx(1e6 * settled.largest)
+    assert (row["settled"], row["periods"]) == ("modulated", kept.periods)
+
+
+@pytest.mark.parametrize(
+    ("asked", "frequencies"), [("[settled]\n", "[250, 300]"), ("", "[310, 370]")]
+)
+def test_stable_peaks_and_unasked_ones_are_not_followed(tmp_path, asked, frequencies):
+    path = scene(tmp_path, f"range = {frequencies}", asked)
+    (found,) = run_scene(load_scene(path), tmp_path / "run")
+    assert found.wave.verdict == ("stable" if asked else "unstable")
+    assert found.wave.settled is None
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        assert "settled" not in file["response/nominal"]

@@ -1,34 +1,45 @@
-"""Damped modes, flutter and wear over cycles of a study: what its files and its page have."""
+"""Damped modes, their energies, wear over cycles and mistuned rings: what files and page have."""
 
-from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
-from tests.golden.runs import GoldenRun
-from tests.vanelock.stages.conftest import planned_of
-from vanelock import load_system, nonlinear, open_results, parse_study
+from tests.nonlinear.forced_response.ring.test_ring_response import damped
+from tests.vanelock.analyses.test_tables import case_of
+from tests.verification.nonlinear.spring_rings import spring_ring
+from vanelock import load_scene, nonlinear, run_scene
 from vanelock.analyses.damped_modes import FollowedMode
-from vanelock.analyses.solved_case import with_analyses
+from vanelock.analyses.energy_frequency import EnergyFrequency
+from vanelock.analyses.mistuning import (
+    MISTUNING,
+    MistunedRing,
+    MistunedRings,
+    MistuningKeys,
+    _drawn,
+)
 from vanelock.analyses.wear import WornCase
-from vanelock.common.errors import InputError
 from vanelock.pipeline.progress import Begun, PointDone
+from vanelock.rom import System
+from vanelock.stages.response.summary import Peak
+
+pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 N, HOUR = 8, 3600.0
 
 
 @pytest.fixture
-def run(golden: Callable[[str], GoldenRun]) -> tuple[Path, Any, list[Any]]:
-    """Folder, summary and events of the run with every analysis."""
+def run(golden):
     made = golden("everything")
     (found,) = made.summaries
     return made.folder, found, made.events
 
 
-def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> None:
+def test_modes_are_those_of_the_library(run):
     folder, _, events = run
     with h5py.File(folder / "results.h5") as file:
         system = nonlinear.System.load(file["response/nominal/system"])
@@ -58,7 +69,7 @@ def test_modes_are_those_of_the_library(run: tuple[Path, Any, list[Any]]) -> Non
     assert isinstance(steps[begun + 1], PointDone)
 
 
-def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]]) -> None:
+def test_worn_joints_vibrate_as_the_history_says(run):
     folder, found, events = run
     with h5py.File(folder / "results.h5") as file:
         system = nonlinear.System.load(file["response/nominal/system"])
@@ -98,56 +109,140 @@ def test_worn_joints_vibrate_as_the_history_says(run: tuple[Path, Any, list[Any]
         assert (folder / "figures" / f"{name}_nominal.csv").exists()
 
 
-def test_modes_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(
-    golden: Callable[[str], GoldenRun], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run, taken = golden("accuracy"), []
-
-    def followed(
-        system: Any, number: int, given: None, options: nonlinear.Options, k: int, **_: Any
-    ) -> None:
-        taken.append(options.harmonics)
-        raise InputError("enough")
-
-    monkeypatch.setattr(nonlinear, "damped_mode", followed)
-    planned = planned_of(f"{run.text}\n[response]\nharmonics = 9\n[damped_modes]\n")
-    with_mode = with_analyses(planned, planned)
-    (step,) = with_mode.analyses["damped_modes"]
-    assert planned.response in step.needs
-    with open_results(run.folder / "results.h5") as file:
-        response = nonlinear.Response.load(file["response/nominal"])
-    system = load_system(run.folder / "results.h5", "nominal")
-    known = {
-        planned.response.key: response,
-        planned.system.key: system,
-        planned.linear.system.key: system,
-        planned.linear.responses["free"].key: response,
-        planned.structure.whole.key: system,
-    }
-    monkeypatch.setattr(type(planned), "solved", lambda self, response: self)
-    assert step.compute(lambda step: known[step.key]).reason == "enough"
-    assert response.estimates is not None
-    peak = np.argmin(np.abs(response.frequency - run.summaries[0].peak.frequency))
-    assert taken == [response.estimates.harmonics[peak]]
+STEPS = 64
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[wear]\ndwells = [{ cycles = 1 }]", "wear: no joint wears"),
-        ("[wear]\n", "wear.dwells"),
-        (
-            "[joints.hook]\nwear_coefficient = 1e-14\n[wear]\n"
-            "dwells = [{ cycles = 1, frequency = [2, 1] }]",
-            r"dwells\[0\]\.frequency = \[2, 1\]: must be \[low, high\] with low < high",
-        ),
-        ("[damped_modes]\nnodal_diameters = [5]", "allowed are -4 to 4"),
-        ("[damped_modes]\nmodes = [1, 1]", "must differ"),
-        ("[damped_modes]\ninfluence = [[1, 0, 0], [-7, 0, 0]]", "one is given twice"),
-        ('[damped_modes]\n[response]\ncoupling = "uncoupled"', 'must be "coupled"'),
-    ],
-)
-def test_what_cannot_be_is_refused(text: str, message: str) -> None:
-    study = "[ring]\nsectors = 8\n" + text
-    with pytest.raises(Exception, match=message):
-        parse_study(study)
+def test_the_energy_is_twice_the_kinetic_energy_of_a_sector_on_average(tmp_path):
+    ring, events, k = spring_ring(1), list[Any](), -1
+    ring.save(tmp_path / "ring.h5")
+    (tmp_path / "scene.toml").write_text(
+        '[system]\nfile = "ring.h5"\n[response]\nfrequencies = [0.1, 0.2]\nharmonics = 3\n'
+        "[damped_modes]\nmodes = [2]\n[outputs]\nshow = ['report']\n"
+    )
+    run_scene(load_scene(tmp_path / "scene.toml"), tmp_path / "run", events.append)
+    with h5py.File(tmp_path / "run" / "results.h5") as file:
+        kept = EnergyFrequency.load(file[f"response/nominal/energy_frequency/mode_2_nd_{k}"])
+    mode = nonlinear.damped_mode(ring, 2, None, nonlinear.Options(3), k % ring.sectors)
+    np.testing.assert_allclose(kept.frequency, mode.frequency, rtol=1e-9)
+    np.testing.assert_allclose(kept.damping_ratio, mode.damping_ratio, rtol=1e-9)
+    mass, turn, N = np.diag(ring.at(0).M).real, np.arange(STEPS) / STEPS, ring.sectors
+    for p, omega in enumerate(2 * np.pi * mode.frequency):
+        velocity = np.zeros((N, STEPS, len(mass)))
+        for h, x in mode.response.x.items():
+            wave = np.exp(2j * np.pi * h * (turn + k * np.arange(N)[:, None] / N))
+            velocity += (1j * h * omega * wave[:, :, None] * x[p]).real
+        kinetic = 0.5 * (velocity**2 * mass).sum() / (N * STEPS)
+        assert kept.energy[p] == pytest.approx(2 * kinetic, rel=1e-9)
+    # Small vibration is that of the linear mode: half of the square of speed and modal amplitude.
+    speed = 2 * np.pi * mode.linear[0] * mode.amplitude[0]
+    assert kept.energy[0] == pytest.approx(0.5 * speed**2, rel=1e-3)
+    (table,) = (each for each in events if getattr(each, "key", "") == "energy_frequency")
+    (row,) = table.record()["rows"]
+    assert (row["least_j"], row["end_j"]) == (kept.energy[0], kept.energy[-1])
+    assert (tmp_path / "run" / "figures" / "energy_frequency_nominal.csv").exists()
+    assert "Energy-frequency diagram" in (tmp_path / "run" / "report.html").read_text("utf-8")
+
+
+DEVIATIONS = {"contacts.contact.mu": 0.1, "contacts.contact.kn": 0.05}
+DRAWN = "[mistuning]\nrings = 3\n[mistuning.keys.contacts.contact]\nmu = 0.1\nkn = 0.05\n"
+
+
+def ring_scene(folder: Path, more: str) -> tuple[Path, System, list[float]]:
+    system, peak = damped(0, "slip")
+    system.save(folder / "ring.h5")
+    hertz = (peak * np.array([0.98, 0.99, 1.0, 1.01, 1.02])).tolist()
+    path = folder / "scene.toml"
+    path.write_text(
+        f'[system]\nfile = "ring.h5"\n'
+        f"[response]\nfrequencies = {hertz}\n"
+        f'[outputs]\nmonitor = "{system.output_names[0]}, radial"\nshow = ["report"]\n{more}'
+    )
+    return path, system, hertz
+
+
+def rings_of(folder: Path) -> MistunedRings:
+    with h5py.File(folder / "results.h5") as file:
+        return MistunedRings.load(file["response/nominal/mistuning"])
+
+
+def test_rings_of_a_run_are_those_drawn(tmp_path):
+    path, system, hertz = ring_scene(tmp_path, DRAWN)
+    (found,) = run_scene(load_scene(path), tmp_path / "run")
+    rings = rings_of(tmp_path / "run")
+    keys = MistuningKeys.model_validate({"keys": DEVIATIONS})
+    for number in range(3):
+        one = _drawn(system, keys, (1, number))
+        own = nonlinear.ring_response(system, hertz, one, nonlinear.Options(3))
+        amplitude = own.amplitude[:, :, 0, 0]
+        np.testing.assert_allclose(rings.amplitude[number], amplitude.max(axis=0), rtol=1e-8)
+        at = np.array(hertz)[amplitude.argmax(axis=0)]
+        np.testing.assert_allclose(rings.frequency[number], at, rtol=1e-12)
+    assert rings.place is not None
+    assert rings.amplitude[rings.place] == rings.amplitude.max()
+    assert rings.tuned == pytest.approx(found.peak.amplitude, rel=1e-8)
+    assert rings.lost.tolist() == [0, 0, 0]
+    text = (tmp_path / "run" / "report.html").read_text()
+    assert "Mistuned rings" in text
+    lines = (tmp_path / "run" / "figures" / "mistuning_nominal.csv").read_text().splitlines()
+    numbers = [line for line in lines if line[:1].isdigit()]
+    assert len(numbers) == 3 * system.sectors
+
+
+@pytest.mark.system
+def test_workers_find_the_same_rings_to_the_bit(tmp_path):
+    scene = load_scene(ring_scene(tmp_path, DRAWN)[0])
+    for name, workers in (("here", 1), ("there", 2)):
+        run_scene(scene, tmp_path / name, workers=workers)
+    here, there = rings_of(tmp_path / "here"), rings_of(tmp_path / "there")
+    assert np.array_equal(here.amplitude, there.amplitude)
+    assert np.array_equal(here.worst.amplitude, there.worst.amplitude)
+
+
+def test_given_segments_are_one_ring_which_turns_with_them(tmp_path):
+    system, _ = damped(0, "slip")
+    given = np.linspace(-0.2, 0.2, system.sectors)
+    found = []
+    for steps in (0, 1):
+        turned = [float(each) for each in np.roll(given, steps)]
+        folder = tmp_path / f"{steps}"
+        folder.mkdir()
+        path, *_ = ring_scene(folder, f"[mistuning]\nkeys.contacts.contact.mu = {turned}\n")
+        run_scene(load_scene(path), folder / "run")
+        found.append(rings_of(folder / "run"))
+    assert found[0].amplitude.shape == (1, system.sectors)
+    turned_back = np.roll(found[1].amplitude, -1, axis=1)
+    np.testing.assert_allclose(turned_back, found[0].amplitude, rtol=1e-8)
+
+
+def rings(amplitude: Any, converged: Any, alike: float = 1e-6) -> MistunedRings:
+    amplitude, converged = np.array(amplitude, float), np.array(converged, bool)
+    hertz = np.linspace(100.0, 101.0, len(converged))
+    worst = MistunedRing(hertz, amplitude, converged, alike)
+    known = worst.known
+    return MistunedRings(
+        amplitude=np.where(known.max(axis=0) < 0, np.nan, known.max(axis=0))[None],
+        frequency=worst.frequency[known.argmax(axis=0)][None],
+        tuned=np.array([alike]),
+        points=np.array([len(converged)]),
+        lost=np.array([np.count_nonzero(~converged)]),
+        at_edge=np.array([known.max(axis=1).argmax() in (0, len(known) - 1)]),
+        worst=worst,
+    )
+
+
+def test_points_that_are_lost_count_for_nothing_and_are_warned_of():
+    case: Any = SimpleNamespace(peak=Peak(1, 101.0, 1e-6, at_edge=False))
+    found = rings([[1e-6, 2e-6], [9e-6, 9e-6], [1e-6, 1e-6]], [True, False, True])
+    assert found.place == (0, 1)
+    assert found.largest.tolist() == [2.0]
+    lost, edge = MISTUNING.warnings(case, [found])
+    assert lost.startswith("1 of 3 points of mistuned rings DID NOT CONVERGE")
+    assert "vibrate most at the end of the frequency range" in edge
+    (table,) = MISTUNING.tables({"a": case_of(mistuning=[found])})
+    (row,) = table.record()["rows"]
+    assert row["lost"] == 1
+    nothing = rings([[1e-6, 2e-6]], [False])
+    assert nothing.place is None
+    assert list(MISTUNING.tables({"a": case_of(mistuning=[nothing])}))
+    higher: Any = SimpleNamespace(peak=Peak(1, 101.0, 2e-6, at_edge=False))
+    assert "compared with" in list(MISTUNING.warnings(higher, [found]))[-1]

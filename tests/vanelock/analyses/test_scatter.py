@@ -1,6 +1,5 @@
 """Percentiles of peaks, where the distribution of the peaks is known in closed form."""
 
-import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,7 +11,6 @@ from vanelock import cases, parse_study
 from vanelock.analyses.scatter import (
     PERCENT,
     _correlations,
-    _page,
     _percentile_table,
     _percentiles,
     _sensitivity_table,
@@ -20,9 +18,7 @@ from vanelock.analyses.scatter import (
     spacing,
 )
 from vanelock.common.tables import Table
-from vanelock.input.settings import settings
 from vanelock.nonlinear import linear_response
-from vanelock.report import Page, Section, write_page
 from vanelock.results.page_sections.inputs import inputs
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.summary import Peak, peak_of
@@ -40,7 +36,6 @@ samples = {count}
 
 
 def oscillator(force, stiffness):
-    """A mass of 1 kg on a contact that sticks, and nothing else."""
     matrices = Diameter(
         K=np.zeros((1, 1)),
         M=np.eye(1),
@@ -63,7 +58,6 @@ def peak(force, stiffness):
 
 @pytest.fixture(scope="module")
 def oscillators():
-    """Samples of the oscillator's force and stiffness, and their peaks."""
     every = cases(parse_study(STUDY.format(count=300)))
     found = [SimpleNamespace(case=case.name, peak=peak(*case.values.values())) for case in every]
     return every, scattered(every, found)  # type: ignore[arg-type]
@@ -153,21 +147,7 @@ def test_frequencies_on_a_coarse_grid_have_a_note():
     assert spacing(np.array([250.0]), 0) == 0
 
 
-def test_tables_on_the_page_have_units_and_stand_right(tmp_path):
-    every, found = sampled(10)
-    content: Any = SimpleNamespace(
-        scattered=scattered(every, found), monitor=SimpleNamespace(name="o"), pictures=[]
-    )
-    section = Section("Scatter", _page(content))
-    text = write_page(tmp_path / "page.html", Page("", "", [section])).read_text("utf-8")
-    assert "[um]" not in text
-    heads = re.findall(r'<th([^>]*)>(?:peak|frequency)\s*<span class="unit">(µm|Hz)</span>', text)
-    assert [unit for _, unit in heads] == ["µm", "Hz"]
-    assert all("n" in css for css, _ in heads)
-
-
 def tables(text):
-    """Tables of the inputs on the page, by the first word of their captions."""
     blocks = inputs(parse_study(text)).blocks
     return {block.title.split()[0]: block for block in blocks if isinstance(block, Table)}
 
@@ -187,16 +167,3 @@ def test_the_page_lists_what_scatters_or_varies_together_and_not_as_fixed():
     assert [row[2] for row in shown["Varied"].rows] == ["0.1, 0.2", "10, 20 N"]
     constant = {row[0] for row in shown["Main"].rows}
     assert not {"joints.interlock.mu", "excitation.force"} & constant
-
-
-def test_keys_of_optional_tables_know_their_defaults():
-    text = STUDY.format(count=50) + "[campbell]\nmodes = 5"
-    found = {each.key: each for each in settings(parse_study(text))}
-    assert (found["scatter.samples"].default, found["seed"].default) == (100, 1)
-    assert found["scatter.samples"].changed
-    assert not found["seed"].changed
-    law = "scatter.keys.joints.interlock.kt."
-    assert found[f"{law}normal"].changed
-    assert not found[f"{law}within"].changed
-    assert found["campbell.modes"].default == 4
-    assert not found["campbell.engine_orders"].changed

@@ -1,12 +1,16 @@
-"""The command line: exit status and messages; in this process, but for what needs another."""
+"""The command line: exit status and messages, and what a check says."""
 
+import re
 import subprocess
 import sys
 
 import pytest
 
 import vanelock
-from vanelock import parse_study, template_text
+from tests.vanelock.scenes.test_run import PAD, arm
+from vanelock import check_file, parse_study, template_text
+from vanelock.common.errors import InputError
+from vanelock.results.files.writer import Results
 
 VANELOCK = [sys.executable, "-m", "vanelock"]
 
@@ -117,6 +121,14 @@ def test_folders_that_hold_something_else_are_left_as_they_are(
     assert not (tmp_path / "out" / "cache").is_dir()
 
 
+def test_a_sweep_of_which_a_case_failed_ends_with_status_1(tmp_path, called):
+    sweep = '[response]\npoints = 5\n[outputs]\nshow = []\n[sweep]\n"response.mode" = [1, 9]\n'
+    (tmp_path / "a.toml").write_text(f"{arm(tmp_path)}modes = 0\n{PAD}{sweep}")
+    status, _, said = called("run", "a.toml")
+    assert status == 1, said
+    assert "FAILED mode=9: " in said
+
+
 def test_a_refused_run_leaves_no_folder(tmp_path, refused):
     (tmp_path / "a.toml").write_text('[[measured]]\nfile = "none.csv"\n')
     refused("run", "a.toml", "-o", "out")
@@ -124,3 +136,60 @@ def test_a_refused_run_leaves_no_folder(tmp_path, refused):
     (tmp_path / "out").mkdir()  # one that was there stays
     refused("run", "a.toml", "-o", "out")
     assert (tmp_path / "out").exists()
+
+
+def rows(path):
+    return dict(check_file(path).rows)
+
+
+@pytest.mark.parametrize(
+    ("text", "elements"),
+    [
+        ("", "medium"),
+        ('mesh.size = "5 mm"', "5 mm"),
+        ('[sweep]\n"mesh.size" = ["coarse", 0.004]', "coarse, 4 mm"),
+        ("accuracy = 0.02\nresponse.harmonics = 3", "chosen for an error of 2 %"),
+        ('accuracy = 0.02\nmesh.size = "coarse"', "coarse"),
+    ],
+)
+def test_elements_are_those_that_a_run_has(tmp_path, text, elements):
+    (tmp_path / "my.toml").write_text(text)
+    found = rows(tmp_path / "my.toml")
+    assert found["vane"] == found["casing"] == f"from dimensions, elements {elements}"
+    assert ("accuracy" in found) == ("accuracy" in text)
+    if elements == "coarse":
+        for what, unit in (("unknowns", "degrees of freedom"), ("disk", "GB on disk")):
+            assert re.fullmatch(f"about .* {unit}", found[what])
+    if "harmonics" in text:
+        chosen = "an error of 2 %: the run chooses mesh, modes, frequencies"
+        assert found["accuracy"] == chosen
+
+
+def test_every_wrong_file_of_measurements_gets_its_line(tmp_path):
+    with pytest.raises(InputError, match="File name too long|no such file"):
+        rows(tmp_path / ("x" * 300))
+    (tmp_path / "bad.csv").write_text("frequency (Hz), amplitude (kg)\n1, 2\n")
+    tables = "".join(f'[[measured]]\nfile = "{name}.csv"\n' for name in ("absent", "bad"))
+    (tmp_path / "my.toml").write_text(tables)
+    with pytest.raises(InputError) as caught:
+        rows(tmp_path / "my.toml")
+    lines = [line.partition(": ")[2] for line in str(caught.value).splitlines()]
+    assert [line.partition(" ")[0] for line in lines] == ["measured[0].file:", "measured[1].file:"]
+    assert lines[0].endswith("absent.csv: no such file")
+    assert "column amplitude" in lines[1]
+
+
+@pytest.mark.parametrize(
+    ("failed", "expected"),
+    [(0, "0"), (2, "2: mu=0, mu=1"), (7, "7: mu=0, mu=1, mu=2, mu=3, mu=4, ...")],
+)
+def test_failed_cases_are_counted(tmp_path, failed, expected):
+    results = Results(tmp_path / "results.h5")
+    with results.edit() as file:
+        about = file.create_group("provenance")
+        about.create_group("versions")
+        about.attrs.update({"date": "2026-01-01", "settings": "{}", "study": "", "given": "{}"})
+        for i in range(failed):
+            file.create_group(f"failed/mu={i}").attrs.update({"reason": "it", "attempts": 2})
+    results.flush()
+    assert rows(tmp_path)["failed"] == expected

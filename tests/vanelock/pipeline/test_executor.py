@@ -2,13 +2,11 @@
 
 import json
 import os
-import re
 import shutil
 import subprocess
 import sys
 import time
 from contextlib import contextmanager
-from multiprocessing import active_children
 from pathlib import Path
 
 import psutil
@@ -107,45 +105,21 @@ def cluster(tmp_path):
         yield found
 
 
-def killer(folder, after, kill):
-    """What kills once so many tasks are done, and says so; points that were written down go, too.
-
-    Taken up again they agree to 1e-9 (tests of resuming), and not to the bit.
-    """
-    killed = list[object]()
-
-    def hook(event):
-        if isinstance(event, Tasks) and event.done == after and not killed:
-            killed.append(kill())
-            for path in (folder / "cache").glob("*.points"):
-                path.unlink()
-
-    return killed, hook
-
-
-@pytest.mark.system
-def test_two_processes_one_of_them_killed_find_the_same_bits(alone, begun):
-    killed, kill = killer(begun, 2, lambda: active_children()[0].kill())
-    found, heard = run(begun, workers=2, hook=kill)
-    assert killed
-    assert [each.case for each in found] == [each.case for each in alone[1]]
-    assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
-    assert not [event for event in heard if isinstance(event, Failed)]
-    assert max(event.done for event in heard if isinstance(event, Tasks)) == 4
-    assert not active_children()
-
-
 @pytest.mark.system
 def test_a_cluster_that_loses_a_worker_finds_the_same_bits(alone, begun, cluster):
-    address, workers, _ = cluster
+    """Points that were written down go, too: taken up again they agree to 1e-9, not to the bit."""
+    (address, workers, _), killed = cluster, list[object]()
 
-    def lose():
-        for child in psutil.Process(workers[0].pid).children(recursive=True):
-            child.kill()
-        workers[0].kill()
+    def lose(event):
+        if isinstance(event, Tasks) and event.done == 1 and not killed:
+            killed.append(workers[0])
+            for child in psutil.Process(workers[0].pid).children(recursive=True):
+                child.kill()
+            workers[0].kill()
+            for path in (begun / "cache").glob("*.points"):
+                path.unlink()
 
-    killed, kill = killer(begun, 1, lose)
-    found, heard = run(begun, scheduler=address, hook=kill)
+    found, heard = run(begun, scheduler=address, hook=lose)
     assert killed
     assert len(found) == 4
     assert contents(begun / "results.h5") == contents(alone[0] / "results.h5")
@@ -186,18 +160,6 @@ def test_a_worker_that_does_not_see_the_folder_is_named_and_not_used(alone, begu
     where = f"does not see {begun / 'cache'}, which all have to share: is not used"
     assert [text.partition(": ")[2] for text in said] in ([where], [] * late)
     assert not list((begun / "cache").glob(".token"))
-
-
-@pytest.mark.system
-def test_without_a_worker_that_sees_the_folder_nothing_begins(tmp_path):
-    preload = tmp_path / "elsewhere.py"
-    preload.write_text(ELSEWHERE)
-    with dask_of(tmp_path, 0) as (address, _, start):
-        start("--preload", str(preload))
-        with pytest.raises(InputError) as caught:
-            run(tmp_path / "run", scheduler=address)
-    said = rf"--scheduler {address}: worker tcp://127.0.0.1:\d+: does not see {tmp_path}/run/cache,"
-    assert re.fullmatch(f"{said} which all have to share", str(caught.value))
 
 
 @pytest.mark.parametrize(("address", "insecure"), [("127.0.0.1", False), ("192.0.2.1", True)])
@@ -253,15 +215,12 @@ def test_an_encrypted_cluster_is_set_up_by_dasks_configuration(tmp_path, certifi
     ("address", "safe"),
     [
         ("tls://node7:8786", True),
-        ("wss://10.0.0.7:8786", True),
         ("tcp://127.0.0.1:8786", True),
         ("localhost:8786", True),
         ("tcp://[::1]:8786", True),
         ("tcp://10.0.0.7:8786", False),
         ("node7:8786", False),
         ("tcp://127.0.0.1.example:8786", False),
-        ("ucx://node7:8786", False),
-        ("ws://[fe80::1]:8786", False),
     ],
 )
 def test_what_is_neither_encrypted_nor_on_this_machine_takes_an_option(tmp_path, address, safe):

@@ -9,14 +9,13 @@ import time
 from concurrent.futures import Future
 from multiprocessing import active_children
 
-import numpy as np
 import psutil
 import pytest
 
 from vanelock.common.errors import FolderError
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.executor import Processes
-from vanelock.pipeline.progress import Event, Failed, Notice, Tasks
+from vanelock.pipeline.progress import Event, Notice, Tasks
 from vanelock.pipeline.tasks import Failure, Task, TaskFailed, TaskQueue
 
 TOY = '''
@@ -37,7 +36,6 @@ from vanelock.pipeline.step import step
 
 ERRORS = {
     "raises": RuntimeError("as it should"),
-    "raises once": RuntimeError("as it should"),
     "no memory": MemoryError(),
     "refuses": InputError("toy.number = 3: must not be 3"),
     "full disk": FolderError("there: cannot be written: No space left on device"),
@@ -62,13 +60,11 @@ class Toy:
     @property
     def own(self):
         def compute(base):
-            again = Path(self.folder, f"{self.number}.tried")
-            first = not (self.folder and again.exists())
             if self.folder:
-                again.touch()
-            if self.how == "dies" or (self.how == "dies once" and first):
+                Path(self.folder, f"{self.number}.tried").touch()
+            if self.how == "dies":
                 os.kill(os.getpid(), signal.SIGKILL)
-            if self.how in ERRORS and (first or "once" not in self.how):
+            if self.how in ERRORS:
                 raise ERRORS[self.how]
             if self.how == "counts":
                 with Path(self.folder, f"{self.number}.times").open("a") as file:
@@ -132,17 +128,6 @@ def stored(queue, step):
     entry = Cache(queue._folder, print).load(step.stage, step.key, step.kind)
     assert entry is not None
     return entry.product.value
-
-
-def test_the_time_left_never_rises_while_a_task_is_under_way(toy, queue_of):
-    queue, _ = queue_of(*(toy.Toy(i) for i in range(4)))
-    assert np.isnan(queue._left(queue._began + 5))
-    queue._done, queue._ended = 1, queue._began + 10
-    left = [queue._left(queue._began + after) for after in (10, 20, 39, 41)]
-    assert left[:3] == pytest.approx([30, 20, 1])
-    assert np.isnan(left[3])
-    queue._done = 4
-    assert np.isnan(queue._left(queue._began + 50))
 
 
 def test_what_fails_always_is_reported_and_the_others_are_made(toy, queue_of):
@@ -236,7 +221,7 @@ sys.path.insert(0, {folder!r})
 import toys
 from pathlib import Path
 from vanelock.pipeline.executor import Processes
-from vanelock.pipeline.tasks import Task, TaskQueue
+from vanelock.pipeline.tasks import Failure, Task, TaskQueue
 
 if __name__ == "__main__":
     made = [toys.Toy(i, "sleeps", {folder!r}) for i in range(2)]
@@ -269,25 +254,3 @@ def test_no_process_outlives_the_one_that_started_it(toy, tmp_path, number):
         assert psutil.wait_procs(below, 600)[1] == []
     finally:
         parent.kill()
-
-
-@pytest.mark.parametrize(("failed", "status"), [(True, 1), (False, 0)])
-def test_the_exit_status_shows_failed_cases(tmp_path, monkeypatch, capsys, failed, status):
-    from vanelock import __main__ as command
-    from vanelock.commands.run import study
-
-    given: dict[str, object] = {}
-
-    def run_study(study, folder, listener, text, workers, scheduler, *rest, **more):
-        given.update(workers=workers, scheduler=scheduler)
-        if failed:
-            listener(Failed("mu=0.2", "out of memory", 2))
-
-    monkeypatch.setattr(study, "run_study", run_study)
-    (tmp_path / "a.toml").write_text("")
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit) as caught:
-        command.main(["run", "a.toml", "--workers", "3", "--scheduler", "tcp://a:1"])
-    assert caught.value.code == status
-    assert given == {"workers": 3, "scheduler": "tcp://a:1"}
-    assert ("FAILED mu=0.2: out of memory (tried 2 times)" in capsys.readouterr().err) == failed

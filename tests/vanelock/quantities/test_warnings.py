@@ -1,4 +1,4 @@
-"""What is to be known of a case is said once, wherever its numbers stand."""
+"""What is to be known of a case is said once, wherever its numbers stand; jumps."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.vanelock.pipeline.test_progress import summary
+from tests.vanelock.pipeline.test_display import summary
+from vanelock import parse_study
 from vanelock.analyses.bounds import BOUNDS, BoundedPeak
 from vanelock.analyses.wear import WEAR, WornCase
 from vanelock.commands.run import doubts
+from vanelock.common.errors import InputError
 from vanelock.input.schema.response import ResponseKeys
 from vanelock.nonlinear import (
     OPEN,
@@ -24,11 +26,12 @@ from vanelock.nonlinear import (
     wear_history,
 )
 from vanelock.quantities import warnings
+from vanelock.quantities.warnings import notes
 from vanelock.results.listing import _response_table, limits_table
 from vanelock.results.page import _best_friction
 from vanelock.rom import Contacts, Diameter, Force, System
 from vanelock.stages.response.limits import limits
-from vanelock.stages.response.summary import Peak, peak_of
+from vanelock.stages.response.summary import Jump, Peak, Sweep, peak_of
 
 HEIGHT = 1e-5
 
@@ -268,3 +271,35 @@ def test_frequencies_without_a_mode_of_interest_are_said(ring):
     assert f"hold no mode of interest: mode 1 lies at {found.free_frequency:.6g} Hz" in line
     (line,) = said(frequencies=(0.3 * low, 0.9 * low))
     assert line.startswith("response.frequencies")
+
+
+JUMP = Jump((250.0, 250.2), (5e-6, 2e-6))
+UP = Sweep("up", Peak(3, 250.0, 5e-6, False), (JUMP,))
+DOWN = Sweep("down", Peak(7, 248.0, 6e-6, False), ())
+
+
+def test_a_jump_is_reported_with_its_place_and_heights():
+    first, second = notes([UP])
+    assert first == "sweeping up JUMPS from 5 to 2 um between 250 and 250.2 Hz"
+    assert second.endswith('may reach higher: response.direction = "both"')
+    both = Sweep("both", UP.peak, (JUMP,))
+    assert "looked for from every jump" in list(notes([both]))[1]
+    assert not list(notes([DOWN]))
+
+
+def test_the_lower_of_two_sweeps_and_the_largest_of_many_jumps_are_given():
+    lines = list(notes([DOWN, UP]))
+    assert lines[-1] == ("the peak is that of the sweep down; sweeping up reaches 5 um at 250 Hz")
+    alike = Sweep("up", DOWN.peak, ())
+    assert list(notes([DOWN, alike])) == []
+    jumps = tuple(Jump((200.0 + i, 200.5 + i), (1e-6 * i, 0.0)) for i in range(1, 8))
+    (line, _) = notes([Sweep("down", None, jumps)])
+    assert line.count("between") == 4
+    assert "between 207 and 207.5 Hz" in line
+    assert line.endswith("; and 3 smaller jumps")
+
+
+@pytest.mark.parametrize("direction", ["down", "both"])
+def test_where_both_directions_are_taken_anyway_none_is_given(direction):
+    with pytest.raises(InputError, match=r"response\.direction"):
+        parse_study(f'accuracy = 0.01\n[response]\ndirection = "{direction}"\n')

@@ -1,7 +1,7 @@
 """A sector of a plain ring made by hand: what the render tests draw where no mesh is needed."""
 
 from collections.abc import Callable
-from itertools import permutations
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,60 +11,6 @@ from vanelock.mesh import Part
 from vanelock.render import style
 
 Build = Callable[..., Part]
-
-
-def block_sector(
-    name: str = "casing",
-    inner: float = 0.5,
-    outer: float = 0.6,
-    length: float = 0.1,
-    sectors: int = 8,
-    divisions: tuple[int, int, int] = (2, 4, 2),
-) -> Part:
-    """Annular sector of straight-sided quadratic tetrahedra, six to a block."""
-    nr, nt, nz = divisions
-    r = np.linspace(inner, outer, nr + 1)
-    t = np.linspace(0, 2 * np.pi / sectors, nt + 1)
-    z = np.linspace(0, length, nz + 1)
-    R, T, Z = np.meshgrid(r, t, z, indexing="ij")
-    points = np.column_stack([(R * np.cos(T)).ravel(), (R * np.sin(T)).ravel(), Z.ravel()])
-    number = np.arange(R.size).reshape(R.shape)
-    tetrahedra = []
-    for order in permutations(range(3)):  # one for each path along the block's edges
-        corner = [0, 0, 0]
-        path = [tuple(corner)]
-        for axis in order:
-            corner[axis] = 1
-            path.append(tuple(corner))
-        four = [number[i : nr + i, j : nt + j, k : nz + k].ravel() for i, j, k in path]
-        even = np.linalg.det(np.eye(3)[list(order)]) > 0
-        tetrahedra.append(np.column_stack(four if even else [four[0], four[2], four[1], four[3]]))
-    points, cells = quadratic(points, np.concatenate(tetrahedra))
-    angle = np.arctan2(points[:, 1], points[:, 0])
-    radius = np.hypot(points[:, 0], points[:, 1])
-    left = np.flatnonzero(np.isclose(angle, 0))
-    right = np.flatnonzero(np.isclose(angle, 2 * np.pi / sectors))
-    left = left[np.lexsort((points[left, 2], radius[left].round(9)))]
-    right = right[np.lexsort((points[right, 2], radius[right].round(9)))]
-    sets = {
-        "left": left,
-        "right": right,
-        "fixed": np.flatnonzero(np.isclose(points[:, 2], 0)),
-        "hook_front": np.flatnonzero(np.isclose(radius, inner) & np.isclose(points[:, 2], length)),
-        "output": np.array([0]),
-    }
-    return Part(name, points, cells, "tetra10", sets, {}, sectors)
-
-
-def quadratic(
-    points: NDArray[np.float64], cells: NDArray[np.int64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Put a node in the middle of each edge of linear tetrahedra."""
-    pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
-    edges = np.sort(np.stack([cells[:, pair] for pair in map(list, pairs)], axis=1), axis=2)
-    unique, which = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
-    middle = points[unique].mean(axis=1)
-    return np.vstack([points, middle]), np.hstack([cells, len(points) + which.reshape(-1, 6)])
 
 
 def radial_wave(part: Part, nodal_diameter: int, amplitude: float) -> NDArray[np.complex128]:
@@ -78,8 +24,28 @@ def radial_wave(part: Part, nodal_diameter: int, amplitude: float) -> NDArray[np
 
 
 @pytest.fixture(scope="session")
-def sector() -> Build:
-    return block_sector
+def sector(lattice: Build) -> Build:
+    """Function that makes an annular sector of straight-sided quadratic tetrahedra."""
+
+    def build(
+        name: str = "casing",
+        inner: float = 0.5,
+        outer: float = 0.6,
+        length: float = 0.1,
+        sectors: int = 8,
+        divisions: tuple[int, int, int] = (2, 4, 2),
+    ) -> Part:
+        def bent(p: NDArray[np.float64]) -> NDArray[np.float64]:
+            r, angle = inner + (outer - inner) * p[:, 0], 2 * np.pi / sectors * p[:, 1]
+            return np.column_stack([r * np.cos(angle), r * np.sin(angle), length * p[:, 2]])
+
+        part = lattice(divisions, bent, sectors=sectors)
+        faces = part.node_sets
+        sets = {"left": faces["y0"], "right": faces["y1"], "fixed": faces["z0"]}
+        sets["hook_front"] = np.intersect1d(faces["x0"], faces["z1"])
+        return replace(part, name=name, node_sets={**sets, "output": np.array([0])})
+
+    return build
 
 
 @pytest.fixture

@@ -3,24 +3,19 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.colors import same_color, to_rgb
+from matplotlib.colors import same_color
 from matplotlib.figure import Figure
-from matplotlib.image import imread
 
 from vanelock import render
 from vanelock.common.errors import InputError
 from vanelock.render import (
     Curve,
-    Envelope,
     MarkedPeak,
-    Named,
-    haigh_picture,
     response_curves,
     style,
 )
-from vanelock.render.plots import convergence
 from vanelock.render.plots.curve import peak
-from vanelock.render.plots.haigh import _line, _marks
+from vanelock.render.plots.haigh import _line
 
 F = np.linspace(240.0, 260.0, 41)
 
@@ -74,35 +69,6 @@ def test_the_legend_has_case_and_peak(figures):
     assert speed.get_xlim() == pytest.approx((240 * 30, 260 * 30))
 
 
-def drawn(figure):
-    """Lines of whole curves."""
-    return [line for line in figure.axes[0].lines if len(line.get_xdata()) == len(F)]
-
-
-@pytest.mark.parametrize(
-    ("more", "styles"),
-    [
-        (lambda i: {"harmonics": (1, 3)[i]}, ["--", "-", "--", "-"]),
-        (lambda i: {"variant": ("coupled", "uncoupled")[i]}, ["-", "--", "-", "--"]),
-    ],
-)
-def test_colours_show_friction_and_line_styles_harmonics_or_variants(figures, more, styles):
-    made = [
-        Curve(F, resonance(250.0 + mu, 1e-5), f"μ = {mu}", **more(i))
-        for mu in (0.1, 0.3)
-        for i in (0, 1)
-    ]
-    response_curves("x.png", made)
-    lines = drawn(figures[0])
-    assert [line.get_linestyle() for line in lines] == styles
-    colours = [line.get_color() for line in lines]
-    assert same_color(*colours[:2])
-    assert same_color(*colours[2:])
-    assert not same_color(colours[0], colours[2])
-    if "variant" in more(0):
-        assert labels(figures[0])[1].startswith("μ = 0.1, uncoupled\n")
-
-
 def test_points_that_did_not_converge_are_crossed_out_and_break_the_line(figures):
     amplitude, converged = resonance(250.0, 40e-6), np.ones(41, bool)
     converged[[10, 11, 20]] = False
@@ -122,55 +88,17 @@ def test_points_that_did_not_converge_are_crossed_out_and_break_the_line(figures
     assert max(placed[2]) <= high
 
 
-def test_a_wild_lost_point_does_not_squeeze_the_curves_and_a_lost_curve_is_named(figures):
-    amplitude, converged = resonance(250.0, 40e-6), np.ones(41, bool)
-    converged[5], amplitude[5] = False, 1.0
-    response_curves("x.png", [Curve(F, amplitude, converged=converged)])
-    (axes,) = figures[0].axes
-    assert axes.get_ylim()[1] < 60
-    assert crosses(axes)[0][1] == [F[5]]
-    lost = Curve(F, np.full(41, np.nan), "μ = 0.3")
-    response_curves("x.png", [lost, Curve(F, resonance(250.0, 1e-5), "μ = 0.1")])
-    assert labels(figures[1])[0] == "μ = 0.3\nno converged point"
-    assert len(crosses(figures[1].axes[0])[0][1]) == 41
-
-
 def test_a_figure_needs_a_curve(tmp_path):
     with pytest.raises(InputError, match="curves: none given"):
         response_curves(tmp_path / "x.png", [])
+    with pytest.raises(InputError, match="none given"):
+        render.convergence_picture(tmp_path / "none.png", [], "x")
 
 
 def test_nothing_of_the_callers_matplotlib_changes(tmp_path):
     before = dict(mpl.rcParams)
     response_curves(tmp_path / "x.png", [Curve(F, F * 1e-7)])
     assert dict(mpl.rcParams) == before
-
-
-def test_listed_points_are_dots_and_frequencies_far_apart_get_a_logarithmic_axis(figures):
-    lone = Curve(np.array([265.0]), np.array([2e-5]), "μ = 0.3", joined=False)
-    some = Curve(np.array([240.0, 265.0]), np.array([1e-5, 3e-5]), "μ = 0.1", joined=False)
-    response_curves("x.png", [lone, some])
-    assert labels(figures[0]) == ["μ = 0.3\n20.0 µm at 265.0 Hz", "μ = 0.1\n30.0 µm at 265.0 Hz"]
-    lines = [line for line in figures[0].axes[0].lines if line.get_linestyle() != "None"]
-    assert all(len(line.get_xdata()) < 2 for line in lines)
-    assert peak(Curve(np.array([265.0]), np.array([2e-5]))) == MarkedPeak(265.0, 2e-5, False)
-    figures.clear()
-    wide = Curve(np.array([1e-9, 265.0, 1e9]), np.array([1e-6, 2e-6, 0.0]))
-    response_curves("x.png", [wide], engine_order=1)
-    figures[0].canvas.draw()
-    (axes,) = figures[0].axes
-    assert axes.get_xscale() == "log"
-    assert axes.child_axes[0].get_xlim() == pytest.approx((6e-8, 6e10))
-    response_curves("x.png", [Curve(F, F * 1e-7)])
-    assert figures[1].axes[0].get_xscale() == "linear"
-
-
-def test_linear_limits_of_several_groups_are_told_apart(figures):
-    made = [Curve(F, F * 1e-7 * i, f"EO = {i}", kind="free") for i in (1, 2, 3)]
-    response_curves("x.png", [*made, Curve(F, F * 2e-8, "EO = 2")])
-    colours = [line.get_color() for line in drawn(figures[0])]
-    assert len(set(colours[:3])) == 3
-    assert colours[1] == colours[3]
 
 
 def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp_path, figures):
@@ -198,52 +126,6 @@ def test_lines_are_solid_where_stable_dashed_where_unstable_and_grey_between(tmp
     assert labels(figures[0]) == ["a\n40.0 µm at 250.0 Hz, unstable"]
 
 
-def test_an_envelope_is_shaded_in_its_curves_colour(tmp_path, figures):
-    amplitude = resonance(250.0, 40e-6)
-    around = Envelope(F, 0.5 * amplitude, 2 * amplitude, [(F, 0.5 * amplitude), (F, 2 * amplitude)])
-    response_curves(tmp_path / "a.png", [Curve(F, amplitude, "a", envelope=around)])
-    (axes,) = [each for each in figures[0].axes if each.lines]
-    (shade,) = axes.collections
-    line = axes.lines[-1]
-    assert same_color(shade.get_facecolor()[0][:3], to_rgb(axes.lines[0].get_color()))
-    assert shade.get_paths()[0].get_extents().y1 == pytest.approx(80.0)
-    assert line is not None
-
-
-NAN = float("nan")
-VALUES = (
-    render.MeasuredValue("1", 0.1, 1e-2, 1e-3, False),
-    render.MeasuredValue("3", 0.4, 1e-3, 1e-9, True),
-    render.MeasuredValue("adaptive", 0.2, 1e-4, 1e-5, False, joined=False),
-    render.MeasuredValue("9", 1.2, NAN, NAN, False),
-)
-
-
-@pytest.fixture
-def axes():
-    found = style.axes(Figure((6, 4)), 1, 1, 4, 2)
-    convergence._draw(found, render.Panel("response.harmonics", VALUES))
-    return found
-
-
-def test_values_are_named_joined_in_sequences_and_the_reference_is_a_line_at_its_cost(axes):
-    joined = [line.get_xydata() for line in axes.lines if line.get_linestyle() == "-"]
-    np.testing.assert_allclose(joined[0], [[0.1, 1e-2], [0.4, 1e-3]])
-    # An error too small to be drawn lies at the foot.
-    np.testing.assert_allclose(joined[1], [[0.1, 1e-3], [0.4, 1e-7]])
-    assert [text.get_text() for text in axes.texts] == ["1", "3", "adaptive", "9"]
-    assert [text.get_fontweight() for text in axes.texts] == ["normal", "bold", "normal", "normal"]
-    large = [line for line in axes.lines if line.get_markersize() == 8]
-    assert [line.get_xdata().tolist() for line in large] == [[0.4], [0.4]]
-    (dotted,) = [line for line in axes.lines if line.get_linestyle() == ":"]
-    assert set(dotted.get_xdata()) == {1.2}
-
-
-def test_a_picture_needs_a_panel(tmp_path):
-    with pytest.raises(InputError, match="none given"):
-        render.convergence_picture(tmp_path / "none.png", [], "x")
-
-
 @pytest.mark.parametrize("n", [1.0, 2.5])
 def test_line_ends_at_the_strengths_over_the_reserve(n):
     axes = Figure().add_subplot()
@@ -254,16 +136,3 @@ def test_line_ends_at_the_strengths_over_the_reserve(n):
     assert (x[1], y[1]) == pytest.approx((0, 250 / n))
     assert (x[2], y[2]) == pytest.approx((900 / n, 0))
     assert y[0] == y[1]  # flat in compression
-
-
-def test_marks_tell_features_and_gauges_apart():
-    named = [Named(f"{i}", 0.0, 1.0, gauge=i > 4) for i in range(8)]
-    assert len(set(_marks(named))) == 8
-
-
-def test_picture_is_written(tmp_path):
-    stress = np.array([1e6, 5e6, 2e6])
-    path = haigh_picture(
-        tmp_path / "haigh.png", stress, 2 * stress, stress > 4e6, 250e6, 900e6, [], "Title", ""
-    )
-    assert imread(path).shape[1] == 1800

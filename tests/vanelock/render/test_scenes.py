@@ -1,29 +1,16 @@
 """Where things land in a picture, sectors around the ring, skins of parts, files for ParaView."""
 
-import os
 import sys
 
-import meshio
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
 
 from vanelock.common.errors import InputError
 from vanelock.common.process import missing_libraries
-from vanelock.mesh import Part, read_mesh
-from vanelock.render import style, write_vtu
-from vanelock.render.scenes import annulus, offscreen, scene
-from vanelock.render.scenes.surface import _packed, surface
-
-
-def test_colours_follow_maps_the_phase_map_closes_and_repeated_bodies_keep_their_points():
-    shown = scene.colours(np.array([0.0, 5.0, 10.0, np.nan]), style.AMPLITUDE_MAP, 0, 10)
-    expected = [style.AMPLITUDE_MAP(v)[:3] for v in (0.0, 0.5, 1.0)] + [to_rgb(style.LIGHT)]
-    np.testing.assert_allclose(shown, expected, atol=1e-12)
-    np.testing.assert_allclose(style.PHASE_MAP(0.0), style.PHASE_MAP(1.0), atol=1e-12)
-    given = scene.repeat(np.array([[0, 1, 2], [1, 2, 3]]), 4, 3)
-    repeated = [[0, 1, 2], [1, 2, 3], [4, 5, 6], [5, 6, 7], [8, 9, 10], [9, 10, 11]]
-    np.testing.assert_array_equal(given, repeated)
+from vanelock.mesh import Part
+from vanelock.render import write_vtu
+from vanelock.render.scenes import annulus, offscreen
+from vanelock.render.scenes.surface import surface
 
 
 def wave(points, nodal_diameter):
@@ -65,14 +52,6 @@ def test_cylindrical_components_and_names_of_known_waves(sector):
     assert annulus.wave_name(8, 16) == "nodal diameter 8"
     assert annulus.wave_name(15, 16) == "nodal diameter 1, backward wave"
     assert annulus.wave_name(-1, 16) == "nodal diameter 1, backward wave"
-
-
-@pytest.mark.parametrize(
-    ("largest", "drawn", "scale"),
-    [(46e-6, 0.03, 500), (1e-6, 0.03, 20000), (0.03, 0.03, 1), (1e-4, 0.02, 200)],
-)
-def test_round_scale(largest, drawn, scale):
-    assert annulus.round_scale(largest, drawn) == pytest.approx(scale, rel=1e-12)
 
 
 def volume(points, triangles):
@@ -118,26 +97,11 @@ def test_cyclic_faces_have_their_area_and_the_outline_is_the_edges(sector):
     assert length == pytest.approx(4 * 0.1 + 4 * 0.1 + arcs, rel=1e-12)
 
 
-def hexahedron(cell_type):
-    """One brick 1 x 2 x 3 of that type, its nodes where meshio puts them."""
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-    corners += [(x, y, 1) for x, y, _ in corners]
-    pairs = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)]
-    pairs += [(0, 4), (1, 5), (2, 6), (3, 7)]
-    c = np.array(corners, float)
-    edges = np.array([(c[i] + c[j]) / 2 for i, j in pairs])
-    faces = [(0, 0.5, 0.5), (1, 0.5, 0.5), (0.5, 0, 0.5), (0.5, 1, 0.5), (0.5, 0.5, 0)]
-    faces += [(0.5, 0.5, 1), (0.5, 0.5, 0.5)]
-    count = {"hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}[cell_type]
-    points = np.vstack([c, edges, np.array(faces)])[:count] * np.array([1.0, 2.0, 3.0])
-    return Part("brick", points, np.arange(count)[None], cell_type, {}, {}, 1)
-
-
 @pytest.mark.parametrize(
     ("cell_type", "nodes"), [("hexahedron", 8), ("hexahedron20", 20), ("hexahedron27", 26)]
 )
-def test_bricks(cell_type, nodes):
-    part = hexahedron(cell_type)
+def test_bricks(lattice, cell_type, nodes):
+    part = lattice((1, 1, 1), lambda p: p * [1.0, 2.0, 3.0], cell_type)
     skin = surface(part)
     points = part.points[skin.nodes]
     assert len(skin.nodes) == nodes
@@ -152,16 +116,6 @@ def test_other_elements_are_refused():
     part = Part("brick", np.eye(3), np.array([[0, 1, 2]]), "triangle", {}, {}, 1)
     with pytest.raises(InputError, match="brick: element type triangle: pictures know tetra"):
         surface(part)
-
-
-@pytest.mark.parametrize(("columns", "count"), [(2, 50), (3, 2_000_000), (4, 200), (4, 1_000_000)])
-def test_rows_are_told_apart_by_one_number(columns, count):
-    random = np.random.default_rng(columns)
-    rows = random.integers(0, min(count, 12), (3000, columns)) + count - min(count, 12)
-    _, first, counts = np.unique(rows, axis=0, return_index=True, return_counts=True)
-    found = np.unique(_packed(rows, count), return_index=True, return_counts=True)
-    np.testing.assert_array_equal(np.sort(found[1]), np.sort(first))
-    np.testing.assert_array_equal(found[2][found[1].argsort()], counts[first.argsort()])
 
 
 @pytest.fixture
@@ -197,21 +151,6 @@ def test_the_message_says_what_to_install(unknown, monkeypatch, name, value):
     assert "\n" not in message
 
 
-def test_one_library_of_the_two_is_worth_a_trial(unknown, monkeypatch):
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(offscreen, "missing_libraries", lambda libraries: ["libGL.so.1"])
-    monkeypatch.setattr(offscreen, "_draws", lambda window: window == "vtkEGLRenderWindow")
-    assert offscreen._render_window() == "vtkEGLRenderWindow"
-
-
-def test_the_environment_is_put_back(monkeypatch):
-    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "mine")
-    with offscreen.selected():
-        inside = os.environ.get("VTK_DEFAULT_OPENGL_WINDOW")
-    assert inside == (offscreen._render_window() or "mine")
-    assert os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "mine"
-
-
 def test_shape_and_sets_come_back(sector, tmp_path):
     part = sector()
     random = np.random.default_rng(2)
@@ -233,21 +172,3 @@ def test_shape_and_sets_come_back(sector, tmp_path):
     # Straight-sided: its volume is that of four chords of an eighth of the annulus.
     volume = 4 * 0.5 * np.sin(np.pi / 16) * (0.6**2 - 0.5**2) * 0.1
     assert mesh.volume == pytest.approx(volume, rel=1e-9)
-
-
-def test_phase_is_that_of_the_radial_motion(sector, tmp_path):
-    part = sector()
-    angle = np.arctan2(part.points[:, 1], part.points[:, 0])
-    radial = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
-    shape = radial * np.exp(-1j * angle)[:, None]
-    data = meshio.read(write_vtu(tmp_path / "casing.vtu", part, shape)).point_data
-    np.testing.assert_allclose(data["phase_radial (deg)"], -np.degrees(angle), atol=1e-12)
-
-
-def test_our_own_reader_gets_the_sets_back(sector, tmp_path):
-    part = sector()
-    found = read_mesh(write_vtu(tmp_path / "casing.vtu", part))
-    np.testing.assert_array_equal(found.points, part.points)
-    np.testing.assert_array_equal(found.cells, part.cells)
-    for name, nodes in part.node_sets.items():
-        np.testing.assert_array_equal(found.node_sets[name], nodes)

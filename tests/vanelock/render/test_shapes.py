@@ -13,19 +13,17 @@ from vanelock.mesh import Part
 from vanelock.render import (
     Wave,
     mesh_picture,
-    mode_animation,
     mode_picture,
     response_animation,
     response_picture,
     stress_picture,
     style,
 )
-from vanelock.render.scenes import annulus, gif
+from vanelock.render.scenes import gif
 from vanelock.render.scenes.surface import surface
 from vanelock.render.scenes.window import _Window
 from vanelock.render.shapes import animation, shapes
 from vanelock.render.shapes.meshes import _meridional_section
-from vanelock.render.shapes.shapes import skins_of
 
 
 def black(points, shape):
@@ -61,17 +59,6 @@ def test_a_ring_hides_its_inner_faces_and_a_lone_part_does_not(sector):
     assert count == [8 * np.count_nonzero(~skin.cyclic), len(skin.triangles)]
 
 
-def test_the_sector_is_drawn_at_its_largest_deflection(sector):
-    part = sector(sectors=16)
-    shape = radial_wave(part, 0, 1e-3) * np.exp(0.7j)
-    angle = annulus.largest_instant(shape)
-    skins = shapes.skins_of([part], [shape])
-    body = shapes._sector_scene(skins, angle, 10.0, black).bodies[0]
-    moved = np.hypot(body.points[:, 0], body.points[:, 1])
-    still = np.hypot(*part.points[skins[0].surface.nodes][skins[0].split, :2].T)
-    np.testing.assert_allclose(np.abs(moved - still), 1e-2, rtol=1e-12)
-
-
 def colours_in(path):
     """Numbers of clearly different colours (4 bits a channel) that fill 0.02 % of a picture."""
     pixels = (imread(path)[:, :, :3] * 15.999).astype(int).reshape(-1, 3)
@@ -100,21 +87,6 @@ def test_mesh_picture(parts, tmp_path):
     pixels = imread(path)[:, :, :3]
     band = np.linalg.norm(pixels - [0.835, 0.369, 0.0], axis=2) < 0.12
     assert np.count_nonzero(band) > 400
-
-
-def test_mode_picture_does_not_depend_on_the_scale_and_an_unwritable_place_is_refused(
-    parts, tmp_path
-):
-    waves = [radial_wave(part, 2, 1.0) for part in parts]
-    first = mode_picture(tmp_path / "a.png", parts, waves, 2, "Mode 1")
-    assert colours_in(first) > 40
-    assert 0.3 < share_white(first) < 0.9
-    second = mode_picture(tmp_path / "b.png", parts, [1e-5 * w for w in waves], 2, "Mode 1")
-    assert np.mean(np.abs(imread(first) - imread(second)) > 0.02) < 1e-3
-    (tmp_path / "file").write_text("")
-    waves = [radial_wave(part, 1, 1.0) for part in parts]
-    with pytest.raises(InputError, match="cannot be written"):
-        mode_picture(tmp_path / "file" / "mode.png", parts, waves, 1, "Mode")
 
 
 def test_response_picture_shows_every_phase(parts, tmp_path):
@@ -216,52 +188,6 @@ def test_the_frames_divide_the_period_and_the_file_holds_them(two_waves, tmp_pat
     assert np.mean(frames[0].min(axis=2) == 255) > 0.4
 
 
-def test_a_mode_is_drawn_as_large_as_in_its_picture(sector, tmp_path, monkeypatch):
-    part = sector(sectors=8)
-    texts: list[str] = []
-    figure = style.figure
-
-    def noted(height, title, subtitle, width):
-        texts.append(subtitle)
-        return figure(height, title, subtitle, width)
-
-    monkeypatch.setattr(style, "figure", noted)
-    reached: list[np.ndarray] = []
-    monkeypatch.setattr(_Window, "move", lambda _, scene: reached.append(scene.bodies[0].points))
-    monkeypatch.setattr(animation, "FRAMES", 4)
-    for scale in (1.0, 1e-6):
-        wave = [radial_wave(part, 2, scale)]
-        mode_animation(tmp_path / "mode.gif", [part], wave, 2, "Mode", "Free")
-    assert texts == ["Free. Largest displacement drawn as 30 mm."] * 2
-    for one, other in zip(reached[:4], reached[4:], strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-12)
-    assert np.hypot(reached[0][:, 0], reached[0][:, 1]).max() == pytest.approx(0.63, abs=1e-3)
-
-
-def test_a_thinned_skin_has_fewer_triangles_over_the_same_body(sector):
-    part = sector(sectors=8, divisions=(2, 24, 12))
-    whole = skins_of([part], [radial_wave(part, 0, 1.0)], corners_only=True)[0]
-    thin = animation._thinned(whole, 400)
-    shown = whole.triangles[~whole.surface.cyclic]
-    assert len(thin.triangles) <= 401 < len(shown) / 3
-    assert np.isin(thin.surface.nodes, whole.surface.nodes).all()
-    assert len(thin.surface.nodes) < len(whole.surface.nodes) / 2
-    np.testing.assert_array_equal(thin.shape, radial_wave(part, 0, 1.0)[thin.surface.nodes])
-
-    def measured(skin, triangles):
-        """Area, and the nodes of the open edges, which the next sector's meet."""
-        a, b, c = (skin.points[skin.split[triangles[:, i]]] for i in range(3))
-        nodes = skin.surface.nodes[skin.split[triangles]]
-        edges = np.sort(np.concatenate([nodes[:, [i, (i + 1) % 3]] for i in range(3)]), axis=1)
-        unique, count = np.unique(edges, axis=0, return_counts=True)
-        return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2, unique[count == 1]
-
-    area, edge = measured(thin, thin.triangles)
-    expected, border = measured(whole, shown)
-    assert area == pytest.approx(expected, rel=5e-3)
-    np.testing.assert_array_equal(edge, border)
-
-
 def test_pixels_of_a_gif_are_those_given(tmp_path):
     ramp = np.linspace(0, 254, 64).astype(np.uint8)
     first = np.full((40, 64, 3), 255, np.uint8)
@@ -309,11 +235,6 @@ def test_a_rectangle_is_covered_once(lattice, cell_type):
     assert length[on_axis].sum() == pytest.approx(2, rel=2 * tolerance)
 
 
-def test_a_plane_beside_the_part_cuts_nothing(lattice):
-    pieces, edges = _meridional_section(lattice((1, 1, 1), pipe), -0.5)
-    assert (len(pieces), len(edges)) == (0, 0)
-
-
 def dark(path, left):
     """Share of a panel's pixels near the map's upper end."""
     pixels = imread(path)[:, left : left + 700, :3]
@@ -332,13 +253,3 @@ def test_colours_follow_the_stress_and_single_nodes_do_not_set_the_scale(sector,
     assert 0.05 < dark(path, 40) < 0.5
     same = stress_picture(tmp_path / "b.png", part, high, 1e6 * low, "Stress", "case")
     assert np.mean(np.abs(imread(path) - imread(same)) > 0.05) < 5e-3
-
-
-def test_colour_bars_are_in_mpa(sector, tmp_path, bars):
-    part = sector("vane", 0.4, 0.55, 0.08, 12, (3, 4, 2))
-    total, vibration = np.full(len(part.points), 40e6), np.full(len(part.points), 7e6)
-    stress_picture(tmp_path / "a.png", part, total, vibration, "Stress")
-    assert bars == [
-        (0, pytest.approx(40), "von Mises stress (MPa)"),
-        (0, pytest.approx(7), "von Mises stress (MPa)"),
-    ]

@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,38 +13,27 @@ from playwright.sync_api import Browser, Page, sync_playwright
 
 from vanelock import report
 from vanelock.common.tables import Column, Table, heads
+from vanelock.mesh import Part
 
 SECTORS = 9
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 
 
-def bent_block(name="vane", inner=0.4, outer=0.6, length=0.1, divisions=4) -> report.Body:
-    """Skin of an annular sector, its faces divided, corners doubled nowhere."""
-    steps = np.linspace(0, 1, divisions + 1)
-    places: list[np.ndarray] = []
-    triangles: list[np.ndarray] = []
-    for axis in range(3):
-        for side in (0.0, 1.0):
-            first, second = np.meshgrid(steps, steps, indexing="ij")
-            grid = np.zeros((*first.shape, 3))
-            grid[..., axis], grid[..., (axis + 1) % 3], grid[..., (axis + 2) % 3] = (
-                side,
-                first,
-                second,
-            )
-            number = np.arange(first.size).reshape(first.shape) + sum(
-                len(place) for place in places
-            )
-            a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-            order = [a, b, c, a, c, d] if side else [a, c, b, a, d, c]
-            triangles.append(np.stack(order, -1).reshape(-1, 3))
-            places.append(grid.reshape(-1, 3))
-    unique, numbered = np.unique(np.concatenate(places).round(9), axis=0, return_inverse=True)
-    r = inner + (outer - inner) * unique[:, 0]
-    angle = 2 * np.pi / SECTORS * 0.9 * unique[:, 1]
-    points = np.column_stack([r * np.cos(angle), r * np.sin(angle), length * unique[:, 2]])
-    corners = numbered.reshape(-1)[np.concatenate(triangles)]
-    return report.Body(points, corners, SECTORS, corners[:, :2], name)
+@pytest.fixture(scope="session")
+def bent_block(lattice: Callable[..., Part]) -> Callable[..., report.Body]:
+    """Function that makes the skin of nine tenths of a ring's sector."""
+
+    def build(
+        name: str = "vane", inner: float = 0.4, outer: float = 0.6, length: float = 0.1
+    ) -> report.Body:
+        def bent(p: np.ndarray) -> np.ndarray:
+            r, angle = inner + (outer - inner) * p[:, 0], 2 * np.pi / SECTORS * 0.9 * p[:, 1]
+            return np.column_stack([r * np.cos(angle), r * np.sin(angle), length * p[:, 2]])
+
+        body, _ = report.body_of(lattice((4, 4, 4), bent, "tetra"))
+        return replace(body, name=name, sectors=SECTORS)
+
+    return build
 
 
 def wave(body: report.Body, seed: int, amplitude: float) -> np.ndarray:
@@ -55,7 +45,7 @@ def wave(body: report.Body, seed: int, amplitude: float) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def sample(tmp_path_factory):
+def sample(tmp_path_factory, bent_block):
     """The page, written, and what it was made of."""
     folder = tmp_path_factory.mktemp("run")
     picture = folder / "figures" / "shape.png"

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.vanelock.report.conftest import bent_block, wave
+from tests.vanelock.report.conftest import wave
 from vanelock import report
 from vanelock.common.tables import Column, Table
 
@@ -26,9 +26,8 @@ NAMES = [
 ]
 
 
-def blocks(name: str, picture: Path) -> tuple[report.Block, ...]:
+def blocks(name: str, body: report.Body, picture: Path) -> tuple[report.Block, ...]:
     x = np.linspace(1.0, 2.0, 5)
-    body = bent_block(name=name)
     return (
         report.Text(name),
         report.Answers((report.Answer(name, name, name, "good"),)),
@@ -40,12 +39,12 @@ def blocks(name: str, picture: Path) -> tuple[report.Block, ...]:
 
 
 @pytest.fixture(scope="module")
-def page(visit, sample, tmp_path_factory):
+def page(visit, sample, bent_block, tmp_path_factory):
     """A page with a section for each name."""
     picture = sample.path.parent / "figures" / "shape.png"
     # One section has all kinds of blocks; a view for every name would take long to draw.
     sections = [
-        report.Section(name, blocks(name, picture)[: 6 if i == 0 else 4])
+        report.Section(name, blocks(name, bent_block(name), picture)[: 6 if i == 0 else 4])
         for i, name in enumerate(NAMES)
     ]
     path = tmp_path_factory.mktemp("names") / "page.html"

@@ -1,19 +1,18 @@
 """The page in a real browser: quiet, complete, and every control does what it says."""
 
+import io
 from base64 import b64decode
 from dataclasses import replace
 
+import matplotlib.image
 import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from tests.vanelock.report.pixels import colours, read, seen
 from vanelock import report
 from vanelock.common.cyclic import phase_factor
 from vanelock.render.scenes import annulus
 from vanelock.report import views
-
-pytestmark = pytest.mark.system
 
 
 @pytest.fixture(scope="module")
@@ -43,6 +42,7 @@ def slide(page, name, value):
     )
 
 
+@pytest.mark.system
 def test_every_block_is_there(page):
     assert page.locator("html").get_attribute("lang") == "en"
     assert page.locator("h1").inner_text() == 'Study "A" <b>'
@@ -64,6 +64,7 @@ def test_every_block_is_there(page):
     assert page.evaluate("document.scrollingElement.scrollWidth") <= 1280
 
 
+@pytest.mark.system
 def test_curves_are_the_given_ones(page, sample):
     plot = page.locator(".plot").first
     lines = plot.locator(".scatterlayer .trace .js-line")
@@ -83,23 +84,7 @@ def test_curves_are_the_given_ones(page, sample):
     assert strokes == [blue, blue, vermilion, vermilion]  # one group, one colour
 
 
-def test_point_under_the_pointer_is_described(page):
-    area = page.locator(".plot .area").first
-    area.scroll_into_view_if_needed()
-    spot = area.evaluate(
-        "a => { const b = a.getBoundingClientRect(), { xaxis, yaxis } = a._fullLayout;"
-        " return [b.x + xaxis._offset + xaxis.l2p(250), b.y + yaxis._offset + yaxis.l2p(40)]; }"
-    )
-    page.mouse.move(*spot)
-    label = area.locator(".hoverlayer .hovertext")
-    label.wait_for()
-    shown = label.first.text_content()
-    assert "frequency: 250 Hz" in shown
-    assert "amplitude: 40 µm" in shown
-    assert "μ = 0.15 & more" in shown or "measured" in shown
-    page.mouse.move(5, 5)
-
-
+@pytest.mark.system
 def test_legend_hides_and_shows(page):
     plot = page.locator(".plot").first
     entries = plot.locator(".legend button")
@@ -117,27 +102,7 @@ def test_legend_hides_and_shows(page):
     expect(traces).to_have_count(4)
 
 
-def test_zoom_and_back(visit, page):
-    area = page.locator(".plot .area").first
-    area.scroll_into_view_if_needed()
-    shown = "document.querySelector('.plot .area')._fullLayout.xaxis.range"
-    before = page.evaluate(shown)
-    assert before == pytest.approx([200, 300], abs=10)
-    box = area.locator(".nsewdrag").first.bounding_box()
-    page.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 0.2 * box["height"])
-    page.mouse.down()
-    page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.8 * box["height"], steps=4)
-    page.mouse.up()
-    visit.until(page, f"([low, high]) => {shown}[0] > low + 20 && {shown}[1] < high - 20", before)
-    back = f"([low, high]) => Math.hypot({shown}[0] - low, {shown}[1] - high) < 1e-9"
-    for _ in range(10):  # on a busy machine two clicks may be too far apart to be a double one
-        page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-        page.wait_for_timeout(500)
-        if page.evaluate(back, before):
-            break
-    assert page.evaluate(back, before)
-
-
+@pytest.mark.system
 def test_axes_are_logarithmic_and_a_wide_table_scrolls_in_its_own_box(page):
     kinds = page.evaluate(
         "(() => { const l = document.querySelectorAll('.plot .area')[1]._fullLayout;"
@@ -152,6 +117,7 @@ def test_axes_are_logarithmic_and_a_wide_table_scrolls_in_its_own_box(page):
     assert "not met" in flagged.locator("td").first.text_content()
 
 
+@pytest.mark.system
 def test_ring_is_drawn_and_turns(page):
     page.locator("figure.view").scroll_into_view_if_needed()
     assert page.locator(".missing").is_hidden()
@@ -180,6 +146,7 @@ def test_ring_is_drawn_and_turns(page):
     drawn_after(page, control(page, "reset").click)
 
 
+@pytest.mark.system
 def test_motion_is_played_and_stopped(visit, page):
     still = drawn_after(page)
     control(page, "play").click()
@@ -201,6 +168,7 @@ def test_motion_is_played_and_stopped(visit, page):
     assert control(page, "phase").input_value() == "270"
 
 
+@pytest.mark.system
 def test_choices_of_the_view(page):
     whole = drawn_after(page)
     status = page.locator(".status")
@@ -285,6 +253,7 @@ SHADER = """([scene, bodyNumber, motionNumber, alpha, scale]) => {
 }"""
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(("body", "motion", "alpha"), [(0, 0, 0.7), (1, 0, -2.0), (0, 1, 2.5)])
 def test_graphics_card_moves_the_ring_as_the_pictures_do(page, sample, body, motion, alpha):
     scene = views.scene(sample.page.sections[2].blocks[0])
@@ -304,6 +273,7 @@ def test_graphics_card_moves_the_ring_as_the_pictures_do(page, sample, body, mot
         np.testing.assert_allclose(found[j, :, 3], annulus.peak(shape)[split] / largest, atol=1e-4)
 
 
+@pytest.mark.system
 def test_a_folded_table_opens_when_asked_and_on_paper(page):
     rows, fold = page.locator("details table"), page.locator("details summary")
     assert fold.inner_text() == "Show all 5 rows"
@@ -319,6 +289,7 @@ def test_a_folded_table_opens_when_asked_and_on_paper(page):
     assert not rows.is_visible()
 
 
+@pytest.mark.system
 def test_phone_shows_all_without_sideways_scrolling(visit, page):
     page.set_viewport_size({"width": 390, "height": 844})
     visit.until(page, "document.querySelector('.plot .area')._fullLayout.width <= 390")
@@ -341,6 +312,7 @@ def view_alone(sample, tmp_path_factory):
     return report.write_page(tmp_path_factory.mktemp("view") / "report.html", page)
 
 
+@pytest.mark.system
 def test_motion_plays_by_itself_unless_unwanted(visit, sample, view_alone):
     lively = visit(view_alone, reduced_motion="no-preference")
     still = views.scene(sample.page.sections[2].blocks[0])["motions"][0]["instant"]
@@ -352,6 +324,7 @@ def test_motion_plays_by_itself_unless_unwanted(visit, sample, view_alone):
     lively.context.close()
 
 
+@pytest.mark.system
 def test_without_webgl_a_message_stands_in(browser, view_alone):
     context = browser.new_context()
     page = context.new_page()
@@ -362,6 +335,7 @@ def test_without_webgl_a_message_stands_in(browser, view_alone):
     context.close()
 
 
+@pytest.mark.system
 def test_printed_pages_hold_everything(page, tmp_path):
     data = page.pdf(prefer_css_page_size=True)
     assert data.startswith(b"%PDF")
@@ -381,8 +355,23 @@ def test_printed_pages_hold_everything(page, tmp_path):
     page.set_viewport_size({"width": 1280, "height": 900})
 
 
+@pytest.mark.system
 def test_nothing_was_complained_of_or_asked_for(visit):
     """Last in the file: over all that the tests above did."""
     assert visit.complaints == []
     assert visit.requests
     assert [url for url in visit.requests if not url.startswith(("file:", "data:", "blob:"))] == []
+
+
+def read(picture):
+    """(height, width, 3) bytes of a PNG file's content."""
+    return np.round(255 * matplotlib.image.imread(io.BytesIO(picture))[..., :3]).astype(np.uint8)
+
+
+def seen(page):
+    """The canvas as it stands on the page."""
+    return read(page.locator("figure.view canvas").screenshot())
+
+
+def colours(picture):
+    return len(np.unique(picture.reshape(-1, 3), axis=0))

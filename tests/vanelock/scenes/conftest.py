@@ -1,10 +1,13 @@
-"""Small components as files: nodes on springs, written by scipy."""
+"""Small components as files: nodes on springs; the example scenes and what they hold."""
 
+import importlib.util
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import TypeAlias
 
+import h5py
 import numpy as np
 import pytest
 import scipy.io
@@ -63,7 +66,6 @@ def chain(
 
 
 def planar(folder: Path, ground: float = 1.0) -> str:
-    """The component of a chain of three nodes that move along x and z alone."""
     one = chain(1, 3, (3e5, 2e5, 1e5), ground=ground)
     kept = [i for i in range(9) if i % 3 != 1]
     flat = Chain(one.K[np.ix_(kept, kept)], one.M[np.ix_(kept, kept)], one.nodes)
@@ -74,7 +76,6 @@ def planar(folder: Path, ground: float = 1.0) -> str:
 
 
 def load(component: str, node: int, direction: str, amplitude: float = 1, more: str = "") -> str:
-    """A load on one node."""
     return (
         f'[[loads]]\ncomponent = "{component}"\nnodes = [{node}]\ndirection = {direction}\n'
         f"amplitude = {amplitude}\n{more}"
@@ -91,13 +92,11 @@ def write_model(folder: Path, model: Model, name: str) -> str:
 
 
 def refused_by(act: Callable[[Path], object], path: Path, message: str) -> None:
-    """An action on a scene file is refused with a message."""
     with pytest.raises(InputError, match=message):
         act(path)
 
 
 def joined(path: Path) -> System:
-    """The system of a scene file."""
     stages = Stages(Cache(path.parent / "cache", print), lambda event: None)
     scene = load_scene(path)
     return stages.get(SceneStructure(scene).system(diameters_of(scene)))
@@ -105,7 +104,6 @@ def joined(path: Path) -> System:
 
 @pytest.fixture
 def scene_file(tmp_path: Path) -> Write:
-    """Writes a scene file beside the matrices."""
 
     def write(text: str) -> Path:
         path = tmp_path / "scene.toml"
@@ -113,3 +111,37 @@ def scene_file(tmp_path: Path) -> Write:
         return path
 
     return write
+
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def frequencies(file: h5py.File, which: str) -> Floats:
+    """The only limits of a run, "free" or "stuck", Hz."""
+    (limits,) = file["limits"].values()
+    found: Floats = limits[which][()]
+    return found
+
+
+def generator(name: str, folder: Path) -> ModuleType:
+    """The example's make.py, which writes to a folder of its own here."""
+    path = EXAMPLES / name / "make.py"
+    spec = importlib.util.spec_from_file_location(f"make_{name}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    vars(module)["HERE"] = folder
+    return module
+
+
+def lists_of(folder: Path) -> dict[str, str]:
+    return {path.name: path.read_text() for path in sorted(folder.glob("*.csv"))}
+
+
+def numbers(path: Path) -> Integers:
+    """A list of nodes under a heading."""
+    return np.array(path.read_text().split()[1:], np.int64)

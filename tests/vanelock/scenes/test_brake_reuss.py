@@ -8,11 +8,10 @@ import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import eigsh
 
-from tests.vanelock.scenes.scenes import EXAMPLES, frequencies, generator
+from tests.vanelock.scenes.conftest import EXAMPLES, frequencies, generator
 from vanelock import load_scene, run_scene
 from vanelock.nonlinear import static_bounds
 from vanelock.rom import System
-from vanelock.stages.response.summary import Summary
 
 AREA = 2921.03e-6  # m^2, of the lap less its bores: Porter and Brake (2023)
 BOLTS = 3 * 12249.0  # N
@@ -20,8 +19,7 @@ SLIP, OPEN, SLIP_OPEN = 1, 2, 3  # of `Response.state`
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A coarse beam, and what the example says of it."""
+def folder(tmp_path_factory):
     found = tmp_path_factory.mktemp("beam")
     generator("brake_reuss", found).main(columns=6, divisions=1, layers=1)
     text = (EXAMPLES / "brake_reuss" / "scene.toml").read_text()
@@ -38,7 +36,7 @@ def numbers(path: Path) -> list[int]:
 
 
 @pytest.fixture(scope="module")
-def summary(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Summary, Path]:
+def summary(folder, tmp_path_factory):
     into = tmp_path_factory.mktemp("run")
     (found,) = run_scene(load_scene(folder / "scene.toml"), into)
     return found, into
@@ -59,12 +57,11 @@ def raw(folder: Path) -> tuple[sp.csc_array, sp.csc_array, sp.csc_array]:
 
 
 def elastic(K: sp.csc_array, M: sp.csc_array, rigid: int, count: int) -> np.ndarray:
-    """Hz."""
     squared = eigsh(K, rigid + count, M, sigma=-((2 * np.pi * 100.0) ** 2))[0]
     return np.asarray(np.sqrt(np.sort(squared)[rigid:]) / (2 * np.pi))
 
 
-def test_lap_and_mass_are_the_published_ones(folder: Path) -> None:
+def test_lap_and_mass_are_the_published_ones(folder):
     shares = np.loadtxt(folder / "pairs.csv", delimiter=",", skiprows=1)[:, 2] / 1e12
     assert (shares > 0).all()
     assert shares.sum() == pytest.approx(AREA, rel=0.02)  # bores of four sides
@@ -99,7 +96,7 @@ def test_bolts_press_at_rest_and_the_lap_slides_without_lift_off(summary):
     assert 0 < summary[0].of_stuck < 1
 
 
-def test_tip_moves_as_the_raw_matrices_say(folder: Path, summary: tuple[Summary, Path]) -> None:
+def test_tip_moves_as_the_raw_matrices_say(folder, summary):
     """The linear peak, stuck: of a mode alone, the load's and the output's node the same."""
     K, M, springs = raw(folder)
     squared, shapes = eigsh(K + springs, 8, M, sigma=-((2 * np.pi * 100.0) ** 2))

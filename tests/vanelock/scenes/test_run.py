@@ -1,14 +1,14 @@
 """A scene's run: files, cache, sweeps, systems from files, mistakes."""
 
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
 from tests.vanelock.results.one_file import contents
-from tests.vanelock.scenes.conftest import Write, chain, joined
+from tests.vanelock.scenes.conftest import chain, joined
 from tests.vanelock.scenes.test_joined import rim
 from vanelock import cases, load_scene, nonlinear, run_scene
 from vanelock.commands.check.file import check_file
@@ -23,17 +23,15 @@ PAD = (
 )
 
 
-Swept: TypeAlias = tuple[Path, dict[str, str]]
 FEW = "[response]\nharmonics = 1\nrange = [78, 82]\npoints = 5\n"
 QUIET = f"[outputs]\nshow = []\n{FEW}"
 
 
 def arm(folder: Path) -> str:
-    """A chain on ground, its third node pressed on a pad, its last one loaded."""
     return 'name = "arm <b>"\n' + chain(1, 4, SPRINGS, ground=1.0).write(folder, "arm")
 
 
-def test_a_system_from_a_file_is_the_scene_that_made_it(tmp_path: Path, scene_file: Write) -> None:
+def test_a_system_from_a_file_is_the_scene_that_made_it(tmp_path, scene_file):
     path = scene_file(arm(tmp_path) + "modes = 2\n" + PAD + QUIET)
     joined(path).save(tmp_path / "joined.h5")
     whole = run_scene(load_scene(path), tmp_path / "whole")
@@ -84,7 +82,7 @@ def test_damping_by_a_matrix_and_with_joints_open_or_stuck(tmp_path, scene_file)
     assert joined(scene_file(ready + '[damping]\njoints = "open"\n')).damping_joints == "open"
 
 
-def test_swept_values_are_checked_as_their_keys(tmp_path: Path, scene_file: Write) -> None:
+def test_swept_values_are_checked_as_their_keys(tmp_path, scene_file):
     text = f"{arm(tmp_path)}{PAD}[sweep]\n"
     swept = '"loads[0].amplitude" = [1, "2 N"]\n"contacts.pad.mu" = [0.1]'
     found = [each.name for each in cases(load_scene(scene_file(text + swept)))]
@@ -105,13 +103,11 @@ SYSTEM = '[system]\nfile = "x.h5"\n'
     ("old", "new", "expected"),
     [
         ("kn = 4e4", "kn = 0", "contacts.pad.kn = 0: normal stiffness of a pair must be > 0 N/m"),
-        ("mu = 0.2", "muu = 0.2", "contacts.pad.muu = 0.2: unknown key; nearest known key: .*mu"),
         ("mu = 0.2\n", "", "contacts.pad.mu: must be given"),
         ('"arm", "ground"', '"leg", "ground"', 'contacts.pad.between: no component "leg"'),
         ("pairs = [3]", "pairs = [[3, 4]]", "contacts.pad.pairs: expected node numbers"),
         ("pairs = [3]", "pairs = [7]", "node 7"),
         ("normal = [0, 0, 1]", "normal = [0, 0, 0]", "contacts.pad.normal: must not be zero"),
-        ("direction = [0, 1, 0]", "direction = [0, 1]", "loads.0..direction"),
         ('"arm_K.mtx"', '"gone.mtx"', "gone.mtx: cannot be read: No such file"),
         ('mass = "arm_M.mtx"\n', "", "components.arm.mass: must be given"),
         ("[[loads]]", f"{SYSTEM}[[loads]]", "system.file holds it already"),
@@ -128,7 +124,7 @@ def test_mistakes_are_one_clear_line(tmp_path, scene_file, old, new, expected):
     assert len(str(error.value).splitlines()) == 1
 
 
-def test_vectors_are_directions_however_long(tmp_path: Path, scene_file: Write) -> None:
+def test_vectors_are_directions_however_long(tmp_path, scene_file):
     """Their squares would overflow, or vanish."""
     text = arm(tmp_path) + "modes = 2\n" + PAD.replace("kn =", "tangent = [0, 1, 0]\nkn =")
     expected = joined(scene_file(text))
@@ -141,7 +137,7 @@ def test_vectors_are_directions_however_long(tmp_path: Path, scene_file: Write) 
 
 
 @pytest.fixture(scope="module")
-def swept(tmp_path_factory: pytest.TempPathFactory) -> Swept:
+def swept(tmp_path_factory):
     """A scene of three cases, and what one process finds of them."""
     folder = tmp_path_factory.mktemp("swept")
     sweep = '[sweep]\n"contacts.pad.mu" = [0.05, 0.1, 0.2]\n'
@@ -154,7 +150,6 @@ def swept(tmp_path_factory: pytest.TempPathFactory) -> Swept:
 def test_a_case_that_cannot_be_computed_is_listed_and_the_rest_is_there(
     swept, tmp_path, monkeypatch
 ):
-    """It is tried twice; the same run again goes on with what is missing."""
     real, heard, tried = nonlinear.frequency_response, list[object](), list[float]()
 
     def response(system: nonlinear.System, *rest: Any, **options: Any) -> Any:

@@ -27,7 +27,6 @@ COARSER = (1, 2, 2)
 
 
 def planned_of(text: str) -> Planned:
-    """The steps of a study's first case."""
     return plan(cases(parse_study(text)), lambda *_: None)[0]
 
 
@@ -76,7 +75,6 @@ def ring_text(ring_files) -> Callable[..., str]:
 
 @pytest.fixture(scope="session")
 def scene(ring_files) -> SimpleNamespace:
-    """The parts of a coarser ring, reduced to 1e-4, and joints on their nodes."""
     own = [
         own_part(mesh.read_mesh(path, "mm"), name, called)
         for name, (path, called) in ring_files("tetra10", COARSER).items()

@@ -2,8 +2,6 @@
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -48,7 +46,6 @@ KEYS = [
 
 
 def test_friction_is_found_and_written(small_model, tmp_path):
-    """From a measurement made with another friction."""
     true = small_model.amplitudes({MU: 0.2}, CURVE)
     noise = 0.3 * np.random.default_rng(2).standard_normal(len(HERTZ))
     columns = {"speed (rpm)": 60 * HERTZ, "amplitude (um)": 1e6 * true + noise}
@@ -74,17 +71,6 @@ def test_friction_is_found_and_written(small_model, tmp_path):
     assert (folder / "figures" / "fit.png").stat().st_size > 10_000
     header = (folder / "figures" / "fit.csv").read_text("utf-8").splitlines()[2]
     assert header.startswith("frequency (Hz): rig,measured (µm): rig")
-
-
-def test_a_curve_may_have_a_load_of_its_own(small_model):
-    """It is the study's times as much; where all sticks, twice the load moves twice as far."""
-    few = replace(CURVE, frequency=HERTZ[2:5], amplitude=HERTZ[2:5])
-    double = replace(few, load=2.0)
-    once = small_model.amplitudes({FORCE: 60.0}, few)
-    np.testing.assert_allclose(small_model.amplitudes({FORCE: 30.0}, double), once, rtol=1e-6)
-    small, more = (small_model.amplitudes({FORCE: 0.03}, each) for each in (few, double))
-    np.testing.assert_allclose(more, 2 * small, rtol=1e-6)
-    assert double.label == "rig, load × 2"
 
 
 def test_loads_at_rest_and_heat_are_those_of_the_run(golden, kept_by):
@@ -199,20 +185,6 @@ def test_jumps_and_neglected_harmonics_are_said(small_model):
     assert "those above 1 change" in harmonics
     rough = replace(exact, sigma=np.full(len(size), size.max()))
     assert not [text for text in remarks(small_model, [rough], made) if text.startswith("HARM")]
-    # Two per cent of 10 um are two standard deviations of 0.1 um, whatever was measured.
-    share, um = np.array([0.01, 0.02, np.nan]), 1e-6 * np.array([1.0, 10.0, np.nan])
-    known: Any = SimpleNamespace(
-        study=small_model.study,
-        jumps=lambda *_: [],
-        neglected=lambda *_: share,
-        amplitudes=lambda *_: um,
-    )
-    measured = replace(exact, sigma=np.full(3, 1e-7), amplitude=np.full(3, 3e-5))
-    (text,) = remarks(known, [measured], replace(made, scale=1.0))
-    assert f"at {hertz[1]:.6g} Hz by 2 standard deviations of the points" in text
-    um[2] = 1e-6
-    (text,) = remarks(known, [measured], replace(made, scale=1.0))
-    assert f"at {hertz[2]:.6g} Hz by an unknown amount: raise" in text
 
 
 def test_curves_of_the_study_s_engine_order_have_all_a_sigma_or_none():

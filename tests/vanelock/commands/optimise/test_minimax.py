@@ -1,9 +1,20 @@
-"""The smallest largest value against known minima: smooth, at a ridge, at a bound."""
+"""The smallest largest value against known minima: smooth, at a ridge, at a bound; starts."""
 
 import numpy as np
 import pytest
 
 from vanelock.commands.optimise.objective import Functions, minimax
+from vanelock.commands.optimise.search import spread
+
+
+def test_starts_spread_over_the_bounds():
+    low, high = np.array([0.0, 10.0]), np.array([1.0, 30.0])
+    places = spread(low, high, 30)
+    assert ((low < places) & (places < high)).all()
+    share = (places - low) / (high - low)
+    quarters = 2 * (share[:, 0] > 0.5) + (share[:, 1] > 0.5)
+    assert np.bincount(quarters.astype(int), minlength=4).min() >= 6
+
 
 WIDE = np.full(2, -3.0), np.full(2, 3.0)
 

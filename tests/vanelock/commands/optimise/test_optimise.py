@@ -96,8 +96,13 @@ def test_what_cannot_be_varied_is_one_line(tmp_path):
             optimise_study(parse_study(f"[optimise]\n{text}"), tmp_path / "none")
 
 
+def test_a_range_without_a_peak_is_refused(tmp_path):
+    text = STUDY.replace(str([*NEAR]), "[200.0, 210.0]")
+    with pytest.raises(InputError, match="no peak lies in the range"):
+        optimise_study(parse_study(text), tmp_path)
+
+
 def test_each_case_of_a_sweep_has_an_optimum(tmp_path):
-    """Of two loads; the smallest is written."""
     text = STUDY.replace("starts = 2", "starts = 0") + "[sweep]\nexcitation.force = [6.0, 3.0]\n"
     heard: list[Event] = []
     found = optimise_study(parse_study(text), tmp_path, heard.append, text)
@@ -141,6 +146,7 @@ def test_the_least_upper_bound_is_that_of_a_map(small_model, tmp_path):
     found = optimise_study(study, tmp_path)
     assert found.settled
     assert found.of == "upper bound"
+    assert any("static friction" in text for text in notes(found))
     assert found.after < 0.98 * found.before
     assert study.bounds is not None
     for factor in (0.8, 1.0, 1.25):

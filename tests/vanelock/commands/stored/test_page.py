@@ -1,4 +1,4 @@
-"""All that a run shows is made again from its results alone, and is the same."""
+"""All that a run shows, its pictures drawn, is made again from its results alone, the same."""
 
 import shutil
 from pathlib import Path
@@ -6,14 +6,11 @@ from pathlib import Path
 import pytest
 
 from vanelock.commands.stored.run import show_again
-from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
 from vanelock.pipeline.progress import Event
-from vanelock.results.files.writer import Results
 
 
 def shown(folder: Path) -> dict[str, bytes]:
-    """All pictures, tables and pages in a run's folder."""
     files = [path for name in ("figures", "shapes") for path in (folder / name).rglob("*")]
     files = [path for path in (*files, folder / "report.html") if path.is_file()]
     return {str(path.relative_to(folder)): path.read_bytes() for path in files}
@@ -43,14 +40,3 @@ def test_everything_shown_follows_from_the_results_alone(golden, name, tmp_path)
     assert {name: made == expected.get(name) for name, made in shown(results).items()} == (
         dict.fromkeys(expected, True)
     )
-
-
-def test_a_run_without_a_finished_case_has_no_page(tmp_path):
-    results = Results(tmp_path / "results.h5")
-    with results.edit() as file:
-        about = file.create_group("provenance")
-        about.create_group("versions")
-        about.attrs.update({"date": "2026-01-01", "settings": "{}", "study": "", "given": "{}"})
-    results.flush()
-    with pytest.raises(InputError, match="no case is finished yet"):
-        show_again(tmp_path)

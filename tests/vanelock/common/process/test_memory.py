@@ -137,29 +137,3 @@ def test_a_run_under_a_small_limit_is_one_line_and_status_2(tmp_path, limit, siz
     (line,) = done.stderr.splitlines()
     assert line.startswith("vanelock: not enough memory (")
     assert words in line
-
-
-FAULTS = """
-import resource, sys
-import numpy as np
-from vanelock.common.process import keep_freed
-if sys.argv[1:]:
-    keep_freed()
-for turn in range(20):
-    if turn == 1:  # the first takes the memory
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-    np.ones(10**6)
-print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
-"""
-
-
-def test_freed_memory_is_used_again():
-    """Else each array of 8 MB takes new pages from the system: 1953 of 4 kB, or 4 of 2 MB."""
-
-    def faults(*arguments):
-        done = subprocess.run(
-            [sys.executable, "-c", FAULTS, *arguments], capture_output=True, text=True, check=True
-        )
-        return int(done.stdout)
-
-    assert faults("keep") < 10 < 19 < faults()

@@ -1,4 +1,4 @@
-"""Sweeps: the product of all lists, every value checked as its key would be."""
+"""Sweeps: the product of all lists, every value checked as its key would be; names of cases."""
 
 import re
 import tomllib
@@ -9,8 +9,10 @@ import pytest
 from tests.vanelock.input.conftest import complaint
 from vanelock import Study, cases, load_study, parse_study
 from vanelock.common.errors import InputError
+from vanelock.input.cases.names import slug, valued, words
 from vanelock.input.cases.sweep import label
 from vanelock.input.cases.values import with_values
+from vanelock.results.figures.curves import _merged
 
 
 def test_product_runs_the_last_key_fastest():
@@ -44,24 +46,9 @@ def test_cases_have_values_and_names():
     assert [c.study.excitation.force_per_node for c in found] == [0, 0]
 
 
-def test_the_first_key_runs_slowest():
-    study = parse_study(
-        '[sweep]\n"excitation.engine_order" = [1, 2, -3]\n"joints.interlock.mu" = [0.1, 0.3]'
-    )
-    found = cases(study)
-    orders = [case.study.excitation.engine_order for case in found]
-    assert orders == [1, 1, 2, 2, -3, -3]
-    assert found[5].name == "engine_order=-3,mu=0.3"
-    assert found[5].values == {"excitation.engine_order": -3, "joints.interlock.mu": 0.3}
-    (only,) = cases(parse_study("[sweep]\nexcitation.engine_order = [16]"))
-    assert (only.name, only.study.excitation.engine_order) == ("engine_order=16", 16)
-
-
 MISTAKES = """
 "joints.interlock.muu": unknown key; nearest known key: joints.interlock.mu
 "joints.interlock": only keys that hold a number or a choice of words can be swept
-"name": only keys that hold a number or a choice of words can be swept
-"measured": only keys that hold a number or a choice of words can be swept
 "joints.interlock.mu"[1] = -0.1: friction coefficient must be >= 0
 "response.coupling"[1] = "loose": coupling of the static and the dynamic balance must be one of \
 "coupled", "uncoupled" or "constant-load"
@@ -70,7 +57,6 @@ MISTAKES = """
 "vane.chord" = []: needs at least one value
 "vane.chord"[1] = "40 mm": the same as entry 0
 "ring.sectors"[1] = 16.5: expected a whole number
-"material.vane.nu"[1] = 0.5: Poisson's ratio must be < 0.5
 """
 RIGHT = {"vane.chord": "0.04", "response.coupling": '"coupled"', "ring.sectors": "16"}
 
@@ -140,3 +126,37 @@ def test_a_changed_study_is_the_one_that_its_file_would_give(changes):
     expected = Study.model_validate(data)
     assert found == expected
     assert found.model_dump(exclude_unset=True) == expected.model_dump(exclude_unset=True)
+
+
+def test_people_and_files_get_the_same_name():
+    name = "mu=0.15,interference=17um,kn=20N_um,angle=-3.5deg,coupling=uncoupled"
+    assert words(name) == "μ = 0.15, interference = 17 µm, kn = 20 N/µm, angle = -3.5°, uncoupled"
+    assert slug(name) == "mu0.15_interference17um_kn20N_um_angle-3.5deg_couplinguncoupled"
+    assert slug("hook.mu=0.15,kn=1e+06") == "hook.mu0.15_kn1e+06"
+    for name, text in (
+        ("size=coarse,monitor=upper 17um", "size = coarse, monitor = upper 17um"),
+        ("mu=0.15,harmonics=3", "μ = 0.15, H = 3"),
+        ("nominal", "nominal"),
+        (
+            "engine_order=-2,coupling=constant-load,friction=isotropic,mu=0.3",
+            "EO = -2, constant-load, isotropic friction, μ = 0.3",
+        ),
+    ):
+        assert words(name) == text
+    assert words("mu=0.15,harmonics=3", without="harmonics") == "μ = 0.15"
+    assert _merged(["mu=0.1,kn=5", "mu=0.3,kn=5"]) == "μ = 0.1 or 0.3, kn = 5"
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (4e-6, "m", "4um"),
+        (1.23456789e-5, "m", "12.3456789um"),
+        (1.67e7, "N/m", "16.7N_um"),
+        (1e-3, "kg m", "1000gmm"),
+        (0.15, "", "0.15"),
+        ("coupled", "", "coupled"),
+    ],
+)
+def test_a_value_in_a_name(value, unit, text):
+    assert valued(value, unit) == text

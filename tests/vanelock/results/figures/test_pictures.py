@@ -1,8 +1,6 @@
-"""Which curves and modes a sweep draws, and what it calls them."""
+"""Which curves and modes a sweep draws, what it calls them, and the data beside."""
 
-import json
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,19 +8,19 @@ import numpy as np
 import pytest
 
 from tests.vanelock.run_results import case_of, run_of
-from vanelock import parse_study
+from vanelock import cases, nonlinear, parse_study
 from vanelock.analyses import campbell
-from vanelock.input.cases.sweep import cases
-from vanelock.input.measured.curve import Measured
-from vanelock.input.measured.units import STRAIN
 from vanelock.nonlinear import static_response
-from vanelock.pipeline.progress import silent
-from vanelock.report import Picture
+from vanelock.quantities.run_result import looked_into_names, named
+from vanelock.report import Page, Section, write_page
+from vanelock.report.plots import figure
+from vanelock.results.figures.contacts import (
+    Loop,
+)
 from vanelock.results.figures.curves import _linear as linear_curves
-from vanelock.results.figures.curves import curves
-from vanelock.results.figures.pictures import _all_modes, draw
-from vanelock.results.files.run_folder import OutputFiles
+from vanelock.results.figures.pictures import _all_modes, _detailed
 from vanelock.results.listing import preload_table
+from vanelock.results.page_sections.curves import response_plot
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.summary import Peak
 
@@ -49,7 +47,6 @@ def found(k=1, free=250.0):
 
 
 def modes(monkeypatch, drawn):
-    """(file, title, subtitle) of each mode picture."""
     heard = []
 
     def picture(run_data, each, field, *_):
@@ -59,21 +56,6 @@ def modes(monkeypatch, drawn):
     monkeypatch.setattr("vanelock.results.figures.pictures._data", lambda *_: ())
     _all_modes(drawn)
     return heard
-
-
-def test_each_distinct_limit_has_its_modes_drawn(monkeypatch):
-    text = '[ring]\nsectors = 18\n[vane]\naerofoils = 3\nchord = "54 mm"\nthickness = "4.8 mm"\n'
-    text += '[sweep]\n"excitation.engine_order" = [-1, 1]\n"excitation.force" = [10, 20]'
-    drawn, _ = run_data(text, [found(17), found(17), found(1), found(1)])
-    assert modes(monkeypatch, drawn) == [
-        (
-            f"mode_{which}_engine_order{order}",
-            f"Mode 2 of {wave}, interlock {which}: {frequency} Hz",
-            f"EO = {order}",
-        )
-        for order, wave in ((-1, "nodal diameter 1, backward wave"), (1, "nodal diameter 1"))
-        for which, frequency in (("free", "250.00"), ("stuck", "280.00"))
-    ]
 
 
 def test_one_limit_needs_no_name_and_many_are_not_all_drawn(monkeypatch):
@@ -101,23 +83,6 @@ def test_equal_linear_limits_are_one_curve_and_others_are_named():
     assert labels == ["linear, free: EO = -1 or 1", "linear, free: EO = 2", "linear, stuck"]
 
 
-def test_the_curves_are_drawn_again_where_a_measured_one_is_called_otherwise_or_is_a_strain():
-    drawn, _ = run_data("")
-    shows: list[Any] = []
-
-    def drawing(name, shown, write, quick=False):
-        shows.append(shown)
-        return Path(name)
-
-    files: Any = drawn.output_files
-    files.draw = drawing
-    one = Measured("rig", F, 1e-6 * F)
-    for each in (one, replace(one, load=0.5), replace(one, quantity=STRAIN)):
-        drawn.measured = (each,)
-        curves(drawn)
-    assert len({json.dumps(each) for each in shows}) == 6  # pictures and CSV files
-
-
 def test_an_open_joint_has_no_preload_and_no_friction_no_share_of_it(ring):
     gap = replace(ring, contacts=replace(ring.contacts, v0=np.array([1e-5, -1e-5])))
     rest = static_response(gap)
@@ -134,69 +99,132 @@ def test_an_open_joint_has_no_preload_and_no_friction_no_share_of_it(ring):
     assert [(row["closed"], row["slipped"], row["t_over_n"]) for row in rows] == [(1, 1, 0)] * 2
 
 
-def test_the_first_and_the_last_case_of_a_sweep_move(tmp_path, monkeypatch):
-    text = (
-        '[sweep]\n"joints.interlock.mu" = [0.1, 0.2, 0.3]\n[outputs]\nshow = ["shapes", "loops"]\n'
-    )
-    heard = []
+def test_lines_that_cases_share_are_drawn_once_and_other_crossings_by_themselves():
+    """With the circles of the first sample; as cases of several engine orders, each its own."""
 
-    def noted(run_data, each, animated):
-        heard.append((each.name, animated))
-        return []
+    def drawn(names, interest):
+        found: list[str] = []
+        lines = [SimpleNamespace(free=np.ones(2), stuck=np.ones(2), interest=i) for i in interest]
+        diagrams = [{"campbell.0": SimpleNamespace(lines=each)} for each in lines]
+        cases = {n: case_of(n, None, d) for n, d in zip(names, diagrams, strict=True)}
+        run: Any = SimpleNamespace(cases=cases)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(campbell, "_picture", lambda run, case: found.append(case.name))
+            list(campbell.CAMPBELL.run_pictures(run))
+        return found
 
-    for name in ("curves", "_stress", "contacts", "_mesh"):
-        monkeypatch.setattr(
-            f"vanelock.results.figures.pictures.{name}", lambda *_: Picture(Path(), "", "")
+    samples = [f"sample={i}" for i in range(12)]
+    assert drawn(samples, [np.array([True, False])] * 12) == ["sample=0"]
+    orders = ["engine_order=1", "engine_order=2"]
+    assert drawn(orders, [np.array([True, False]), np.array([False, True])]) == orders
+
+
+def test_a_loop_knows_its_bounds(ring):
+    hertz = np.array([250.0])
+    for coupling in ("coupled", "constant-load"):
+        response = nonlinear.frequency_response(
+            ring, hertz, nonlinear.Options(1, coupling=coupling)
         )
-    for name in ("preloads", "_all_modes", "loops", "_mesh_errors"):
-        monkeypatch.setattr(f"vanelock.results.figures.pictures.{name}", lambda *_: [])
-    monkeypatch.setattr("vanelock.results.figures.pictures._response", noted)
-
-    every = ["mu=0.1", "mu=0.2", "mu=0.3"]
-
-    def moving(text, cases_shown):
-        peak = Peak(0, 250.0, 1e-6, False)
-        peaks = [peak if name in cases_shown else None for name in every]
-        drawn, _ = run_data(text, [found()] * 3, peaks=peaks)
-        drawn.output_files = OutputFiles(tmp_path, silent)
-        heard.clear()
-        draw(drawn)
-        return dict(heard)
-
-    assert not any(moving(text, every).values())
-    text = text.replace('"loops"', '"loops", "animations"')
-    assert moving(text, every) == {"mu=0.1": True, "mu=0.2": False, "mu=0.3": True}
-    assert moving(text, every[:1]) == {"mu=0.1": True}
+        loop = Loop(response, 1, ("radial", "axial"))
+        n = loop.history[1][:, 0]
+        expected = n if coupling == "coupled" else np.full(len(n), response.force[0, 0, 1, 0].real)
+        bound = np.asarray(loop.columns()["friction limit mu n (N)"])
+        np.testing.assert_allclose(bound, 0.3 * expected)
 
 
-def test_lines_that_samples_share_are_drawn_whichever_samples_have_pictures():
-    """Once, with the circles of the first sample, whose peak is not among the three named."""
-    drawn: list[str] = []
-    lines = SimpleNamespace(free=np.ones(2), stuck=np.ones(2))
-    diagram = SimpleNamespace(lines=lines)
-    names = [f"sample={i}" for i in range(12)]
-    run: Any = SimpleNamespace(cases={n: case_of(n, None, {"campbell.0": diagram}) for n in names})
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(campbell, "_picture", lambda run, case: drawn.append(case.name))
-        list(campbell.CAMPBELL.run_pictures(run))
-    assert drawn == ["sample=0"]
+SWEEP = f'[sweep]\n"joints.interlock.mu" = {[round(0.1 + 0.01 * i, 2) for i in range(10)]}'
+SAMPLES = """
+[scatter]
+samples = {}
+[scatter.keys]
+"joints.interlock.kt" = {{ uniform = [1e6, 2e6] }}
+"""
 
 
-def test_cases_whose_engine_orders_meet_the_same_lines_elsewhere_have_diagrams_of_their_own():
-    """As cases of several engine orders: which crossings are of interest differs."""
-    both = [
-        SimpleNamespace(free=np.ones(2), stuck=np.ones(2), interest=np.array(of))
-        for of in ([True, False], [False, True])
+def sweep_of(text, own_limits=False, folder=None):
+    """Cases whose peaks go down and up again, with limits of their own or shared."""
+    study = parse_study(text)
+    peaks, curves = list[Any](), list[Any]()
+    limits: dict[Any, Any] = {}
+    swept = cases(study)
+    for i, case in enumerate(swept):
+        height = 1e-6 * (1 + (2 + 4 * i) % 5 + 0.01 * i)
+        peaks.append(Peak(3, 270.0, height, False))
+        curves.append((F, height / (1 + abs(F - 270)), np.ones(7, bool)))
+        for which in ("free", "stuck"):
+            name = case.name if own_limits else ""
+            limits[name, which] = (F, 1e-5 * (1 + i * own_limits) * np.ones(7))
+    events: list[Any] = []
+    output_files: Any = SimpleNamespace(folder=folder, listener=events.append)
+    run = run_of(study, swept, peaks, curves, output_files=output_files)
+    if own_limits:
+        run.cases = {name: replace(case, linear_name=name) for name, case in run.cases.items()}
+    run.limits = limits
+    return run, events
+
+
+def test_samples_looked_into_are_those_with_pictures_and_of_a_sweep_ends_and_extremes():
+    many, _ = sweep_of(SAMPLES.format(30))
+    peaks = many.peaks
+    order = sorted(peaks, key=lambda name: peaks[name].amplitude)
+    assert set(looked_into_names(many)) == {order[0], order[15], order[-1]}
+    assert looked_into_names(many) == [each.name for each in named(many)]
+    many, _ = sweep_of(SWEEP)
+    assert looked_into_names(many) == ["mu=0.1", "mu=0.12", "mu=0.18", "mu=0.19"]
+    assert [each.name for each in named(many)] == ["mu=0.1", "mu=0.19"]
+
+
+@pytest.mark.parametrize("text", [SAMPLES.format(10), SWEEP])
+def test_of_equal_largest_peaks_the_page_has_one_that_is_looked_into(text):
+    many, _ = sweep_of(text)
+    peaks = many.peaks
+    for name in list(peaks)[2:8:2]:  # three, each larger than all others
+        case, peak = many.cases[name], replace(peaks[name], amplitude=1e-3)
+        many.cases[name] = replace(case, summary=replace(case.summary, peak=peak))
+    most = many.largest
+    assert most is not None
+    assert most.case in looked_into_names(many)
+    assert many.peaks[most.case].amplitude == 1e-3
+
+
+@pytest.mark.parametrize(
+    ("wanted", "said"),
+    [
+        ("", ["loops and shapes"]),
+        ("show = ['shapes', 'report']", ["shapes"]),
+        ("show = ['loops', 'report']", ["loops"]),
+        ("show = ['report']", []),
+    ],
+)
+def test_pictures_of_a_few_are_announced_where_there_are_any(wanted, said):
+    many, events = sweep_of(f"{SAMPLES.format(30)}\n[outputs]\n{wanted}")
+    _detailed(many)
+    expected = "pictures of {} for the lowest, the middle and the largest peak of 30"
+    assert [event.text for event in events] == [expected.format(each) for each in said]
+
+
+def plot(made, folder):
+    made.output_files.folder = folder
+    return response_plot(made)
+
+
+def test_many_samples_are_shaded_as_in_the_picture(tmp_path):
+    made, _ = sweep_of(SAMPLES.format(30), own_limits=True)
+    shown = plot(made, tmp_path)
+    outer, inner, middle = shown.traces[:3]
+    assert [t.name for t in (outer, inner, middle)] == [
+        "5 to 95 % of 30 samples",
+        "25 to 75 % of 30 samples",
+        "median of 30 samples",
     ]
-    names = "engine_order=1", "engine_order=2"
-    run: Any = SimpleNamespace(
-        cases={
-            name: case_of(name, None, {"campbell.0": SimpleNamespace(lines=lines)})
-            for name, lines in zip(names, both, strict=True)
-        }
-    )
-    drawn: list[str] = []
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(campbell, "_picture", lambda run, case: drawn.append(case.name))
-        list(campbell.CAMPBELL.run_pictures(run))
-    assert drawn == list(names)
+    assert (outer.fill, inner.fill, middle.fill) == (0.15, 0.3, 0)
+    np.testing.assert_array_equal(outer.x, np.append(F, F[::-1]))
+    heights = 1e6 * np.array([case.drawn[1] for case in made.cases.values()])
+    low, high = np.percentile(heights, [5, 95], axis=0)
+    np.testing.assert_allclose(outer.y, np.append(low, high[::-1]))
+    drawn = figure(shown)["data"][0]
+    assert (drawn["fill"], drawn["fillcolor"]) == ("toself", "rgba(0,114,178,0.15)")
+    page = Page("Many", "today", [Section("Curves", [shown])])
+    written = write_page(tmp_path / "page.html", page).read_text("utf-8")
+    assert 'fill-opacity="0.15"' in written
+    assert sum("linear" in t.name for t in shown.traces) == 6  # of the three samples alone

@@ -1,4 +1,4 @@
-"""The results file: what goes in comes out, whole at every moment."""
+"""The results file: what goes in comes out, whole at every moment; pictures of it in time."""
 
 import os
 from dataclasses import replace
@@ -12,8 +12,9 @@ from tests.vanelock.scenes.test_run import PAD, QUIET, arm
 from vanelock import load_scene, load_system, open_results, run_scene
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import Options, Response, frequency_response
-from vanelock.pipeline.progress import Event, Notice
+from vanelock.pipeline.progress import Event, Notice, silent
 from vanelock.results.files.results_file import check_results
+from vanelock.results.files.run_folder import OutputFiles
 from vanelock.results.files.writer import Results
 from vanelock.rom import System
 
@@ -120,3 +121,46 @@ def test_a_damaged_part_is_reported_and_written_again(tmp_path):
         assert notice.startswith(f"results are damaged (results/{part.name}")
         with open_results(folder / "results.h5"):
             pass
+
+
+def test_pictures_are_drawn_again_only_when_they_would_change(tmp_path):
+    drawn = []
+
+    def write(text):
+        def function(path):
+            drawn.append(text)
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+
+        return function
+
+    def draw(shows, text):
+        output_files = OutputFiles(tmp_path, silent)
+        path = output_files.draw("figures/a.png", shows, write(text))
+        output_files.tidy()
+        return path
+
+    for shows, text in (([1], "one"), ([1], "one again"), ([2], "two")):
+        path = draw(shows, text)
+    assert drawn == ["one", "two"]
+    path.write_text("spoilt")
+    draw([2], "repaired")
+    assert path.read_text() == "repaired"
+    (tmp_path / "cache" / "pictures.json").write_text('{"figures/a.png": 3')
+    draw([2], "list lost")
+    assert path.read_text() == "list lost"
+
+
+def test_what_is_drawn_last_is_known_to_the_next_run_and_bad_places_are_named(tmp_path):
+    drawn = []
+    for _ in range(2):
+        output_files = OutputFiles(tmp_path, silent)
+        output_files.tidy(keep=["report.html"])
+        output_files.draw("report.html", [], lambda path: drawn.append(path.write_text("drawn")))
+    assert len(drawn) == 1
+    (tmp_path / "figures").write_text("a file")
+    (tmp_path / "shapes" / "a.png").mkdir(parents=True)
+    for name in ("figures/a.png", "shapes/a.png"):
+        with pytest.raises(InputError) as caught:
+            OutputFiles(tmp_path, silent).draw(name, [], lambda path: path.write_text("drawn"))
+        assert str(caught.value).startswith(f"{tmp_path / name}: cannot be written: ")

@@ -1,4 +1,4 @@
-"""Pages of golden runs, their answers, and two runs compared."""
+"""Pages of golden runs: their answers, inputs and warnings, and two runs compared."""
 
 import json
 import re
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.small_study import SMALL
-from tests.vanelock.results.one_file import in_one_file
+from tests.vanelock.results.one_file import card, in_one_file, on_page, plain
 from vanelock import compare_runs, nonlinear, parse_study, run_study
 from vanelock.commands.compare import compared
 from vanelock.commands.stored.contents import load_run
@@ -18,6 +18,7 @@ from vanelock.common.tables import Table
 from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, Event, Notice
 from vanelock.quantities.sensitivities import Sensitivities
+from vanelock.results.page_sections.inputs import inputs
 from vanelock.rom import System
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -111,7 +112,6 @@ def test_page_holds_the_answers_and_every_section(golden, name, more):
 
 
 def test_files_are_written_again_only_when_they_show_something_else(golden, tmp_path):
-    """Page and pictures; and those of other outputs go."""
     known = golden("default")
     folder = tmp_path / "default"
     shutil.copytree(known.folder, folder)
@@ -189,3 +189,79 @@ def test_comparison_stays_out_of_the_runs(folder, golden, tmp_path):
         compare_runs(folder, golden("sweep").folder, folder / "page")
     with pytest.raises(InputError, match="the same folder as"):
         compare_runs(folder, folder, tmp_path / "page")
+
+
+HOT = 'temperature.vane = 605\nmaterial.vane.E = [[20, "200 GPa"], [620, "155 GPa"]]\n'
+GROWN = (
+    "temperature.casing = 600\nmaterial.casing.expansion = 1e-5\nmaterial.vane.expansion = 1.3e-5\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [(HOT, "modulus alone: thermal expansion"), (HOT + GROWN, "growth of the vane against")],
+)
+def test_thermal_expansion_is_left_out_where_none_is_given(text, words):
+    study = parse_study(text)
+    said = str(inputs(study, [study]).blocks[-1])
+    assert "Temperature acts" in said
+    assert words in said
+
+
+CASES = {
+    f"mu={mu},force={force}N": f"μ = {mu}, force = {force} N"
+    for mu in (0.15, 0.3)
+    for force in (10, 20)
+}
+
+
+@pytest.fixture(scope="module")
+def ran(golden):
+    return golden("sweep")
+
+
+@pytest.fixture(scope="module")
+def results(ran):
+    with h5py.File(ran.folder / "results.h5") as file:
+        groups = {name: file["response"][name] for name in CASES}
+        return {n: (dict(each.attrs), dict(each["answers"].attrs)) for n, each in groups.items()}
+
+
+@pytest.fixture(scope="module")
+def page(ran):
+    return (ran.folder / "report.html").read_text("utf-8")
+
+
+def test_the_answers_are_those_of_the_largest_peak(page, results):
+    name = max(results, key=lambda name: results[name][0]["peak_amplitude"])
+    assert name == "mu=0.15,force=20N"
+    case, _ = results[name]
+    value, note = card(page, "Largest peak")
+    assert float(value.split()[0]) == pytest.approx(1e6 * case["peak_amplitude"], rel=5e-3)
+    assert note.startswith(CASES[name])
+    note = card(page, "Frequency")[1]
+    assert "rpm at engine order 1" in note
+    assert f"{100 * case['position']:.0f} % of the shift" in note
+    _, rows = on_page(page, "All cases at their largest")
+    assert [row[0] for row in rows] == list(CASES.values())
+
+
+def test_each_case_is_swept_in_both_directions(ran):
+    for found in ran.summaries:
+        assert [sweep.direction for sweep in found.sweeps] == ["up", "down"]
+        with h5py.File(ran.folder / "results.h5") as file:
+            case = file["response"][found.case]
+            assert case["jumps"].shape == case["lower/jumps"].shape == (0, 4)
+            two = {each.attrs["direction"]: each["amplitude"][()] for each in (case, case["lower"])}
+        assert set(two) == {"up", "down"}
+        np.testing.assert_allclose(two["down"], two["up"], rtol=1e-6)
+    assert not any("sweep" in line for line in ran.table("cases").notes)
+
+
+def test_warnings_stand_in_the_table_on_the_page_and_in_the_results(ran, results, page):
+    warned = {name: list(case["warnings"]) for name, (case, _) in results.items()}
+    (name,) = [name for name, lines in warned.items() if lines]
+    (line,) = warned[name]
+    assert "in one direction, is not determined: it can hold" in line
+    assert ran.table("cases").notes == [f"warning: {name}: {line}."]
+    assert f"{CASES[name]}: {line}." in plain(page)

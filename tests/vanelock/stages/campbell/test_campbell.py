@@ -1,18 +1,19 @@
-"""The Campbell diagram of a run on a small ring, and a system made anew to compare with."""
+"""The Campbell diagram of a run; its lines against the unreduced sector."""
 
 from dataclasses import replace
 
 import h5py
 import numpy as np
 import pytest
-import scipy.linalg as sl
 
+from benchmarks.unreduced import unreduced_segment as unreduced
 from tests.vanelock.stages.conftest import COARSER, planned_of
-from vanelock import parse_study, run_study
-from vanelock.nonlinear import Response, linear_response
+from vanelock import fem, parse_study, run_study
+from vanelock.nonlinear import Response
 from vanelock.pipeline.progress import Done, Event, Notice
-from vanelock.stages.campbell.speed_lines import Campbell, _of_order, _with_unbalance, lines_step
-from vanelock.stages.parts.segment import Segment, segment_of
+from vanelock.stages.campbell.frequencies import ModesOverSpeed, grid
+from vanelock.stages.campbell.speed_lines import Campbell
+from vanelock.stages.parts.segment import Segment
 from vanelock.stages.response.limits import Limits
 
 HOT = """
@@ -43,7 +44,6 @@ AS_IT_IS = '[mesh]\ncorrection = "none"\n'
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory, ring_text):
-    """A run with a diagram: folder, events, the products."""
     folder, heard = tmp_path_factory.mktemp("campbell"), list[Event]()
     run_study(
         parse_study(ring_text("tetra10", COARSER) + AS_IT_IS + HOT + DIAGRAM), folder, heard.append
@@ -107,48 +107,41 @@ def test_circles_are_the_nonlinear_response_where_it_is(ran):
     assert own[within].all()
 
 
-def test_a_linear_circle_by_a_dense_solve(scene):
-    """The response to another engine order, C from all modes of the open structure."""
-    study = parse_study('[ring]\nsectors = 12\n[excitation]\nunbalance = "1.5 kg*mm"')
-    bare = replace(segment_of(study), joints=scene.joints)
-    nodes = len(scene.casing_model.part.node_sets["force"])
-    joined = _of_order(bare, 2, nodes, 12).join(scene.vane, scene.casing)
-    system = _with_unbalance(joined, bare)
-    assert system.engine_order == 2
-    D, f = system.at(2), 273.0
-    n, omega = len(D.K), 2 * np.pi * f
-    B = system.contact_rows(2)
-    stiffness = system.contacts.stiffness.ravel()
-
-    def with_springs(closed):
-        rows = B[closed].reshape(-1, n)
-        return D.K + (rows.conj().T * stiffness[np.repeat(closed, 3)]) @ rows
-
-    closed = ~system.contacts.opens
-    squared, V = sl.eigh(with_springs(closed), D.M)
-    MV = D.M @ V
-    C = (MV * (2 * 0.003 * np.sqrt(squared))) @ MV.conj().T
-    # Every force node of the ring of 12 shares U ω² as a pressure with the angle's cosine.
-    per_node = 2 * 1.5e-3 / (12 * nodes) * omega**2
-    unit = Segment(scene.joints, 2, force=1.0).join(scene.vane, scene.casing).force[1]
-    matrix = with_springs(closed) - omega**2 * D.M + 1j * omega * C
-    x = np.linalg.solve(matrix, per_node * unit.vector)
-    expected = np.abs(D.output @ x)
-    found = linear_response(system, [f], closed)
-    np.testing.assert_allclose(found.amplitude[0], expected, rtol=1e-7)
+SPEEDS = (0.0, 20000.0)
 
 
-@pytest.mark.parametrize("rom_table", ['route = "paper"', "modes = 12"])
-def test_other_reductions_give_the_same_diagram(ran, stages, ring_text, rom_table):
-    """Twelve modes a part instead of six, and Tran's faces, differ by less than a per cent."""
-    text = ring_text("tetra10", COARSER).partition("[rom]")[0] + f"[rom]\n{rom_table}\n{AS_IT_IS}"
-    planned = planned_of(text + HOT.replace("[temperature]", TEMPERATURE) + DIAGRAM)
-    lines = stages.get(lines_step(planned))
-    expected = ran[2]["diagram"].lines
-    assert lines.diameters.tolist() == expected.diameters.tolist()
-    for own, other in ((lines.free, expected.free), (lines.stuck, expected.stuck)):
-        second = [
-            np.interp(10000.0, each.speeds, values[0, :, 1])
-            for each, values in ((lines, own), (expected, other))
-        ]
-        assert second[0] == pytest.approx(second[1], rel=0.01)
+def factors(speed):
+    """Moduli that fall by a third and by a fifth, the first with a bend."""
+    return float(np.interp(speed, [0, 12000, 20000], [1.1, 0.95, 0.75])), 1.05 - 1.1e-5 * speed
+
+
+@pytest.fixture(scope="module")
+def over_speed(scene):
+    def build(k=1, moduli=factors):
+        casing = replace(scene.casing, diameters={k: scene.casing.at(k)})
+        system = Segment(scene.joints, 1, force=1.0).join(scene.vane, casing)
+        return ModesOverSpeed(system, {"vane": scene.vane, "casing": casing}, k, moduli, SPEEDS)
+
+    return build
+
+
+@pytest.mark.parametrize("stuck", [False, True])
+def test_crossings_are_those_of_the_unreduced_sector(scene, over_speed, stuck):
+    """Sparse matrices assembled with the moduli at the crossing meet its line, within 1e-4."""
+    order = 4
+    met = over_speed().meetings(order, stuck, 2, grid(*SPEEDS, [12000.0]))
+    assert [each.mode for each in met] == [0, 1]
+    for each in met:
+        assert each.frequency == pytest.approx(order * each.speed / 60, rel=1e-12)
+        models = []
+        for model, factor in zip(
+            (scene.vane_model, scene.casing_model), factors(each.speed), strict=True
+        ):
+            metal = model.material
+            models.append(
+                fem.assemble(model.part, fem.Material(factor * metal.E, metal.nu, metal.rho))
+            )
+        joints = scene.joints if stuck else scene.joints[:1]
+        omega2, _ = fem.eigenpairs(*unreduced(*models, joints, 1), 3)
+        hertz = np.sqrt(omega2) / (2 * np.pi)
+        assert each.frequency == pytest.approx(hertz[each.mode], rel=1e-4)

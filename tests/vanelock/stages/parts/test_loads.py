@@ -1,4 +1,4 @@
-"""Gas and heat at rest in a study: resultants, growth, fields from files, and what is kept."""
+"""Loads in a study: resultants, growth, fields from files, what is kept, and words."""
 
 from typing import Any
 
@@ -11,13 +11,19 @@ from vanelock import nonlinear, parse_study, run_study
 from vanelock.analyses.preload_by_cause import LoadsByCause, _by_cause_step
 from vanelock.common.errors import InputError
 from vanelock.common.tables import Table
+from vanelock.files import load_study
 from vanelock.input.cases.sweep import cases
+from vanelock.input.schema.scene import LoadKeys, Scene
 from vanelock.rom import System
-from vanelock.stages.parts.components import model_step, recovery_step
-from vanelock.stages.parts.loads import growth
+from vanelock.rom.joining.connections import Load
+from vanelock.stages.matrices.gather import Gathered
+from vanelock.stages.matrices.piece import NodalForces
+from vanelock.stages.parts.components import model_step
+from vanelock.stages.parts.loads import growth, load_lines
 from vanelock.stages.plan import plan
 
 pytestmark = pytest.mark.usefixtures("undrawn")
+
 
 HEAT = """
 [material.vane]
@@ -37,7 +43,6 @@ def planned_of(study):
 
 @pytest.fixture
 def ring(ring_text, tmp_path, monkeypatch):
-    """Function that parses a study of the small ring."""
     monkeypatch.chdir(tmp_path)
     text = ring_text("hexahedron20") + "[response]\nharmonics = 1\n"
     return lambda more: parse_study(text + more)
@@ -60,25 +65,6 @@ def test_joints_hold_a_segment_against_gas(golden):
     rest = nonlinear.static_response(system, nonlinear.Options())
     normal = [rest.force[0, 0, system.contacts.of(name), 0].real.sum() for name in found.joints]
     assert np.allclose(found.normal[-1], normal, rtol=1e-6)
-
-
-def test_a_free_vane_grows_without_stress(ring, stages):
-    study = ring(HEAT + "vane = 620\n")
-    planned = planned_of(study)
-    vane = stages.get(planned.part("vane", 0))
-    load, K = EPSILON * vane.loads["heat"].real, vane.at(0).K.real
-    x = np.zeros(vane.size)
-    at = vane.dofs(vane.masters.nodes)
-    x[at] = EPSILON * vane.masters.points
-    inside = np.setdiff1d(np.arange(vane.size), at)
-    x[inside] = np.linalg.solve(K[np.ix_(inside, inside)], load[inside])
-    assert np.abs(load - K @ x).max() < 1e-9 * np.abs(load).max()
-    recovery = stages.get(recovery_step(study, "vane"))
-    part = recovery.model.part
-    assert np.abs(recovery.displacement(x, 0) - EPSILON * part.points).max() < 1e-6 * EPSILON
-    stress = recovery.stress(x, 0, growth=growth(study, "vane", part))
-    assert np.abs(stress).max() < 1e-4 * study.material.vane.E * EPSILON  # single precision inside
-    assert growth(study, "casing", part) is None
 
 
 END = (RADIUS**2 - (RADIUS - 0.1) ** 2) * np.pi / SECTORS
@@ -145,7 +131,6 @@ def test_what_does_not_fit_is_refused(ring, stages, tmp_path):
 
 
 def test_a_joint_that_lifts_is_shown(ring, tmp_path):
-    """Growth the other way opens what interference had closed: table, results, page."""
     events: list[Any] = []
     study = ring(HEAT + "vane = 400\n[outputs]\nshow = ['report']\n")
     run_study(study, tmp_path / "run", events.append)
@@ -159,3 +144,34 @@ def test_a_joint_that_lifts_is_shown(ring, tmp_path):
         group = file["response/nominal/preload_by_cause"]
         assert np.allclose(group["normal"][-1], [rows[name][-2] for name in ("hook", "interlock")])
     assert "Preload by cause" in (tmp_path / "run" / "report.html").read_text()
+
+
+def test_forces_on_nodes_are_summed_over_nodes_and_segments(tmp_path):
+    """1.5 kN on each of 40 nodes of 16 segments are 960 kN."""
+    file = tmp_path / "study.toml"
+    file.write_text("[ring]\nsectors = 16\n[excitation]\nforce = 1500\n")
+    (line,) = load_lines(load_study(file), 40)
+    assert line == (
+        "excitation: 1,500 N on each of 40 nodes, 60,000 N together, 960,000 N around the ring, "
+        "radial"
+    )
+    assert not list(load_lines(load_study(file), None))
+
+
+def test_directions_are_shown_at_length_one():
+    loads = [
+        {"component": "a", "nodes": [1, 2], "direction": [0, 3, 4], "amplitude": 5},
+        {"component": "a", "nodes": [3], "direction": [1, 0, 0], "amplitude": 2},
+        {"component": "a", "file": "gas.csv", "scale": 2.0},
+    ]
+    given = Scene.model_construct(loads=tuple(LoadKeys.model_validate(each) for each in loads))
+    acting = [Load(f"loads[{i}]", "a", np.arange(2 - i), np.zeros(3, complex), 1) for i in (0, 1)]
+    forces = np.array([[1.0, 2.0, 0.0], [0.5, -2.0, 0.0]])
+    gas = NodalForces("loads[2]", "a", "", np.array([8, 9]), forces, 2.0, 0)
+    lists = Gathered((), (), tuple(acting), (gas,), (), ())
+    assert list(load_lines(given, None, lists)) == [
+        "loads[0]: 5 N on each of 2 nodes, 10 N together, along [0, 0.6, 0.8], "
+        "the direction [0, 3, 4] at length 1",
+        "loads[1]: 2 N on 1 node, along [1, 0, 0]",
+        "loads[2]: forces on 2 nodes, sum [3, 0, 0] N",
+    ]

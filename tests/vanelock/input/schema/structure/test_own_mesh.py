@@ -1,9 +1,7 @@
 """Studies whose parts are meshes from files: keys, refusals, cache, and the same response."""
 
-import csv
 import json
 import shutil
-from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -11,7 +9,6 @@ import pytest
 
 from tests.small_study import SMALL
 from tests.vanelock.input.conftest import complaint, mistakes
-from tests.vanelock.run_results import MONITOR, run_of
 from vanelock import Study, load_study, parse_study, run_study
 from vanelock.commands.mesh import mesh_study
 from vanelock.common.errors import InputError
@@ -22,9 +19,6 @@ from vanelock.nonlinear import Response
 from vanelock.pipeline.cache import Cache
 from vanelock.pipeline.progress import Event, silent
 from vanelock.pipeline.step import Stages
-from vanelock.quantities.products import StepProducts
-from vanelock.results.figures.pictures import _mesh_errors
-from vanelock.results.files.run_folder import OutputFiles
 from vanelock.stages.parts.components import PARTS, mesh_step
 from vanelock.stages.plan import plan
 
@@ -36,23 +30,16 @@ CASING = '[casing]\nmesh = "casing.bdf"\nunit = "mm"\n'
 
 MISTAKES = """
 VANE | vane.chord = 0.05: a mesh is given, so dimensions cannot be
-CASING | casing.length = 1: a mesh is given, so dimensions cannot be
 vane.mesh = 3: expected text
 vane.mesh = "": mesh file must have at least 1 characters
 VANE | mesh.tolerance = 0: largest distance between mates must be > 0 m
 mesh.tolerance = 2e-05: needs vane.mesh or casing.mesh
 vane.mesh = "a" | vane.unit = "kg": expected a unit of length, such as
-VANE | vane.units = 1: unknown key; nearest known key: vane.unit
 VANE | vane.sets.left = "A": node set must be one of "hook_front", "hook_rear", "key", \
 "interlock_left", "interlock_right", "output" or "fixed"
-VANE | vane.sets.key = 5: expected the name of a set in the mesh
 VANE | vane.sets.key = []: expected the name of a set
 VANE | vane.sets.key = [1.5]: expected the name of a set
-vane = 3: expected a table
-vane.chrd = 3: unknown key; nearest known key: vane.chord
-vane.chord = 9: chord of an aerofoil must be <= 0.5 m
 VANE | joints.patch = "area": needs dimensions, while vane.mesh is given
-CASING | joints.patch = "area": needs dimensions, while casing.mesh is given
 VANE | joints.hook.kn = "0 N/m^3": stiffness per area must be > 0 and <= 1e+20 N/m^3
 VANE | joints.hook.kn_area = 10: unknown key; known here: kn, kt, mu, interference, wear_coefficient
 VANE | joints.hook.kn = "3 Pa": expected a number in N/m, or text with a unit such as "1 N/m"
@@ -127,7 +114,6 @@ def files(tmp_path_factory, write_mesh):
 
 @pytest.fixture
 def folder(files, tmp_path):
-    """A copy of them."""
     return shutil.copytree(files, tmp_path / "study")
 
 
@@ -187,7 +173,6 @@ show = []
 
 @pytest.fixture(scope="module")
 def own_run(files, tmp_path_factory):
-    """A run with both parts from files: its folder, study and summary."""
     folder = shutil.copytree(files, tmp_path_factory.mktemp("own") / "study")
     study = written(folder, SIZE + RESPONSE)
     (summary,) = run_study(study, folder / "run")
@@ -195,7 +180,6 @@ def own_run(files, tmp_path_factory):
 
 
 def test_same_response_from_files(own_run, tmp_path):
-    """As of the program's own meshes, contacts sliding."""
     folder, _, summary = own_run
     assert summary.converged == 2
     assert summary.slipping > 0
@@ -207,27 +191,6 @@ def test_same_response_from_files(own_run, tmp_path):
     np.testing.assert_array_equal(found.frequency, expected.frequency)
     size = expected.amplitude.max(axis=(0, 1, 2))
     np.testing.assert_allclose(found.amplitude, expected.amplitude, rtol=1e-8, atol=1e-8 * size)
-
-
-def test_the_places_where_own_meshes_err_are_drawn(own_run, monkeypatch):
-    """Largest where legs and feet bend, and in the table the worst first."""
-    folder, study, _ = own_run
-    drawn = "vanelock.render.mesh_error_picture"
-    monkeypatch.setattr(drawn, lambda path, *_: path.write_text("it"))
-    (planned,) = plan(cases(study), lambda *_: None)
-    stages = Stages(Cache(folder / "cache", print), silent)
-    data = run_of(study, cases(study), output_files=OutputFiles(folder, silent))
-    products = StepProducts(planned, stages, MONITOR, None, {})
-    (picture,) = _mesh_errors(data, replace(data.first, products=products))
-    assert picture.path == folder / "figures" / "mesh_error.png"
-    (table,) = picture.data
-    with table.open() as file:
-        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
-    share = [float(row["share of the mesh's error (%)"]) for row in rows]
-    assert share == sorted(share, reverse=True)
-    assert 0 < sum(share) < 100
-    radii = [float(row["radius (mm)"]) for row in rows if row["part"] == "vane"]
-    assert 560 < radii[0] < 600  # legs and feet (docs/theory/mesh_correction.md)
 
 
 def test_areas_are_asked_for_before_the_reductions(folder):
