@@ -11,7 +11,7 @@ import pytest
 from tests.nonlinear.forced_response.ring.test_ring_response import damped
 from tests.vanelock.analyses.test_tables import case_of
 from tests.verification.nonlinear.spring_rings import spring_ring
-from vanelock import load_scene, nonlinear, run_scene
+from vanelock import load_scene, nonlinear, open_results, run_scene
 from vanelock.analyses.damped_modes import FollowedMode
 from vanelock.analyses.energy_frequency import EnergyFrequency
 from vanelock.analyses.mistuning import (
@@ -21,6 +21,7 @@ from vanelock.analyses.mistuning import (
     MistuningKeys,
     _drawn,
 )
+from vanelock.analyses.solved_case import SolvedCase
 from vanelock.analyses.wear import WornCase
 from vanelock.pipeline.progress import Begun, PointDone
 from vanelock.rom import System
@@ -67,6 +68,18 @@ def test_modes_are_those_of_the_library(run):
     steps = [each for each in events if isinstance(each, Begun | PointDone)]
     begun = steps.index(next(each for each in steps if "damped mode" in str(each)))
     assert isinstance(steps[begun + 1], PointDone)
+
+
+def test_analyses_take_the_harmonics_of_the_peak_where_an_accuracy_chooses(golden):
+    run = golden("accuracy")
+    with open_results(run.folder / "results.h5") as file:
+        response = nonlinear.Response.load(file["response/nominal"])
+    chosen = response.estimates.harmonics
+    fewest = int(np.argmin(chosen))
+    assert chosen[fewest] < response.harmonics
+    case = SolvedCase(None, None, None, None)
+    vars(case).update(response=response, peak=Peak(fewest, 250.0, 1e-6, at_edge=False))
+    assert case.options.harmonics == chosen[fewest]
 
 
 def test_worn_joints_vibrate_as_the_history_says(run):
