@@ -118,18 +118,6 @@ def test_a_crowded_curve_gets_its_last_points_where_it_is_high(monkeypatch):
     assert peak_errors(few).amplitude == pytest.approx(peak_errors(many).amplitude, rel=1e-5)
 
 
-def test_points_are_solved_in_any_order():
-    system, shares = sliding_system(), Shares(1e-2, 1e-2)
-    hertz = np.linspace(0.17, 0.19, 7)
-    order = np.array([3, 0, 6, 1, 5, 2, 4])
-    up, mixed = (
-        adaptive_response(lambda _: system, each, shares, monitor=(0, 0))
-        for each in (hertz, hertz[order])
-    )
-    np.testing.assert_allclose(mixed.frequency, hertz[order])
-    np.testing.assert_allclose(mixed.amplitude, up.amplitude[order])
-
-
 def test_a_force_at_a_higher_harmonic_begins_there_or_is_refused():
     system = sliding_system()
     size = len(system.at(system.nodal_diameter(3)).K)

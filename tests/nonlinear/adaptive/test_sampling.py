@@ -95,31 +95,31 @@ def bump(middle, height, width=0.05):
     return lambda omega: height / np.sqrt(1 + ((omega - middle) / width) ** 2)
 
 
-def test_a_higher_branch_that_only_a_sweep_down_meets_is_found():
-    first = Branch(1.0, 1.6, bump(1.6, 1.0, 0.3))
-    other = Branch(1.25, 2.0, bump(1.3, 2.0))  # at 1.6 a sixth as high as the first
-    omega, height = highest(Solver(first, other))
-    assert omega == pytest.approx(1.3, abs=1e-3)
-    assert height == pytest.approx(2.0, rel=1e-3)
+FIRST, HIGHER = Branch(1.0, 1.6, bump(1.6, 1.0, 0.3)), bump(1.3, 2.0)
+HIDDEN = {
+    # At 1.6 a sixth as high as the first.
+    "met by a sweep down alone": (1.3, Solver(FIRST, Branch(1.25, 2.0, HIGHER))),
+    # A sweep down comes from the third to the first; from the jump the second is followed up.
+    "lower where it is jumped to": (
+        1.3,
+        Solver(
+            Branch(1.0, 1.6, bump(1.5, 1.0, 0.4)),
+            Branch(1.2, 1.7, HIGHER),
+            Branch(1.55, 2.0, bump(1.9, 0.5)),
+        ),
+    ),
+    # Both sweeps, and what is followed from the jump at 1.8, leave it at 1.6 for the first one.
+    "left where the harmonics change": (
+        1.4,
+        Changing(Branch(1.0, 1.8, bump(1.5, 1.0, 0.3)), Branch(1.3, 2.0, bump(1.4, 2.0))),
+    ),
+}
 
 
-def test_a_lower_branch_is_followed_from_a_jump_until_it_comes_out_higher():
-    """A sweep down comes from the third branch to the first, and never meets the second."""
-    first = Branch(1.0, 1.6, bump(1.5, 1.0, 0.4))
-    second = Branch(1.2, 1.7, bump(1.3, 2.0))
-    third = Branch(1.55, 2.0, bump(1.9, 0.5))
-    omega, height = highest(Solver(first, second, third))
-    assert omega == pytest.approx(1.3, abs=1e-3)
-    assert height == pytest.approx(2.0, rel=1e-3)
-
-
-def test_a_branch_that_a_change_of_harmonics_leads_away_from_is_found():
-    """Both sweeps, and what is followed from the jump at 1.8, leave it at 1.6 for the first one."""
-    first = Branch(1.0, 1.8, bump(1.5, 1.0, 0.3))
-    second = Branch(1.3, 2.0, bump(1.4, 2.0))
-    omega, height = highest(Changing(first, second))
-    assert omega == pytest.approx(1.4, abs=1e-3)
-    assert height == pytest.approx(2.0, rel=1e-3)
+@pytest.mark.parametrize("name", HIDDEN)
+def test_a_higher_branch_is_found_that_is(name):
+    place, solver = HIDDEN[name]
+    assert highest(solver) == pytest.approx((place, 2.0), abs=1e-3)
 
 
 def test_where_nothing_jumps_further_sweeps_are_no_waste(monkeypatch):
@@ -127,8 +127,7 @@ def test_where_nothing_jumps_further_sweeps_are_no_waste(monkeypatch):
     solver = Solver(Branch(1.0, 2.0, bump(1.4, 1.0)))
     solver.chooses_harmonics = True
     omega, height = highest(solver)
-    assert omega == pytest.approx(1.4, abs=1e-3)
-    assert height == pytest.approx(1.0, rel=1e-3)
+    assert (omega, height) == pytest.approx((1.4, 1.0), abs=1e-3)
     assert solver.count < 130
 
 

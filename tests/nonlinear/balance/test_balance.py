@@ -7,9 +7,7 @@ import pytest
 import scipy.linalg as la
 
 from tests.nonlinear.systems import (
-    coefficients,
     first_frequency,
-    march,
     random_system,
     rows,
     stuck_damping,
@@ -29,7 +27,6 @@ from vanelock.nonlinear import (
     System,
     audit_response,
     frequency_response,
-    harmonic_modes,
     linear_response,
     static_response,
     stuck_modes,
@@ -37,7 +34,6 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.parameter_response import _Frictions
 from vanelock.nonlinear.newton.linearised import newton_matrix
 
 
@@ -46,31 +42,6 @@ def dynamic_stiffness(system, harmonic, omega):
     matrices, C = system.at(k), stuck_damping(system, k)
     C = C if matrices.C is None else C + matrices.C
     return matrices.K - s**2 * matrices.M + 1j * s * C
-
-
-@pytest.mark.parametrize("preload", [0.3, 10.0])
-def test_solution_balances_in_full_coordinates_with_marched_forces(preload):
-    system = random_system(0, preload=preload)
-    hertz = first_frequency(system) * np.array([0.8, 1.4])
-    response = frequency_response(system, hertz, Options(3), find_jumps=False)
-    assert response.converged.all()
-    assert response.residual.max() < 1e-10
-    assert preload > 1 or np.any(response.state == SLIP_OPEN)
-    largest = np.abs(system.force[1].vector).max()
-    for p, frequency in enumerate(response.frequency):
-        omega = 2 * np.pi * frequency
-        B = [rows(system, system.nodal_diameter(h)) for h in range(4)]
-        q = np.array([(B[h] @ response.x[h][p]).reshape(-1, 3) for h in range(4)], complex)
-        q[0, :, 0] += system.contacts.v0
-        np.testing.assert_allclose(q, response.contact[p], atol=1e-9 * np.abs(q).max())
-        pull = coefficients(march(system.contacts, q, 20000), 3)
-        for h in range(4):
-            force = system.force[h].at(omega) if h in system.force else 0.0
-            gap = dynamic_stiffness(system, h, omega) @ response.x[h][p] - force
-            # what remains is the marching's own error, of first order at touch-downs
-            assert np.abs(gap + B[h].conj().T @ pull[h].reshape(-1)).max() < 1e-3 * largest
-            exact = gap + B[h].conj().T @ response.force[p, h].reshape(-1)
-            assert np.abs(exact).max() < 1e-8 * largest
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])
@@ -102,27 +73,6 @@ def test_newton_matrix_is_the_derivative_in_every_state(harmonics):
     measured = (gap(w, omega + step) - gap(w, omega - step)) / (2 * step)
     exact = -Frequencies(prepared, law).rate(omega, w, found, every)
     assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
-    family, step = _Frictions(balance, law), 1e-6
-    u = balance.displacement(w)
-    measured = (family.law(1 + step)(u).w - family.law(1 - step)(u).w).reshape(-1) / (2 * step)
-    exact = family.rate(1.0, w, found, every)
-    assert np.abs(exact).max() > 0
-    assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
-
-
-@pytest.mark.parametrize(("closed", "state"), [("all", STUCK), ("none", OPEN)])
-def test_what_sticks_or_stays_open_gives_the_linear_response(closed, state):
-    system = random_system(1, preload=10.0, mu=50.0, amplitude=1e-2)
-    if closed == "none":
-        system = with_contacts(random_system(2), v0=np.full(6, -1e4))
-    hertz = first_frequency(system) * np.linspace(0.5, 2.5, 25)
-    response = frequency_response(system, hertz, Options(3), find_jumps=False)
-    expected = linear_response(system, hertz, closed, harmonics=3)
-    assert response.converged.all()
-    assert np.all(response.state == state)
-    for h in response.x:
-        error = np.abs(response.x[h] - expected.x[h]).max()
-        assert error <= 1e-10 * np.abs(expected.x[1]).max()
 
 
 def test_linear_response_at_a_free_resonance_far_below_the_contacts():
@@ -219,31 +169,6 @@ def test_static_load_that_grows_with_frequency_is_that_load():
     rate = family.structure.slope(omega, w)
     ahead, behind = (family.at(omega + s).displacement(w) for s in (step, -step))
     np.testing.assert_allclose(rate, (ahead - behind) / (2 * step), atol=1e-6 * np.abs(rate).max())
-
-
-def test_static_state_balances_with_friction_and_lift_off():
-    # Interference on some contacts, gaps on others, pulled by a static load.
-    system = random_system(11, contacts=12, size=16, engine_order=0, sectors=1, harmonics=0)
-    rng = np.random.default_rng(3)
-    system = with_contacts(system, v0=rng.normal(size=12))
-    system = replace(system, force={0: Force(rng.normal(size=16))})
-    rest = static_response(system)
-    known = static_response(system, modes=harmonic_modes(system, 0).diameters)
-    np.testing.assert_array_equal(known.force, rest.force)
-    assert rest.converged.all()
-    assert set(rest.state[0]) == {STUCK, OPEN}
-    assert rest.x[0].dtype == float
-    B, x = rows(system, 0).real, rest.x[0][0]
-    u = (B @ x).reshape(-1, 3)
-    u[:, 0] += system.contacts.v0
-    n = np.maximum(system.contacts.kn * u[:, 0], 0)
-    limit = (system.contacts.mu * n)[:, None]
-    t = np.clip(system.contacts.kt * u[:, 1:], -limit, limit)
-    pull = np.column_stack([n, t])
-    np.testing.assert_allclose(rest.force[0, 0].real, pull, atol=1e-12)
-    assert np.any(np.abs(t) == limit, where=n[:, None] > 0), "some slide at assembly"
-    gap = system.at(0).K @ x + B.T @ pull.reshape(-1) - system.force[0].vector
-    assert np.abs(gap).max() < 1e-10 * np.abs(pull).max()
 
 
 K = np.array([[30.0, -5.0], [-5.0, 20.0]])

@@ -7,10 +7,8 @@ import pytest
 import scipy.linalg as la
 
 from tests.nonlinear.systems import (
-    first_frequency,
     proportional,
     random_system,
-    sliding_system,
     stuck_stiffness,
     with_contacts,
 )
@@ -21,12 +19,9 @@ from vanelock.nonlinear import (
     Diameter,
     Options,
     System,
-    audit_response,
     frequency_response,
-    linear_response,
     stability,
     stuck_modes,
-    time_response,
 )
 
 ZETA = 0.02
@@ -66,34 +61,6 @@ def test_dynamic_stiffness_is_that_in_full_coordinates():
             np.testing.assert_allclose(receptance(system, k, s), expected, atol=atol)
 
 
-def test_stuck_ratio_of_two_masses_is_the_closed_form():
-    # Apart, each mass m on its spring k has 2ζ√(km); stuck, the antisymmetric mode sees k + 2 kt.
-    k, m, kt = 2.0, 0.5, 3.0
-    contact = Contact(tangential=(0, 1), kt=kt, mu=1.0, preload=1.0)
-    system = System.from_matrices(
-        m * np.eye(2), k * np.eye(2), [contact], damping_ratio=ZETA, force={0: 1.0, 1: -1.0}
-    )
-    omega = np.sqrt((k + 2 * kt) / m)
-    ratio = ZETA * np.sqrt(k / (k + 2 * kt))
-    found = linear_response(system, [omega / (2 * np.pi)]).x[1][0]
-    expected = 1 / (2j * ratio * (k + 2 * kt))
-    np.testing.assert_allclose(found, [expected, -expected], rtol=1e-12)
-
-
-def test_open_gaps_answer_mode_by_mode():
-    system = with_contacts(ring(preload=-1e3), always_closed=())
-    hertz = first_frequency(system) * np.linspace(0.9, 1.4, 7)
-    k = system.nodal_diameter(1)
-    omega2, V = la.eigh(system.at(k).K, system.at(k).M)
-    push, s = V.conj().T @ system.force[1].vector, 2 * np.pi * hertz[:, None]
-    expected = (push / (omega2 - s**2 + 2j * ZETA * s * np.sqrt(omega2))) @ V.T
-    for found in (
-        frequency_response(system, hertz, Options(1), find_jumps=False),
-        linear_response(system, hertz, "none"),
-    ):
-        np.testing.assert_allclose(found.x[1], expected, atol=1e-10 * np.abs(expected).max())
-
-
 def test_without_contacts_that_open_both_are_the_same():
     system = with_contacts(ring(), always_closed=("seat", "pad"))
     both = [replace(system, damping_joints=joints) for joints in ("open", "stuck")]
@@ -120,21 +87,6 @@ def test_massless_motion_that_only_opening_contacts_hold_is_refused():
     system = System(1, 0, {0: one}, contacts, damping_ratio=0.1, damping_joints="open")
     with pytest.raises(InputError, match="they alone hold has no mass.*damping/joints"):
         stuck_modes(system, 0)
-
-
-@pytest.mark.parametrize(("order", "hertz"), [(0, 0.163), (1, 0.18)])
-def test_audit_and_time_agree_with_the_balance(order, hertz):
-    system = replace(sliding_system(amplitude=5), engine_order=order, damping_joints="open")
-    response = frequency_response(system, [hertz], Options(15), find_jumps=False)
-    assert response.dissipation.sum() > 0
-    audit = audit_response(system, response)
-    assert audit.residual[0] < 1e-8
-    assert audit.imbalance[0] < 3 * audit.imbalance_error[0]
-    marched = time_response(system, hertz, 3, steps=2000, start=(response, 0))
-    assert marched.departure.max() < 1e-3
-    assert marched.defect.max() < 1e-3
-    x = response.x[1][0]
-    np.testing.assert_allclose(marched.x[1], x, atol=1e-3 * np.abs(x).max())
 
 
 def test_exponents_of_a_stuck_ring_are_its_eigenvalues():

@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,18 +16,15 @@ from vanelock.nonlinear import (
     Force,
     Options,
     System,
-    audit_response,
     frequency_response,
     linear_response,
     peak_bounds,
     static_bounds,
-    time_response,
 )
 from vanelock.nonlinear.bounds.rest_states import RestStates
-from vanelock.nonlinear.bounds.slider_search import Search, Tally, _PlacedPeak
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
+from vanelock.nonlinear.bounds.slider_search import Search
 from vanelock.nonlinear.peaks.amplitude_gradient import amplitude_gradient
-from vanelock.nonlinear.peaks.peak import CurvePoint, Resonance
+from vanelock.nonlinear.peaks.peak import Resonance
 
 NEAR = (0.1, 0.3)
 MU = 0.5
@@ -76,16 +71,6 @@ def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force, friction):
     assert found.amplitude[2] == pytest.approx(max(possible), rel=2e-3)
     assert found.amplitude[2] > 1.05 * found.amplitude[0]
     assert found.solved > 10
-
-
-def test_each_bound_is_a_wave_that_audit_and_time_confirm():
-    system = held_pad(1.0)
-    found = peak_bounds(system, NEAR, Options(3), starts=0)
-    for i in range(3):
-        moved, response = found.system_at(system, i), found.response.at([i])
-        assert audit_response(moved, response).residual[0] < 1e-6
-        marched = time_response(moved, found.frequency[i], 3, steps=1000, start=(response, 0))
-        assert marched.departure.max() < 2e-2
 
 
 def test_a_share_of_nothing_is_the_peak_assembled_at_zero():
@@ -155,48 +140,6 @@ def test_ends_are_those_of_all_peaks_that_any_search_has_met():
     assert least <= min(nominal, *found.drawn) < 0.99 * nominal
     assert nominal < largest
     assert largest >= found.drawn.max()
-
-
-@pytest.mark.parametrize("seen", [False, True])
-def test_every_place_that_may_be_better_is_swept(monkeypatch, seen):
-    """Followed peaks of 0.1 to 1, of which a higher one hides all but the eighth."""
-    seen_at, tried = 0.2, list[float]()
-    point = CurvePoint(cast(Any, SimpleNamespace(omega=seen_at)), 2.0, -1.0, 0.0, 1, False)
-    places = [
-        _PlacedPeak(np.zeros((1, 2)), replace(point, amplitude=0.1 * i), "gradient")
-        for i in range(1, 11)
-    ]
-
-    def exact(_, place):
-        size = place.peak.amplitude
-        tried.append(size)
-        high = 1.5 if size == places[7].peak.amplitude else 3.0
-        return replace(place, peak=replace(point, amplitude=high), swept=True)
-
-    def hidden(_, place, omegas, size):
-        return seen and seen_at in omegas and place.peak.amplitude < places[7].peak.amplitude
-
-    monkeypatch.setattr(Search, "exact", exact)
-    monkeypatch.setattr(Search, "_seen", hidden)
-    known = [_PlacedPeak(np.zeros((1, 2)), point, "assembled at zero", swept=True), *places]
-    search = Search(cast(Any, None), cast(Any, None), np.array([0.0, 1.0]), (0, 0), Tally(None))
-    best = search._best(known, -1.0, [])
-    assert best.peak.amplitude == 1.5
-    assert len(tried) == (4 if seen else 10)
-
-
-def test_sweeps_pass_frequencies_as_the_options_say(monkeypatch):
-    passed, explore = [], PointSolver.explore
-
-    def recorded(solver, begin, end, loose):
-        passed.append((begin, end))
-        return explore(solver, begin, end, loose)
-
-    monkeypatch.setattr(PointSolver, "explore", recorded)
-    found = peak_bounds(held_pad(1.0), NEAR, Options(1, direction="down"), share=0.0)
-    assert found.converged.all()
-    assert passed
-    assert all(begin > end for begin, end in passed)
 
 
 def test_a_state_at_rest_that_is_not_solved_is_reported(monkeypatch):

@@ -9,7 +9,6 @@ from vanelock import nonlinear
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import ELEMENT, Contact, Element, Options, System, frequency_response
 from vanelock.nonlinear.contact.element_force import periodic_force
-from vanelock.nonlinear.contact.law import contact_law
 
 DAMPING, FORCE = 0.02, 0.1
 HERTZ = np.linspace(0.5, 2.5, 5) / (2 * np.pi)
@@ -145,16 +144,6 @@ def test_velocity_counts_where_arcs_pass_folds():
     assert down.converged.all()
     assert np.abs(up.amplitude - down.amplitude).max() > 0.1 * up.amplitude.max()
     np.testing.assert_allclose(up.amplitude[[0, -1]], down.amplitude[[0, -1]], rtol=1e-8)
-
-
-def test_a_gradient_of_the_frequency_sees_velocities():
-    law = contact_law(mass(element("quadratic_damper", 0.5)).contacts, 3)
-    u = np.zeros((1, 3, 7))
-    u[0, 0] = np.random.default_rng(0).normal(size=7)
-    rate = (law(u, 1.3 + 1e-5).w - law(u, 1.3 - 1e-5).w) / 2e-5
-    by_omega = law(u, 1.3).by_omega
-    assert by_omega is not None
-    np.testing.assert_allclose(by_omega, rate, atol=1e-7 * np.abs(rate).max())
 
 
 def test_adaptive_response_takes_elements():

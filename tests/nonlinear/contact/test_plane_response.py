@@ -4,23 +4,17 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.systems import (
-    even,
-    first_frequency,
     in_time,
     planar,
-    random_system,
     with_contacts,
 )
-from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     SLIP,
     SLIP_OPEN,
-    STUCK,
     Contact,
     Options,
     System,
     frequency_response,
-    static_response,
 )
 
 HERTZ = 1.05 / (2 * np.pi)
@@ -80,17 +74,6 @@ def test_contact_without_friction_leaves_nothing_open():
     assert not frequency_response(none, [0.1], Options(1)).undetermined.any()
 
 
-def test_isotropic_friction_sticks_as_orthogonal_does():
-    system = even(random_system(3, preload=10.0, mu=10.0, amplitude=0.02))
-    hertz = np.linspace(0.7, 1.6, 9) * first_frequency(system)
-    one, other = (
-        frequency_response(system, hertz, options, find_jumps=False)
-        for options in (Options(3), PLANE)
-    )
-    assert np.all(other.state == STUCK)
-    np.testing.assert_allclose(other.contact, one.contact, rtol=0, atol=1e-14)
-
-
 @pytest.mark.parametrize("kt", [1e10, 1e13])
 def test_friction_that_vanishes_beside_the_motion_is_none(kt):
     K = 1e7 * np.array([[2.0, -1.0], [-1.0, 2.0]])
@@ -101,10 +84,3 @@ def test_friction_that_vanishes_beside_the_motion_is_none(kt):
     alone = np.linalg.solve(K + np.diag([1e7, 0.0]) - square, [0.0, 0.1])
     assert found.converged.all()
     np.testing.assert_allclose(found.x[1], alone, rtol=1e-7)  # μ n is 1e-9 of the force
-
-
-def test_unequal_springs_are_refused():
-    with pytest.raises(InputError, match="contact 0 has kt"):
-        frequency_response(random_system(0), [1.0], PLANE)
-    with pytest.raises(InputError, match="contact 0 has kt"):
-        static_response(random_system(0), PLANE)

@@ -154,6 +154,15 @@ class Block:
         return matrix[: len(columns)]
 
 
+def test_what_a_straight_path_remembers_fades_with_the_distance_slipped():
+    # Back and forth along one line, r constant: 4 (U - r) slipped a period, η' = -(λ/r) η.
+    u = np.zeros((1, 3, 3))
+    u[0, :2, :2] = [[1.0, 0.0], [0.0, 1.3]]
+    for alpha in (0.9, 1.2):
+        law = plane_transfer(u, np.full((1, 2), alpha), 4)
+        assert law.memory == pytest.approx([np.exp(-4 * (1.3 - alpha) / alpha)], rel=1e-8)
+
+
 CASES = {
     "remembers": ((0.3, 0.02j, 0.0), 0.28, 2.0, 0.9, 1.05),
     "slips, the load varies": ((0.5, 0.3 + 0.2j, 0.3), 0.4, 1.2, 0.9, 0.9),

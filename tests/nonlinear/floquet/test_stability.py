@@ -150,12 +150,6 @@ def test_neutral_motions_are_undecided():
     np.testing.assert_allclose(np.abs(found.multiplier[0, 0]), 1)
 
 
-def test_progress_is_reported(wave):
-    steps_done = []
-    stability(impact(), wave, progress=lambda *steps: steps_done.append(steps))
-    assert steps_done == [(1, 1)]
-
-
 def test_the_branch_between_folds_is_unstable_and_the_others_are_not():
     system = gap_oscillator()
     found = hysteresis(system, (LOW / TURN, HIGH / TURN), Options(3))

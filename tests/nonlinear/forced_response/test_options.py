@@ -8,7 +8,6 @@ import pytest
 from tests.nonlinear.systems import gap_oscillator, random_system, sliding_system
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
-    Contact,
     Element,
     Options,
     Shares,
@@ -20,12 +19,8 @@ from vanelock.nonlinear import (
     peak_response,
     static_response,
 )
-from vanelock.nonlinear.balance.balance import structure
-from vanelock.nonlinear.contact.law import contact_law
-from vanelock.nonlinear.continuation import globalisation
-from vanelock.nonlinear.continuation.globalisation import Effort, from_nothing
+from vanelock.nonlinear.continuation.globalisation import from_nothing
 from vanelock.nonlinear.forced_response import frequency_sweep
-from vanelock.nonlinear.newton.newton import solve
 
 PLANE: dict[str, object] = {"friction": "isotropic"}
 
@@ -119,25 +114,3 @@ def test_what_a_sweep_loses_is_found_from_the_other_side(monkeypatch):
     assert found.converged.all()
     np.testing.assert_allclose(found.amplitude, whole.amplitude, rtol=1e-9)
     assert set(np.round(heard, 9)) >= set(np.round(np.array(asked[1:]) / (2 * np.pi), 9))
-
-
-@pytest.mark.parametrize("most", [40, 400])
-def test_ways_to_a_solution_end_with_their_steps(monkeypatch, most):
-    contact = Contact(tangential=0, normal=0, kt=1.0, kn=1.0, mu=0.3, preload=0.1)
-    system = System.from_matrices([[1.0]], [[1.0]], [contact], C=[[0.02]], force={0: 0.1})
-    balance = structure(system, 1).balance(1.0)
-    spent: list[int] = []
-
-    def never(*given, **more):
-        found = solve(*given, **more)
-        spent.append(found.iterations)
-        return replace(found, converged=False)
-
-    monkeypatch.setattr(globalisation, "solve", never)
-    attempts: list[int] = []
-    effort = Effort(most, lambda: attempts.append(effort.left))
-    found = from_nothing(balance, lambda h: contact_law(system.contacts, h), 1e-10, effort)
-    assert not found.converged
-    assert attempts
-    assert all(left > 0 for left in attempts)
-    assert effort.left == most - sum(spent)

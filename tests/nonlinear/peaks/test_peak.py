@@ -1,7 +1,6 @@
 """Peaks followed along a parameter, against closed forms and dense sweeps of frequency."""
 
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,7 @@ from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
 from vanelock.nonlinear.peaks.peak import CurvePoint, Resonance
 from vanelock.nonlinear.peaks.peak_response import _chosen, _traced
-from vanelock.nonlinear.peaks.peak_tracking import PeakTrack, _expected
+from vanelock.nonlinear.peaks.peak_tracking import PeakTrack
 
 K, KT, DAMPING = 1.0, 0.6, 0.01
 NEAR = (0.1, 0.3)
@@ -225,16 +224,3 @@ def test_impossible_arguments_are_refused(options, message):
     bare = replace(jenkins(), output_names=())
     with pytest.raises(InputError, match="no output nodes"):
         peak_response(bare, "force", [1.0], NEAR, Options(1))
-
-
-def test_the_next_peak_is_expected_on_a_parabola_through_the_last_three():
-    """Its w on the line through the last two."""
-
-    def peak(place):
-        omega, w = 2 + place - 3 * place**2, np.full((1, 3, 1), 5 * place)
-        solution: Any = SimpleNamespace(omega=omega, w=w)
-        return CurvePoint(solution, np.exp(0.1 * place**2 - place), coordinate=place)
-
-    omega, size, w = _expected([peak(place) for place in (-9.0, 1.0, 1.5, 2.5)], 4.0)
-    assert (omega, size) == pytest.approx((2 + 4 - 3 * 16, 1.6 - 4), rel=1e-12)
-    np.testing.assert_allclose(w, 20.0)

@@ -9,7 +9,6 @@ from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     AmplitudeGradient,
-    Force,
     Options,
     frequency_response,
     peak_gradient,
@@ -27,58 +26,12 @@ def slipping(seed, kind="slip", **changes):
     return system, (0.85 * hertz, 1.12 * hertz)
 
 
-def test_a_stuck_peak_is_that_of_a_linear_structure():
-    """With modal damping a resonance's peak is f/(2ζk): all stiffnesses alike lower it alike."""
-    system, _ = slipping(2)
-    system = loaded(system, 1e-6)
-    contacts = system.contacts
-    found = peak_gradient(system, (0.1, 0.5), Options(1))
-    stiff = {
-        k: one.K
-        + np.einsum(
-            "cdi,cd,cdj->ij",
-            system.contact_rows(k).conj(),
-            contacts.stiffness,
-            system.contact_rows(k),
-        )
-        for k, one in system.diameters.items()
-    }
-    assert found.at_peak.by_stiffness(stiff) == pytest.approx(-found.amplitude, rel=1e-6)
-
-
 def test_no_peak_is_one_line():
     system, near = slipping(0)
     with pytest.raises(InputError, match=r"^near: no peak was found in it$"):
         peak_gradient(system, (2 * near[1], 2.02 * near[1]))
     with pytest.raises(InputError, match="needs at least 1"):
         peak_gradient(system, near, Options(0))
-
-
-@pytest.mark.parametrize("coupling", ["coupled", "uncoupled", "constant-load"])
-@pytest.mark.parametrize("kind", ["slip", "lift"])
-def test_gradients_obey_dimensional_analysis(kind, coupling):
-    """Loads and interference scale the motion; stiffness and loads the square of the frequency."""
-    system, near = slipping(0, kind)
-    rest = Force(np.asarray(0.2 * np.random.default_rng(1).normal(size=3), complex))
-    system = replace(system, force={**system.force, 0: rest})
-    found = peak_gradient(system, near, Options(3, coupling=coupling), frequency=True)
-    contacts = system.contacts
-    every = {k: one.K for k, one in system.diameters.items()}
-
-    def lengths(each):
-        interference = float(contacts.v0 @ each.by_interference())
-        return float(each.by_force() + each.by_rest_force() + interference)
-
-    def forces(each):
-        springs = float(np.vdot(contacts.stiffness, each.by_contact_stiffness()))
-        resists = springs + each.by_stiffness(every)
-        return float(each.by_force() + each.by_rest_force() + resists)
-
-    assert lengths(found.at_peak) == pytest.approx(found.amplitude, rel=1e-8)
-    # The frequency scales with them, which counts for nothing but at the exact extremum.
-    assert forces(found.at_peak) == pytest.approx(0.0, abs=1e-6 * found.amplitude)
-    assert found.of_frequency(lengths) == pytest.approx(0.0, abs=1e-6 * found.frequency)
-    assert found.of_frequency(forces) == pytest.approx(found.frequency / 2, rel=1e-6)
 
 
 def test_a_peak_of_a_response_is_that_of_a_search():

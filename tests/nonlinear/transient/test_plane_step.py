@@ -6,32 +6,6 @@ import pytest
 from tests.nonlinear.systems import even, planar, random_system, with_contacts
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import SLIP, SLIP_OPEN, STUCK, Options, frequency_response, time_response
-from vanelock.nonlinear.contact.disc_slider import RATES, pursue
-from vanelock.nonlinear.transient.full_ring import _slider_in_plane
-
-
-def test_place_at_the_end_of_a_step_solves_its_equations():
-    rng, rates, kinds = np.random.default_rng(5), np.empty((2, RATES)), set()
-    for _ in range(150):
-        before, known, held = rng.normal(size=(3, 2))
-        r_before, r = rng.uniform(-0.5, 2, 2)
-        away = before - held
-        if np.hypot(*away) > max(r_before, 0):
-            held = before - away / np.hypot(*away) * max(r_before, 0)
-        root = rng.normal(size=(2, 2))
-        own = root @ root.T
-        own *= rng.uniform(0, 0.98) / np.linalg.norm(own, 2)
-        place, out = held.copy(), np.empty(2)
-        _slider_in_plane(known, own, held, before, r_before, r, place)
-        # The map of the plane does not move places apart, so that repeating it leads there, too.
-        again = held
-        for _ in range(1500):
-            kind, _ = pursue(held, before, known + own @ again, r_before, r, out, rates)
-            again = out.copy()
-        kinds.add(kind)
-        np.testing.assert_allclose(place, again, atol=1e-11)
-    assert len(kinds) == 3
-
 
 HERTZ, RATIO = 1.05 / (2 * np.pi), 0.03
 

@@ -19,7 +19,7 @@ from vanelock.nonlinear import (
     settled_response,
     stability,
 )
-from vanelock.nonlinear.transient.settled_response import _half_range, _verdict
+from vanelock.nonlinear.transient.settled_response import _verdict
 
 STAYS, LEAVES = 0, 1
 """Rings of which the largest multiplier is 0.752 and 1.0707."""
@@ -132,15 +132,6 @@ def test_sectors_that_are_excited_alike_are_followed_one_by_one():
     assert np.ptp(found.amplitude[0, :, 0, 0]) > 1e-3 * response.amplitude[0, 0, 0]
     assert np.ptp(found.amplitude[-1, :, 0, 0]) < 1e-4 * response.amplitude[0, 0, 0]
     assert found.returned
-
-
-def test_half_the_range_of_a_sampled_wave():
-    """A cosine's samples miss its top by up to (π/s)²/2, parabolas by the square of that."""
-    angles = 2 * np.pi * np.arange(1, 65) / 64
-    phases = np.linspace(0, 2 * np.pi, 50)
-    found = _half_range(3 * np.cos(angles[:, None] + phases) + 7)
-    np.testing.assert_allclose(found, 3, rtol=2e-5)
-    assert _half_range(np.full((8, 2), 4.0)).tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(
