@@ -13,7 +13,7 @@ from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation import arc_length
 from vanelock.nonlinear.continuation.arc_length import follow
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
-from vanelock.nonlinear.continuation.globalisation import _Hardening, _released
+from vanelock.nonlinear.continuation.globalisation import _released
 from vanelock.nonlinear.continuation.path import SolutionPath
 from vanelock.nonlinear.newton.newton import solve
 
@@ -23,35 +23,9 @@ def balance_of(system, factor=1.0):
     return structure(system, 2).balance(omega)
 
 
-def hardening(factor=1.0):
-    """Contacts of a system that are soft at first."""
-    system = random_system(2, preload=0.1)
-    return system, _Hardening(balance_of(system, factor), contact_law(system.contacts, 2), 1e-2)
-
-
 def released(system, **law):
     """Contacts held by force, which is taken away."""
     return _released(balance_of(system), contact_law(system.contacts, 2, **law))
-
-
-@pytest.mark.parametrize("kind", ["hardening", "release"])
-def test_rate_is_that_of_finite_differences(kind):
-    if kind == "hardening":
-        _, family = hardening()
-        w = 0.3 * np.random.default_rng(1).normal(size=family.balance.linear.shape)
-        u, error, places = family.balance.displacement(w), 1e-8, (0.1, 0.8)
-    else:
-        family = released(random_system(2, preload=0.1))
-        u, error, places = family.balance.linear, 1e-5, (0.02, 0.3)
-    rows, step, rates = np.arange(u.size), 1e-6, []
-    for p in places:
-        deviation = family.law(p)(u)
-        given = w if kind == "hardening" else deviation.w
-        rates.append(family.rate(p, given, deviation, rows).reshape(u.shape))
-        ahead, behind = (family.law(p + s)(u).w for s in (step, -step))
-        measured, scale = (ahead - behind) / (2 * step), np.abs(rates[-1]).max()
-        np.testing.assert_allclose(rates[-1], measured, atol=error * scale)
-    assert np.abs(rates[0][:, 0]).max() > 0  # some are open
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -15,7 +15,7 @@ from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts, r
 from vanelock.nonlinear.newton.linearised import _Iterative, newton_matrix
 from vanelock.nonlinear.newton.linearised_ring import LinearisedRing
 from vanelock.nonlinear.newton.newton import active_rows
-from vanelock.nonlinear.newton.preconditioner import Border, Equations, _gmres
+from vanelock.nonlinear.newton.preconditioner import Border, Equations
 
 H, OMEGA = 2, 1.1
 
@@ -105,21 +105,6 @@ def test_step_is_that_of_the_dense_matrix(bordered):
         ring_state(seed).check(seed, bordered=bordered)
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_alike_sectors_take_one_step_of_gmres(seed):
-    problem = ring_state(seed, apart=0.0).check(seed, 1e-10)
-    assert problem.hessenberg.shape == (1, 1)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_what_sticks_on_springs_of_its_own_is_left_to_the_iteration(seed):
-    state = ring_state(seed, sticks=True)
-    problem = state.check(seed)
-    assert problem.reuse is not None
-    np.testing.assert_array_equal(problem.reuse.contacts, [1])
-    assert problem.orientation() == np.linalg.slogdet(state.matrix)[0]
-
-
 @pytest.mark.parametrize("of", ["sector", "ring"])
 def test_orientation_is_the_sign_of_the_dense_determinant(of):
     signs = []
@@ -133,18 +118,3 @@ def test_orientation_is_the_sign_of_the_dense_determinant(of):
     found, expected = np.array(signs).T
     assert set(expected) == {-1.0, 1.0}
     np.testing.assert_array_equal(found, expected)
-
-
-def test_gmres_stops_at_the_tolerance_and_gives_eigenvalues():
-    rng = np.random.default_rng(0)
-    turn = np.linalg.qr(rng.normal(size=(80, 80)))[0]
-    values = np.concatenate([[-0.3, 0.02], rng.uniform(0.8, 1.2, 78)])
-    matrix = (turn * values) @ turn.T
-    right = rng.normal(size=80)
-    solution, residual, iterations, hessenberg = _gmres(lambda x: matrix @ x, right, 1e-10, 80)
-    left = np.linalg.norm(matrix @ solution - right) / np.linalg.norm(right)
-    assert left < 1.1e-10
-    np.testing.assert_allclose(residual, left, rtol=1e-3)
-    assert 10 < iterations < 40
-    ritz = np.sort(np.linalg.eigvals(hessenberg).real)
-    np.testing.assert_allclose(ritz[:2], [-0.3, 0.02], atol=1e-6)
