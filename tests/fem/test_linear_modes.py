@@ -1,17 +1,16 @@
-"""Eigenpairs against closed forms and dense solutions; cyclic symmetry against the ring."""
+"""Eigenpairs against closed forms and chosen spectra; cyclic symmetry."""
 
 import dataclasses
 
 import numpy as np
 import pytest
-import scipy.linalg
 import scipy.sparse as sp
 
 from tests.fem.conftest import STEEL
-from tests.verification.conftest import whole_ring
-from vanelock.common.cyclic import turn
+from tests.refusals import refused
 from vanelock.common.errors import InputError
-from vanelock.fem import Material, Modes, assemble, cyclic_transform, eigenpairs, factorise, modes
+from vanelock.fem import Modes, assemble, cyclic_transform, eigenpairs, factorise, modes
+from vanelock.fem.block_lanczos import BLOCK, KrylovSpace, lowest_modes
 from vanelock.mesh import FileMesh
 
 
@@ -52,22 +51,6 @@ def test_ring_of_masses_with_a_phase(n, phase):
     np.testing.assert_allclose(K @ vectors, vectors * values, atol=1e-10)
 
 
-def test_repeated_eigenvalues_are_all_found(lattice):
-    # The free cube's symmetry makes many frequencies double or triple, beside six rigid motions.
-    model = assemble(lattice((3, 3, 3)), Material(E=1.0, nu=0.3, rho=1.0))
-    assert model.K.shape[0] > 800
-    exact = scipy.linalg.eigh(
-        model.K.toarray(), model.M.toarray(), eigvals_only=True, subset_by_index=[0, 39]
-    )
-    for count in range(7, 41, 3):
-        values, vectors = eigenpairs(model.K, model.M, count, shift=-0.01)
-        np.testing.assert_allclose(values, exact[:count], rtol=1e-9, atol=1e-10)
-    np.testing.assert_allclose(vectors.T @ model.M @ vectors, np.eye(40), atol=1e-11)
-    stiffness = vectors.T @ model.K @ vectors
-    np.testing.assert_allclose(stiffness, np.diag(values), atol=1e-10 * values[-1])
-    assert np.all(vectors.max(axis=0) > -vectors.min(axis=0))  # the largest component is positive
-
-
 def test_result_is_the_same_to_the_last_bit():
     for phase in (None, 0.7):
         K, M = chain(500, phase)
@@ -87,11 +70,9 @@ def test_given_factor_is_used():
 def test_impossible_request_is_refused():
     K, M = chain(30)
     for count in (0, 31):
-        with pytest.raises(InputError, match=f"count = {count}: a model of 30 dofs"):
-            eigenpairs(K, M, count)
+        refused(f"count = {count}: a model of 30 dofs", eigenpairs, K, M, count)
     assert len(eigenpairs(K, M, 30)[0]) == 30
-    with pytest.raises(InputError, match="not positive definite"):
-        eigenpairs(K, M, 3, shift=1.0)
+    refused("not positive definite", eigenpairs, K, M, 3, shift=1.0)
 
 
 def wedge(lattice, sectors, counts=(1, 2, 1), fixed=None):
@@ -108,37 +89,6 @@ def wedge(lattice, sectors, counts=(1, 2, 1), fixed=None):
     if fixed is not None:
         sets["fixed"] = part.node_sets[fixed]
     return dataclasses.replace(part, node_sets=sets)
-
-
-@pytest.mark.parametrize("nodal_diameter", [0, 1, 2, 3, 4, 5, -1])
-def test_wave_spread_over_the_ring_is_a_mode_of_it(lattice, nodal_diameter):
-    part = wedge(lattice, 6, counts=(2, 2, 2), fixed="x0")
-    whole, number = whole_ring(part)
-    full = assemble(whole, STEEL)
-    found = modes(assemble(part, STEEL), 4, nodal_diameter)
-    assert found.nodal_diameter == nodal_diameter
-    for f, shape in zip(found.frequency, found.shapes.transpose(2, 0, 1), strict=True):
-        field = np.full((len(whole.points), 3), np.nan, complex)
-        for j in range(6):
-            here = shape @ turn(6, j).T * np.exp(-2j * np.pi * nodal_diameter * j / 6)
-            known = ~np.isnan(field[number[j]])
-            assert (
-                abs(field[number[j]][known] - here[known]).max(initial=0) < 1e-9 * abs(here).max()
-            )
-            field[number[j]] = here
-        free = full.dofs >= 0
-        x = np.empty(full.K.shape[0], complex)
-        x[full.dofs[free]] = field[free]
-        force = full.M @ x * (2 * np.pi * f) ** 2
-        np.testing.assert_allclose(full.K @ x, force, atol=1e-8 * abs(force).max())
-        assert (x.conj() @ full.M @ x).real == pytest.approx(6, rel=1e-10)  # one a sector
-
-
-def test_opposite_waves_are_conjugate(lattice):
-    model = assemble(wedge(lattice, 5), STEEL)
-    assert abs(cyclic_transform(model, 2) - cyclic_transform(model, 3).conj()).max() < 1e-15
-    assert abs(cyclic_transform(model, 2) - cyclic_transform(model, 7)).max() == 0
-    assert abs(cyclic_transform(model, -2) - cyclic_transform(model, 3)).max() == 0
 
 
 def test_clamped_nodes_on_the_faces(lattice):
@@ -169,19 +119,16 @@ def test_faces_that_do_not_match_are_refused(lattice):
     model = assemble(part, STEEL)
     with pytest.raises(InputError, match="turned by 2π/7: the faces must match node by node"):
         cyclic_transform(model, 1, sectors=7)
-    with pytest.raises(InputError, match="sectors = 1: cyclic symmetry needs at least 2"):
-        cyclic_transform(model, 1, sectors=1)
+    refused("sectors = 1: cyclic symmetry needs at least 2", cyclic_transform, model, 1, sectors=1)
 
     def without(**sets):
         return dataclasses.replace(model, part=dataclasses.replace(part, node_sets=sets))
 
     left, right = part.node_sets["left"], part.node_sets["right"]
-    with pytest.raises(InputError, match="needs a node set 'right'"):
-        cyclic_transform(without(left=left), 1)
+    refused("needs a node set 'right'", cyclic_transform, without(left=left), 1)
     with pytest.raises(InputError, match=r"nodes in `left`, .* in `right`: they must match"):
         cyclic_transform(without(left=left, right=right[1:]), 1)
-    with pytest.raises(InputError, match="right node .* lies"):
-        cyclic_transform(without(left=left, right=right[::-1]), 1)
+    refused("right node .* lies", cyclic_transform, without(left=left, right=right[::-1]), 1)
 
 
 def test_a_mesh_from_a_file_is_one_sector_once_their_number_is_given(lattice):
@@ -201,3 +148,132 @@ def test_a_mesh_from_a_file_is_one_sector_once_their_number_is_given(lattice):
     whole = dataclasses.replace(mesh, node_sets={})
     with pytest.raises(InputError, match=r"wedge.inp: cyclic symmetry needs a node set 'left'"):
         modes(assemble(whole, STEEL), 3, nodal_diameter=2, sectors=5)
+
+
+def pencil(values, is_complex=False, seed=0):
+    """K⁻¹, M and mass-normalised vectors of a dense pencil with the given eigenvalues."""
+    rng, n = np.random.default_rng(seed), len(values)
+    A, B = rng.standard_normal((2, n, n))
+    Q = np.linalg.qr(A + 1j * B if is_complex else A)[0]
+    L = np.tril(rng.uniform(-0.1, 0.1, (n, n)), -1) + np.diag(rng.uniform(0.5, 2.0, n))
+    X = np.linalg.solve(L.T, Q)
+    return (X / values) @ X.conj().T, L @ L.T, X
+
+
+def found(values, count, start=None, seed=0, is_complex=False, **options):
+    """What Lanczos finds, and its vectors' components in the exact ones."""
+    inverse, M, X = pencil(values, is_complex, seed)
+    n = len(values)
+    if start is None:
+        start = np.random.default_rng(seed + 1).standard_normal((n, min(n, BLOCK)))
+
+    space = KrylovSpace(lambda b: inverse @ b, lambda x: M @ x, start.astype(inverse.dtype))
+    modes = lowest_modes(space, count, **options)
+    squared, vectors = modes.omega_squared, modes.vectors
+    assert np.all(np.diff(squared) >= 0)
+    gram = vectors.conj().T @ M @ vectors
+    np.testing.assert_allclose(gram, np.eye(gram.shape[0]), atol=1e-12)
+    return squared, X.conj().T @ M @ vectors
+
+
+SPREAD = np.geomspace(1.0, 1e8, 140)
+SPECTRA = {
+    "spread": SPREAD,
+    "cluster of 6": np.r_[1 + 1e-9 * np.arange(6), SPREAD[1:] + 1],
+    "8 copies": np.r_[np.ones(8), SPREAD[1:] + 1], "9 copies": np.r_[np.ones(9), SPREAD[1:] + 1],
+    "30 copies, but for 1e-12": np.r_[1 + 1e-12 * np.arange(30), SPREAD[1:] + 1],
+    "9 copies higher up": np.sort(np.r_[SPREAD, np.full(8, SPREAD[5])]),
+    "two values alone": np.repeat([1.0, 2.0], 60), "one value alone": np.ones(60),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("is_complex", [False, True], ids=["real", "Hermitian"])
+@pytest.mark.parametrize("name", SPECTRA)
+def test_lowest_values_with_all_their_copies(name, is_complex):
+    values = SPECTRA[name]
+    for count in (1, 9, 33):
+        squared, components = found(values, count, is_complex=is_complex)
+        assert len(squared) == count
+        np.testing.assert_allclose(squared, np.sort(values)[:count], rtol=1e-10)
+        # The vectors have no part in modes that are not their own.
+        foreign = np.abs(values[:, None] - squared) > 1e-3 * squared
+        assert np.abs(components[foreign]).max(initial=0.0) < 1e-8
+
+
+@pytest.mark.parametrize("name", SPECTRA)
+def test_all_below_an_eigenvalue_and_none_above(name):
+    """Exactly those, and the next one is no lower than what is promised."""
+    values = np.sort(SPECTRA[name])
+    inverse, M, _ = pencil(values)
+    start = np.random.default_rng(0).standard_normal((len(values), BLOCK))
+    for last in (0, 1, 9, 33, 60):
+        if last < len(values) - 1 and values[last] > 1.0001 * values[max(last - 1, 0)]:
+            below = np.sqrt(values[last - 1] * values[last]) if last else 0.5 * values[0]
+        else:  # not between two that are equal
+            below = 0.9 * values[0] if last == 0 else 1.5
+        space = KrylovSpace(lambda b: inverse @ b, lambda x: M @ x, start)
+        modes = lowest_modes(space, below=below)
+        inside = int(np.sum(values < below))
+        assert modes.vectors.shape == (len(values), inside)
+        np.testing.assert_allclose(modes.omega_squared, values[:inside], rtol=1e-10)
+        assert below < modes.beyond
+        assert modes.beyond <= values[inside:].min(initial=np.inf) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("name", SPECTRA)
+def test_a_search_goes_on_where_another_ended(name):
+    values = np.sort(SPECTRA[name])
+    inverse, M, X = pencil(values)
+    start = np.random.default_rng(0).standard_normal((len(values), BLOCK))
+
+    def space():
+        solves = []
+
+        def solve(b):
+            solves.append(b.shape[1])
+            return inverse @ b
+
+        return KrylovSpace(solve, lambda x: M @ x, start), solves
+
+    one, spent = space()
+    lowest_modes(one, 5, tolerance=0.03)
+    rough = len(spent)
+    modes = lowest_modes(one, 20)
+    np.testing.assert_allclose(modes.omega_squared, values[:20], rtol=1e-10)
+    foreign = np.abs(values[:, None] - modes.omega_squared) > 1e-3 * modes.omega_squared
+    assert np.abs((X.T @ M @ modes.vectors)[foreign]).max(initial=0.0) < 1e-8
+    alone, all_of_them = space()
+    lowest_modes(alone, 20)
+    assert len(spent) <= max(len(all_of_them), rough) + 2  # a last step each, and one to begin with
+
+
+def test_all_there_are():
+    """Who asks for all modes below a frequency beyond the highest one gets every mode."""
+    inverse, M, _ = pencil(SPREAD[:50])
+    start = np.random.default_rng(0).standard_normal((50, BLOCK))
+    modes = lowest_modes(KrylovSpace(lambda b: inverse @ b, lambda x: M @ x, start))
+    assert modes.vectors.shape == (50, 50)
+    assert modes.beyond == np.inf
+    np.testing.assert_allclose(modes.omega_squared, SPREAD[:50], rtol=1e-9)
+    refused("51 modes: the part has 50", found, SPREAD[:50], 51)
+
+
+@pytest.mark.parametrize("rank", [1, 3])
+def test_start_of_dependent_columns(rank):
+    rng = np.random.default_rng(3)
+    start = rng.standard_normal((len(SPREAD), rank)) @ rng.standard_normal((rank, BLOCK))
+    start[:, 1] = 0.0
+    squared, _ = found(SPREAD, 15, start)
+    np.testing.assert_allclose(squared, SPREAD[:15], rtol=1e-11)
+
+
+def test_no_answer_is_no_silent_one(monkeypatch):
+    monkeypatch.setattr("vanelock.fem.block_lanczos._LARGEST", 2)
+    refused("did not converge", found, SPREAD, 30)
+
+
+def test_a_mistyped_limit_is_refused_early():
+    values = np.linspace(1.0, 2.0, 520)
+    refused("more than 500 fixed-interface modes below 1.592 Hz", found, values, None, below=100.0)
+    with pytest.raises(InputError, match=r"the lowest at 0\.1592 Hz: are densities and moduli in"):
+        found(values, None, below=1e12)

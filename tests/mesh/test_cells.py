@@ -1,11 +1,15 @@
-"""Volumes, Jacobians and shape functions of cells, areas of their faces, against closed forms."""
+"""Cells and contact patches: volumes, Jacobians, areas and means against closed forms."""
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from tests.mesh.conftest import refusal
-from vanelock.mesh import Part, quality
+from vanelock.common.errors import InputError
+from vanelock.mesh import HookDimensions, Part, casing_sector, quality
+from vanelock.mesh import contact_patches as module
 from vanelock.mesh.cells import (
     SOLIDS,
     _jacobians,
@@ -14,6 +18,14 @@ from vanelock.mesh.cells import (
     nodal_areas,
     solid,
     valid,
+)
+from vanelock.mesh.contact_patches import (
+    _averages,
+    _cylinder,
+    _Facets,
+    _Patch,
+    _plane,
+    hook_patches,
 )
 from vanelock.mesh.gmsh_session import session
 
@@ -92,25 +104,6 @@ def test_an_element_inverted_between_its_nodes_is_found_and_refused() -> None:
     assert refusal(lambda: valid(part)).startswith(f"{INVERTED} (Jacobian -0.51 of a")
 
 
-def test_bounds_are_the_smallest_coefficients_of_the_determinants() -> None:
-    """Coefficients that reproduce det J at the 20 points with coordinates in thirds."""
-    rng = np.random.default_rng(2)
-    points = (NODES + rng.uniform(-0.1, 0.1, size=(300, 10, 3))).reshape(-1, 3)
-    cells = np.arange(3000).reshape(300, 10)
-    powers = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)])
-    powers = np.column_stack([powers, 3 - powers.sum(axis=1)])
-    factorial = np.array([1, 1, 2, 6])
-    places = powers / 3
-    basis = 6 / factorial[powers].prod(axis=1) * np.prod(places[:, None] ** powers, axis=2)
-    values = np.linalg.det(_jacobians(points, cells, places[:, :3]))
-    straight = np.linalg.det(points[cells[:, 1:4]] - points[cells[:, :1]])
-    expected = np.linalg.solve(basis, values.T).min(axis=0) / straight
-    assert jacobian_bounds(points, cells) == pytest.approx(expected, rel=1e-10, abs=1e-12)
-    anywhere = rng.dirichlet(np.ones(4), size=500)[:, 1:]
-    sampled = np.linalg.det(_jacobians(points, cells, anywhere)).min(axis=1) / straight
-    assert np.all(jacobian_bounds(points, cells) <= sampled)
-
-
 def round_face(p):
     angle = 0.4 * p[:, 1]
     r = 0.9 + 0.1 * p[:, 0]
@@ -146,3 +139,127 @@ def test_shares_of_a_face(lattice):
         found = nodal_areas(part.points, exterior(part.cells, solid(cell_type)), nodes, normal)
         assert found is not None
         assert np.unique(np.round(found, 12)) == pytest.approx(wanted, rel=1e-11)
+
+
+OVERLAP = (0.068, 0.082)  # the foot's front to the groove's mouth
+
+
+RADII = (0.592, 0.584, 0.592, 0.584)
+
+
+SETS = ("hook_front", "hook_rear", "interlock_left", "interlock_right")
+
+
+@pytest.fixture(scope="module")
+def vane(coarse: tuple[Part, Part]) -> Part:
+    return coarse[0]
+
+
+@pytest.fixture(scope="module")
+def casing() -> Part:
+    return casing_sector(size=0.015, stretch=1)  # so that the two parts' faces differ
+
+
+@pytest.mark.parametrize("count", [15, 9, 3])
+def test_hook_patches_share_out_the_bands(count: int) -> None:
+    pitch = 2 * np.pi / 16
+    bands = hook_patches(HookDimensions(band_nodes=count), OVERLAP, 16)
+    for radius, band in zip(RADII, bands, strict=True):
+        area = np.array([patch.area for patch in band])
+        assert len(area) == count
+        assert area.sum() == pytest.approx(0.9 * pitch * radius * 0.014, rel=1e-13)
+        share = np.concatenate([[0.5], np.ones(count - 2), [0.5]]) / (count - 1)
+        assert area == pytest.approx(share * area.sum(), rel=1e-12)
+
+
+def test_a_band_outside_the_overlap_has_no_patches() -> None:
+    part = casing_sector(size="coarse", overlap=(0.075, 0.082))
+    assert part.patches == {}
+
+
+Lattice = Callable[..., Part]
+
+
+Points = NDArray[np.float64]
+
+
+RADIUS = 0.592
+
+
+ENDS = np.radians([-6.3, 7.1])
+
+
+FRONT, REAR = 0.067, 0.083
+
+
+def tetrahedron() -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    edges = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
+    return np.vstack([corners, corners[edges].mean(axis=1)]), np.arange(10)[None]
+
+
+def square(side: float) -> _Patch:
+    """0 to `side` in x and y."""
+    planes = np.array([[-1, 0, 0, 0], [0, -1, 0, 0], [1, 0, 0, side], [0, 1, 0, side]], float)
+    return _Patch(planes, side**2, np.array([side / 2, side / 2, 0]))
+
+
+def test_mean_over_a_square_in_one_triangle() -> None:
+    points, cells = tetrahedron()
+    facets = _plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    weights = _averages("one", points, cells, facets, [square(0.4)])
+    x, y = points[:, 0], points[:, 1]
+    mean = weights @ np.column_stack([x, y, x**2, x * y, y**2])
+    assert mean[0] == pytest.approx([0.2, 0.2, 0.16 / 3, 0.04, 0.16 / 3], rel=1e-13)
+    assert weights.toarray()[0, [3, 7, 8, 9]] == pytest.approx(np.zeros(4))  # off the plane
+
+
+def test_a_patch_that_faces_do_not_cover_is_refused() -> None:
+    points, cells = tetrahedron()
+    facets = _plane(points, cells, np.zeros(3), np.array([0.0, 0.0, 1.0]))
+    with pytest.raises(InputError, match=r"one: element faces cover 92.0 % of contact patch 1: "):
+        # x + y < 1 cuts a corner with legs of 0.25 off the square of 0.625: 2/25 of it.
+        _averages("one", points, cells, facets, [square(0.5), square(0.625)])
+    nothing = _Facets(facets.element[:0], facets.corner[:0])
+    with pytest.raises(InputError, match=r"one: element faces cover 0.0 % of contact patch 0"):
+        _averages("one", points, cells, nothing, [square(0.5)])
+
+
+def ring(lattice: Lattice, count: int, wave: float, curved: bool = True) -> Part:
+    """A piece of a ring inside the cylinder of the front roof; its elements' sides wave on it."""
+
+    def place(p: Points) -> Points:
+        x, y, depth = p.T
+        angle = np.radians(22) * (y - 0.47 + wave * np.sin(2 * np.pi * x) * np.sin(np.pi * y))
+        z = 0.060 + 0.031 * (x + wave * np.sin(np.pi * x) * np.sin(2 * np.pi * y))
+        r = RADIUS - 0.012 * depth
+        return np.column_stack([r * np.cos(angle), r * np.sin(angle), z])
+
+    return lattice((count, 2 * count, 1), place, curved=curved)
+
+
+def over_ring(part: Part, patch: _Patch) -> NDArray[np.float64]:
+    """Weights (n,)."""
+    facets = _cylinder(part.points, part.cells, RADIUS)
+    return np.asarray(_averages("ring", part.points, part.cells, facets, [patch]).toarray()[0])
+
+
+def middle_patch() -> _Patch:
+    """A piece of the cylinder that no element's side bounds."""
+    (s, t), (c, d) = np.sin(ENDS), np.cos(ENDS)
+    planes = [[s, -c, 0, 0], [-t, d, 0, 0], [0, 0, -1, -FRONT], [0, 0, 1, REAR]]
+    width = np.ptp(ENDS)
+    centroid = np.array([RADIUS * (t - s) / width, RADIUS * (c - d) / width, (FRONT + REAR) / 2])
+    return _Patch(np.array(planes), RADIUS * width * (REAR - FRONT), centroid)
+
+
+def test_curved_faces_have_the_patch_s_area_and_centroid(
+    lattice: Lattice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """5.6° of arc to an element: straight-sided ones miss the patch by 9e-5."""
+    monkeypatch.setattr(module, "_COVERED", 4e-6)
+    part = ring(lattice, 4, 0.0)
+    assert over_ring(part, middle_patch()) @ part.points == pytest.approx(middle_patch().centroid)
+    monkeypatch.setattr(module, "_COVERED", 8e-5)
+    with pytest.raises(InputError, match="ring: element faces cover 100.0 %"):
+        over_ring(ring(lattice, 4, 0.0, curved=False), middle_patch())

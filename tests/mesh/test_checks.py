@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.mesh.conftest import refusal
-from vanelock.common.errors import InputError
+from tests.refusals import refused
 from vanelock.mesh import (
     CasingDimensions,
     VaneDimensions,
@@ -44,8 +44,7 @@ Values = dict[str, Any]
      "inner_radius = 0.6 m by at least 0.0005 m"),
     ])  # fmt: skip
 def test_impossible_dimensions(model: Any, changes: Values, message: str) -> None:
-    with pytest.raises(InputError, match=re.escape(message)):
-        model(**changes)
+    refused(re.escape(message), model, **changes)
     if "fillet" in changes or "root_fillet" in changes:
         for allowed in (0, 0.0005):
             assert getattr(model(**dict.fromkeys(changes, allowed)), next(iter(changes))) == allowed

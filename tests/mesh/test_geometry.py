@@ -1,8 +1,9 @@
-"""Dimensions, places, outlines and volumes of the geometry, in closed form."""
+"""Dimensions, places, outlines and volumes in closed form; estimates of what a mesh has."""
 
 import numpy as np
 import pytest
 
+from tests.refusals import refused
 from vanelock.common.errors import InputError
 from vanelock.mesh import (
     CasingDimensions,
@@ -14,13 +15,18 @@ from vanelock.mesh import (
     quality,
     vane_segment,
 )
-from vanelock.mesh.checks import _gap
 from vanelock.mesh.element_size import element_size
 from vanelock.mesh.generate import occ_solids
 from vanelock.mesh.generate.mesher import matching
 from vanelock.mesh.geometry.aerofoil import around, output_points
-from vanelock.mesh.geometry.revolved import Corner, edges
+from vanelock.mesh.geometry.revolved import Corner
 from vanelock.mesh.gmsh_session import session
+from vanelock.mesh.refinement import (
+    MOST,
+    casing_dofs,
+    check_size,
+    vane_dofs,
+)
 
 
 def test_lengths_and_angles_take_units() -> None:
@@ -66,39 +72,9 @@ def test_sizes_have_names_and_limits() -> None:
     assert element_size("medium", "casing") == 0.0125
     assert element_size("medium", "vane") == 0.016
     assert element_size(0.01, "vane") == 0.01
-    with pytest.raises(InputError, match='^mesh.size = "tiny": allowed are "coarse", "medium",'):
-        element_size("tiny", "vane")
+    refused('^mesh.size = "tiny": allowed are "coarse", "medium",', element_size, "tiny", "vane")
     for size in (0.0, -0.01, 1.0, float("nan")):
-        with pytest.raises(InputError, match=r"^mesh\.size = .* m: must lie between 0.001 and"):
-            element_size(size, "vane")
-
-
-@pytest.mark.parametrize("step", [0.5, 1.5, 2.5, 4.0])
-def test_circles_are_a_diameter_nearer_than_their_middles(step: float) -> None:
-    """By how much they cross, too, wherever they stand."""
-    angle = 2 * np.pi * np.arange(400) / 400
-    circle = np.column_stack([3 + np.cos(angle), -7 + np.sin(angle)])
-    assert _gap(circle, step) == pytest.approx(step - 2, abs=1e-4)
-
-
-def test_named_nodes_stay_where_they_are_when_the_mesh_changes() -> None:
-    one = VaneDimensions(aerofoils=1, root_fillet=0)
-    coarse, fine = (vane_segment(one, size=size) for size in (0.03, 0.02))
-    assert len(fine.points) > 1.5 * len(coarse.points)
-    for name in ("hook_front", "hook_rear", "key", "interlock_left", "output"):
-        mine, other = (part.points[part.node_sets[name]] for part in (coarse, fine))
-        assert np.array_equal(mine, other)
-
-
-def test_other_grooves_move_the_bands_of_both_parts() -> None:
-    hook = HookDimensions(roof_radius=0.593, lip_radius=0.5835, band_extent=0.8)
-    vane = vane_segment(VaneDimensions(hook=hook, aerofoils=1, root_fillet=0), 16, "coarse")
-    casing = casing_sector(CasingDimensions(outer_radius=0.605), hook, 16, "coarse")
-    for name in ("hook_front", "hook_rear", "key"):
-        mine, mate = (p.points[p.node_sets[name]] for p in (vane, casing))
-        assert np.abs(mine - mate).max() < 1e-12
-    radius = np.hypot(*mine[:, :2].T)
-    assert radius == pytest.approx(np.array([0.593, 0.5835, 0.593, 0.5835]), rel=1e-12)
+        refused(r"^mesh\.size = .* m: must lie between 0.001 and", element_size, size, "vane")
 
 
 def test_nodes_off_their_places_are_an_error() -> None:
@@ -109,8 +85,7 @@ def test_nodes_off_their_places_are_an_error() -> None:
         matching(points, every, points[:2], "casing force")
     with pytest.raises(InputError, match="^vane key: a node lies 0.001 m off its place$"):
         matching(points, every, points + np.array([0.001, 0, 0]), "vane key")
-    with pytest.raises(InputError, match="two places share a node"):
-        matching(points, every, points[[0, 0, 1]], "vane key")
+    refused("two places share a node", matching, points, every, points[[0, 0, 1]], "vane key")
 
 
 VANE = VaneDimensions()
@@ -154,38 +129,13 @@ def test_directions_are_tangents_and_turn_from_span_to_chord():
     ({"chord": -0.1}, "chord = -0.1: allowed are 0 to 1"),
 ])  # fmt: skip
 def test_what_is_refused(given, message):
-    with pytest.raises(InputError, match=message):
-        on_aerofoil(VANE, 16, **({"aerofoil": 1, "span": 0.5, "chord": 0.5} | given))
+    refused(message, on_aerofoil, VANE, 16, **{"aerofoil": 1, "span": 0.5, "chord": 0.5} | given)
 
 
 QUARTER = 1 - np.pi / 4  # of r²: what a fillet covers in a right angle
 
 
 CENTROID = (10 - 3 * np.pi) / (12 - 3 * np.pi)  # of r: its distance from either side
-
-
-@pytest.mark.parametrize("angle", [40.0, 90.0, 130.0])
-def test_arcs_are_tangent_to_both_sides(angle: float) -> None:
-    """Ends of pieces lie a radius from the centre; the outer ones at the feet of perpendiculars."""
-    turned = np.radians(angle)
-    corners = [
-        Corner(3.0, 1.0),
-        Corner(1.0, 1.0, 0.2),
-        Corner(1 + 2 * np.cos(turned), 1 + 2 * np.sin(turned)),
-    ]
-    arcs = [edge for edge in edges(corners) if edge.centre is not None]
-    # One piece for each 45 deg of the angle by which the arc turns.
-    assert len(arcs) == int(np.ceil((180 - angle) / 45))
-    for start, end, centre in arcs:
-        assert centre is not None
-        assert np.linalg.norm([start - centre, end - centre], axis=1) == pytest.approx(0.2)
-    centre = arcs[0].centre
-    assert centre is not None
-    sides = np.array([[1.0, 0.0], [np.cos(turned), np.sin(turned)]])
-    for place, side in zip((arcs[0].start, arcs[-1].end), sides, strict=True):
-        assert (place - centre) @ side == pytest.approx(0, abs=1e-14)
-        r, z = place - 1.0
-        assert side[0] * z - side[1] * r == pytest.approx(0, abs=1e-14)
 
 
 @pytest.mark.parametrize(("corner", "sign"), [(3, 1), (4, -1)], ids=["concave", "convex"])
@@ -257,3 +207,37 @@ def test_an_aerofoil_that_leans_has_its_outer_end_at_the_larger_angle():
     height, sideways = r[between] * np.cos(angle[between]), r[between] * np.sin(angle[between])
     slope = np.polyfit(height, sideways, 1)[0]
     assert slope == pytest.approx(np.tan(np.radians(9.0)), rel=0.1)
+
+
+@pytest.mark.parametrize(("vane_size", "vane", "size", "casing"), [
+    # degrees of freedom of meshes that are too large to be made in a test
+    (0.010, 124470, 0.006, 108777),
+    (0.008, 193971, 0.005, 161760),
+    (0.006, 354099, 0.004, 259428),
+])  # fmt: skip
+def test_estimates_are_near_large_meshes(
+    vane_size: float, vane: int, size: float, casing: int
+) -> None:
+    assert vane_dofs(VaneDimensions(), 16, vane_size) == pytest.approx(vane, rel=0.1)
+    estimated = casing_dofs(CasingDimensions(), HookDimensions(), 16, size)
+    assert estimated == pytest.approx(casing, rel=0.2)
+
+
+def test_too_large_meshes_are_refused_with_the_smallest_size() -> None:
+    vane, casing = VaneDimensions(root_fillet=0), CasingDimensions()
+    dofs = vane_dofs(vane, 16, 0.002) + casing_dofs(casing, vane.hook, 16, 0.002, 3)
+    with pytest.raises(InputError) as caught:
+        check_size(0.002, vane, casing, 16)
+    message = str(caught.value)
+    assert message.startswith(
+        f"mesh.size = 2 mm: about {round(dofs, -5):,.0f} degrees of freedom: at most {MOST:,} "
+    )
+    assert message.endswith(" mm here")
+    smallest = 1e-3 * float(message.partition("sizes from ")[2].split()[0])
+    assert smallest == pytest.approx(0.004, abs=2e-4)
+    check_size(smallest, vane, casing, 16)
+    with pytest.raises(InputError):
+        check_size(smallest - 1e-4, vane, casing, 16)
+    # A name is refused as well where the parts are large.
+    large = CasingDimensions(outer_radius=4.9, flange_radius=5.0)
+    refused(r'^mesh\.size = "medium": about', check_size, "medium", vane, large, 6)

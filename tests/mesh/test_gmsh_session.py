@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.refusals import refused
 from vanelock.common.errors import InputError
 from vanelock.mesh import Part, VaneDimensions, casing_sector, vane_segment
 from vanelock.mesh.gmsh_session import _PACKAGES, load, session
@@ -60,8 +61,7 @@ def test_another_s_session_is_left_alone() -> None:
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         gmsh.model.add("mine")
-        with pytest.raises(InputError, match="^vane: gmsh is already initialised"):
-            vane_segment(size="coarse")
+        refused("^vane: gmsh is already initialised", vane_segment, size="coarse")
         assert gmsh.model.getCurrent() == "mine"
     finally:
         gmsh.finalize()

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as la
 
-from vanelock.nonlinear import Contact, Contacts, Diameter, Force, System
+from vanelock.nonlinear import Contact, Contacts, Diameter, Force, System, frequency_response
 
 
 def march(contacts, q, count):
@@ -253,3 +253,10 @@ def alike_contacts(kn=1.0, kt=1.0, mu=1.0, count=1):
     return Contacts(
         np.full(count, kn), np.full((count, 2), kt), np.full(count, mu), np.zeros(count)
     )
+
+
+def solved_response(system, hertz, *options, **named):
+    """Response at frequencies of which each has its solution; jumps are not looked for."""
+    response = frequency_response(system, hertz, *options, **named, find_jumps=False)
+    assert response.converged.all()
+    return response

@@ -1,6 +1,6 @@
 """At full count, what the verifications found becomes a table in docs/verification.
 
-A test gives its figures by `record_property(name, text)`.
+A test gives its figures by `record(name, text)`.
 """
 
 import dataclasses
@@ -24,7 +24,7 @@ from tests.golden.runs import made_once
 from tests.verification import vane
 from vanelock import rom
 from vanelock.common.cyclic import turn
-from vanelock.fem import Material, assemble, cyclic_transform, eigenpairs
+from vanelock.fem import assemble, cyclic_transform, eigenpairs
 from vanelock.mesh import Part
 
 Array = NDArray[np.float64]
@@ -49,30 +49,22 @@ def ring_of_vanes(scene: SimpleNamespace, shared: Path) -> rom.System:
     return made_once(place, lambda: vane.with_all_diameters(scene))
 
 
-@pytest.fixture(scope="session")
-def lowest_frequencies() -> Callable[..., Array]:
-    """Function that finds the lowest frequencies, Hz, of a part supported component by component.
+def lowest_frequencies(part, material, count, nodal_diameter=None, **held):
+    """Lowest frequencies, Hz, of a part supported component by component.
 
     `lowest_frequencies(part, material, 6, x0="yz")` holds y and z of the nodes of the set x0; with
     `nodal_diameter` the part is a sector, and what is held on one cut face is held on the other.
     """
-
-    def find(
-        part: Part, material: Material, count: int, nodal_diameter: int | None = None, **held: str
-    ) -> Array:
-        model = assemble(part, material, fixed=None)
-        T = sp.eye_array(model.K.shape[0], format="csc")
-        if nodal_diameter is not None:
-            T = cyclic_transform(model, nodal_diameter)
-        for node_set, axes in held.items():
-            rows = model.rows(node_set)[:, ["xyz".index(axis) for axis in axes]]
-            T = T[:, abs(T[rows.ravel()]).sum(axis=0) < 1e-9]
-        K, M = ((T.conj().T @ A @ T).tocsc() for A in (model.K, model.M))
-        values, _ = eigenpairs(K, M, count, shift=-1e4)
-        frequencies: Array = np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
-        return frequencies
-
-    return find
+    model = assemble(part, material, fixed=None)
+    T = sp.eye_array(model.K.shape[0], format="csc")
+    if nodal_diameter is not None:
+        T = cyclic_transform(model, nodal_diameter)
+    for node_set, axes in held.items():
+        rows = model.rows(node_set)[:, ["xyz".index(axis) for axis in axes]]
+        T = T[:, abs(T[rows.ravel()]).sum(axis=0) < 1e-9]
+    K, M = ((T.conj().T @ A @ T).tocsc() for A in (model.K, model.M))
+    values, _ = eigenpairs(K, M, count, shift=-1e4)
+    return np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
 
 
 @pytest.fixture(scope="session")
@@ -214,18 +206,25 @@ def seen_by_a_sector(nodal_diameter, sectors, of_order):
     return np.sort(found)
 
 
-@pytest.fixture(scope="session")
-def cylinder_waves() -> SimpleNamespace:
-    """Exact frequencies of cylinders between one or two walls, and which of them a sector sees."""
-    return SimpleNamespace(
-        within=waves_within,
-        between_diaphragms=waves_between_diaphragms,
-        seen_by_a_sector=seen_by_a_sector,
-    )
+@pytest.fixture
+def record(record_property: Callable[[str, object], None]) -> Callable[[str, object], None]:
+    """Function that gives the page a figure by its name."""
+    return record_property
 
 
 @pytest.fixture
-def compare(record_property: Callable[[str, object], None]) -> Callable[..., None]:
+def below(record: Callable[[str, object], None]) -> Callable[[str, float, float], None]:
+    """Function that records an error and asserts that it is below a bound."""
+
+    def check(name: str, error: float, most: float) -> None:
+        record(name, f"{error:.1e}")
+        assert error < most
+
+    return check
+
+
+@pytest.fixture
+def compare(record: Callable[[str, object], None]) -> Callable[..., None]:
     """Function that records frequencies, Hz, beside their targets and asserts the differences."""
 
     def within(
@@ -238,7 +237,7 @@ def compare(record_property: Callable[[str, object], None]) -> Callable[..., Non
         difference = np.divide(found, targets) - 1
         pairs = zip(found, targets, difference, strict=True)
         text = ", ".join(f"{f:.5g} Hz ({t:.5g}, {d:+.2%})" for f, t, d in pairs)
-        record_property(f"found ({source})", text)
+        record(f"found ({source})", text)
         assert np.all(difference > least)
         assert np.all(difference < most)
 

@@ -1,16 +1,19 @@
-"""Aerofoils in rows and columns, and with fillets at their roots."""
+"""Aerofoils in rows and columns with fillets; which of several meshes is kept."""
 
 import numpy as np
 import pytest
 
+from tests.refusals import refused
 from vanelock.common.cyclic import rotation
 from vanelock.common.errors import InputError
 from vanelock.mesh import VaneDimensions, quality, vane_segment
 from vanelock.mesh.element_size import SLENDER
+from vanelock.mesh.generate import mesher
 from vanelock.mesh.generate.aerofoils import _divide_filleted, arc_rows, divisions
+from vanelock.mesh.generate.mesher import _level
 from vanelock.mesh.generate.vane import _vane_solid
 from vanelock.mesh.geometry import aerofoil
-from vanelock.mesh.geometry.root_fillet import _PLACES, _SLANT, feet, strips, sweep, volume
+from vanelock.mesh.geometry.root_fillet import _SLANT, feet, strips, volume
 from vanelock.mesh.gmsh_session import session
 from vanelock.stages.parts.loads import _aerofoil_faces
 
@@ -79,19 +82,6 @@ def test_camber_and_thin_edges_ask_for_more_columns_and_rows():
     assert divisions(VaneDimensions(edge_thickness=6e-4), 0.012) == (18, 5, 8)
 
 
-SLANTED = {"interlock_slant": -30.0, "stagger": -30.0, "lean": 4.0}
-
-
-def test_meshes_are_sound_and_fill_the_geometry() -> None:
-    turned = {"camber": 0.2, "twist": 15.0, **SLANTED}
-    part = vane_segment(VaneDimensions(root_fillet=0.004, aerofoils=1, **turned), 16, 0.025)
-    found = quality(part)
-    assert found.smallest_jacobian > 0.05
-    assert found.smallest_sicn > 0.02
-    assert part.cad_volume is not None
-    assert found.volume == pytest.approx(part.cad_volume, rel=5e-4)
-
-
 def test_a_node_stands_in_every_row_of_a_mitre() -> None:
     vane = VaneDimensions(aerofoils=1, root_fillet=0.003, lean=5.0, twist=6.0)
     part = vane_segment(vane, size="coarse")
@@ -119,8 +109,7 @@ def test_faces_that_are_missing_are_reported() -> None:
     with session("vane") as gmsh:
         _vane_solid(gmsh, VaneDimensions(), 16)
         gmsh.model.occ.synchronize()
-        with pytest.raises(InputError, match=expected):
-            _divide_filleted(gmsh, vane, 16, 0.025)
+        refused(expected, _divide_filleted, gmsh, vane, 16, 0.025)
 
 
 STRAIGHT = VaneDimensions(aerofoils=2, twist=0.0, lean=0.0, root_fillet=0.0)
@@ -201,38 +190,87 @@ def test_volume_is_that_of_the_section_and_two_fillets(radius):
     assert volume(vane) - plain == pytest.approx(2 * added(vane), rel=1e-2)
 
 
-@pytest.mark.parametrize("changes", [{}, {"lean": 9.5, "twist": -14.0}])
-@pytest.mark.parametrize("outer", [False, True])
-def test_arcs_are_tangent_to_both_and_have_the_radius(changes, outer):
-    """Across the section's curve: the same way from the corner along shroud and aerofoil."""
-    radius = 0.003
-    vane = VaneDimensions(**changes, root_fillet=radius)
-    for strip in strips(vane, outer):
-        up = strip.corner * [1, 1, 0] * (-1 if outer else 1)
-        up /= np.linalg.norm(up, axis=1)[:, None]
-        out = strip.foot - strip.corner
-        reach = np.linalg.norm(out, axis=1)
-        out /= reach[:, None]
-        line = strip.top - strip.corner
-        along = np.cross(out, up)
-        line -= np.sum(line * along, axis=1)[:, None] * along
-        # The mitres at the ends are longer.
-        inner = slice(1, -1)
-        assert np.linalg.norm(line, axis=1)[inner] == pytest.approx(reach[inner], rel=1e-4)
-        angle = np.arccos(np.sum(line * out, axis=1) / np.linalg.norm(line, axis=1))
-        assert (reach * np.tan(angle / 2))[inner] == pytest.approx(radius, rel=5e-3)
-        centre = strip.foot + radius * up
-        for place in range(1, len(_PLACES) - 1):
-            off = strip.arc(place, np.linspace(0, 1, 7)) - centre[place]
-            off -= np.sum(off * along[place], axis=1)[:, None] * along[place]
-            assert np.linalg.norm(off, axis=1) == pytest.approx(radius, rel=1e-2)
+ALL = [(finer, split) for split in (False, True) for finer in (1.0, 0.98, 0.96, 0.93, 0.9, 0.86)]
 
 
-def test_they_end_on_the_shrouds_and_turn_by_78_degrees():
-    vane = VaneDimensions(root_fillet=0.003)
-    assert np.hypot(*feet(vane, False).T[:2]) == pytest.approx(0.432, abs=1e-9)
-    assert np.hypot(*feet(vane, True).T[:2]) == pytest.approx(0.567, abs=1e-9)
-    assert np.degrees(sweep(vane)) == pytest.approx(78, abs=4)
-    assert np.degrees(sweep(VaneDimensions(root_fillet=0.003, lean=15.0))) == pytest.approx(
-        78 + 15, abs=4
-    )
+@pytest.mark.parametrize(("qualities", "expected"), [
+    ([0.2], [(1.0, False)]),  # the size asked for, where it serves
+    ([0.01, 0.2], [(1.0, False), (0.98, False)]),
+    # None at all, then an element without height.
+    ([-1.0, 0.0, 0.051], [(1.0, False), (0.98, False), (0.96, False)]),
+    ([0.01] * 6 + [0.051], [*ALL[:6], (1.0, True)]),  # elements are split only then
+    ([0.01, 0.031, *[0.0] * 4], [*ALL[:6], (0.98, False)]),  # or not, and the best made again
+    ([0.01, 0.029, *[0.0] * 10], [*ALL, (0.98, False)]),
+    ([0.01] * 11 + [0.015], ALL),  # it is there already
+])  # fmt: skip
+def test_sizes_are_tried_until_one_serves(monkeypatch, qualities, expected):
+    tried = []
+
+    def attempt(gmsh, size, local, stretch, same_faces, finer, split):
+        tried.append((size * finer, split))
+        quality = qualities[(len(tried) - 1) % len(qualities)]
+        if quality < 0:
+            raise Exception("no mesh")  # as gmsh does
+        return quality
+
+    monkeypatch.setattr(mesher, "_attempt", attempt)
+    mesher._tetrahedra(None, 1.0)
+    assert tried == expected
+
+
+def test_what_cannot_be_meshed_at_any_size_says_why(monkeypatch):
+    def attempt(gmsh, size, local, stretch, same_faces, finer, split):
+        raise Exception(f"no mesh at {finer * size}")
+
+    monkeypatch.setattr(mesher, "_attempt", attempt)
+    with pytest.raises(Exception, match="no mesh at 1.0"):
+        mesher._tetrahedra(None, 1.0)
+
+
+A, B, C, D, E = range(1, 6)
+
+
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+
+
+def pyramid(gmsh, height, diagonal_held=False):
+    """Two tetrahedra under a square, over which a third one lies, whose sides are the face's."""
+    model = gmsh.model
+    curve = model.addDiscreteEntity(1)
+    face, *walls = (model.addDiscreteEntity(2) for _ in range(5))
+    body = model.addDiscreteEntity(3)
+    places = np.array([*SQUARE, (0.5, 0.5, -1)], float)
+    places[[0, 2], 2] = height
+    model.mesh.addNodes(3, body, [A, B, C, D, E], places.ravel())
+    if diagonal_held:
+        model.mesh.addElementsByType(curve, 1, [], [A, C])
+    model.mesh.addElementsByType(face, 2, [], [A, B, C, A, C, D])
+    for wall, ends in zip(walls, [(A, B), (B, C), (C, D), (D, A)], strict=True):
+        model.mesh.addElementsByType(wall, 2, [], [*ends, E])
+    model.mesh.addElementsByType(body, 4, [], [A, B, C, D, A, B, D, E, B, C, D, E])
+    return face, body
+
+
+def sets_of(gmsh, kind, count, entity):
+    _, nodes = gmsh.model.mesh.getElementsByType(kind, entity)
+    return {frozenset(row) for row in np.reshape(nodes, (-1, count)).tolist()}
+
+
+FLAT = [(A, B, D, E), (B, C, D, E)]
+
+
+@pytest.mark.parametrize(("height", "held", "counted", "left", "face_left"), [
+    (1e-9, False, 0, FLAT, [(A, B, D), (B, C, D)]),  # the other diagonal
+    (-0.01, False, 1, [*FLAT, (A, B, C, D)], [(A, B, C), (A, C, D)]),
+    (1e-9, True, 1, [*FLAT, (A, B, C, D)], [(A, B, C), (A, C, D)]),
+    # As on the ridge of a rounded edge: sound.
+    (-0.2, False, 0, [*FLAT, (A, B, C, D)], [(A, B, C), (A, C, D)]),
+])  # fmt: skip
+def test_an_element_goes_unless_it_has_height_or_a_curve_runs_along_it(
+    height, held, counted, left, face_left
+):
+    with session("pyramid") as gmsh:
+        face, body = pyramid(gmsh, height, held)
+        assert _level(gmsh) == counted
+        assert sets_of(gmsh, 4, 4, body) == set(map(frozenset, left))
+        assert sets_of(gmsh, 2, 3, face) == set(map(frozenset, face_left))

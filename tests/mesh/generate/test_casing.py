@@ -9,7 +9,6 @@ from scipy.integrate import quad
 from tests.mesh.conftest import refusal, sound
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
-from vanelock.fem import Material, assemble, modes
 from vanelock.mesh import (
     CasingDimensions,
     HookDimensions,
@@ -67,14 +66,6 @@ def test_every_number_in_reach_is_found_and_is_the_same_mesh_again() -> None:
     assert np.array_equal(parts[0].cells, parts[-1].cells)
 
 
-def test_a_face_keeps_the_rest_of_the_casing() -> None:
-    """Only the face's edges are divided otherwise: elements elsewhere follow the size."""
-    free, exact = (
-        casing_sector(size=0.010, face_nodes=number, stretch=1) for number in (None, 326)
-    )
-    assert len(exact.points) == pytest.approx(len(free.points), rel=0.02)
-
-
 @pytest.mark.parametrize(("size", "wanted", "text"), [
     (0.025, 326, r"elements of 25 mm .* has about 1\d\d nodes: allowed are \d+ to 1\d\d; 3"),
     (0.010, 2000, r"elements of 10 mm .* has about 3\d\d nodes: .*; 2000 suits mesh.size = 2."),
@@ -116,24 +107,6 @@ def test_named_nodes_and_patches_lie_where_they_do_without(drawn, coarse) -> Non
         assert np.abs(weights @ usual.points - drawn.patches[name] @ drawn.points).max() < 1e-9
 
 
-def test_fewer_unknowns_for_a_smaller_error(drawn) -> None:
-    """The first frequencies fall towards the true ones as a mesh gets better."""
-    steel = Material(E=170e9, nu=0.3, rho=8200.0)
-    usual = casing_sector(size=0.0205, stretch=1)
-    assert len(drawn.points) < 0.8 * len(usual.points)
-    found, before = (modes(assemble(p, steel), 4, nodal_diameter=1) for p in (drawn, usual))
-    assert np.all(found.frequency[:3] < before.frequency[:3])
-
-
-def test_elements_are_so_unless_there_are_bosses() -> None:
-    usual, drawn, bosses = (
-        casing_sector(CasingDimensions(bosses=number), size=0.025, stretch=stretch)
-        for number, stretch in ((0, None), (0, 3), (1, None))
-    )
-    assert np.array_equal(usual.points, drawn.points)
-    assert len(bosses.points) > 1.5 * len(usual.points)
-
-
 def test_what_is_refused() -> None:
     said = refusal(lambda: casing_sector(size="coarse", stretch=9))
     assert said.startswith("mesh.stretch = 9: must be a whole number from 1 to 8")
@@ -153,10 +126,9 @@ def outside(radius: float, height: float, shell: float) -> float:
     return float(gap[0])
 
 
-@pytest.mark.parametrize(
-    ("count", "changes"),
-    [(1, {}), (3, {"boss_height": 0.02}), (2, {"boss_diameter": 0.06, "boss_position": 0.05})],
-)
+@pytest.mark.parametrize(("count", "changes"), [
+    (1, {}), (3, {"boss_height": 0.02}), (2, {"boss_diameter": 0.06, "boss_position": 0.05})
+])  # fmt: skip
 def test_bosses_add_the_cylinders_outside_the_shell(count: int, changes: dict[str, Any]) -> None:
     casing = CasingDimensions(bosses=count, **changes)
     tube = [

@@ -1,4 +1,4 @@
-"""The condensed balance against full coordinates, finite differences and its linear limits."""
+"""The condensed balance and its linear limits against full coordinates and finite differences."""
 
 from dataclasses import replace
 
@@ -7,15 +7,15 @@ import pytest
 import scipy.linalg as la
 
 from tests.nonlinear.systems import (
-    coefficients,
     first_frequency,
-    march,
     random_system,
     rows,
+    solved_response,
     stuck_damping,
     with_contacts,
+    with_rest,
 )
-from vanelock.common.errors import InputError
+from tests.refusals import refused
 from vanelock.nonlinear import (
     OPEN,
     SLIP,
@@ -29,7 +29,6 @@ from vanelock.nonlinear import (
     System,
     audit_response,
     frequency_response,
-    harmonic_modes,
     linear_response,
     static_response,
     stuck_modes,
@@ -37,8 +36,8 @@ from vanelock.nonlinear import (
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.parameter_response import _Frictions
 from vanelock.nonlinear.newton.linearised import newton_matrix
+from vanelock.rom import linear_damping
 
 
 def dynamic_stiffness(system, harmonic, omega):
@@ -46,31 +45,6 @@ def dynamic_stiffness(system, harmonic, omega):
     matrices, C = system.at(k), stuck_damping(system, k)
     C = C if matrices.C is None else C + matrices.C
     return matrices.K - s**2 * matrices.M + 1j * s * C
-
-
-@pytest.mark.parametrize("preload", [0.3, 10.0])
-def test_solution_balances_in_full_coordinates_with_marched_forces(preload):
-    system = random_system(0, preload=preload)
-    hertz = first_frequency(system) * np.array([0.8, 1.4])
-    response = frequency_response(system, hertz, Options(3), find_jumps=False)
-    assert response.converged.all()
-    assert response.residual.max() < 1e-10
-    assert preload > 1 or np.any(response.state == SLIP_OPEN)
-    largest = np.abs(system.force[1].vector).max()
-    for p, frequency in enumerate(response.frequency):
-        omega = 2 * np.pi * frequency
-        B = [rows(system, system.nodal_diameter(h)) for h in range(4)]
-        q = np.array([(B[h] @ response.x[h][p]).reshape(-1, 3) for h in range(4)], complex)
-        q[0, :, 0] += system.contacts.v0
-        np.testing.assert_allclose(q, response.contact[p], atol=1e-9 * np.abs(q).max())
-        pull = coefficients(march(system.contacts, q, 20000), 3)
-        for h in range(4):
-            force = system.force[h].at(omega) if h in system.force else 0.0
-            gap = dynamic_stiffness(system, h, omega) @ response.x[h][p] - force
-            # what remains is the marching's own error, of first order at touch-downs
-            assert np.abs(gap + B[h].conj().T @ pull[h].reshape(-1)).max() < 1e-3 * largest
-            exact = gap + B[h].conj().T @ response.force[p, h].reshape(-1)
-            assert np.abs(exact).max() < 1e-8 * largest
 
 
 @pytest.mark.parametrize("harmonics", [1, 3])
@@ -102,27 +76,6 @@ def test_newton_matrix_is_the_derivative_in_every_state(harmonics):
     measured = (gap(w, omega + step) - gap(w, omega - step)) / (2 * step)
     exact = -Frequencies(prepared, law).rate(omega, w, found, every)
     assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
-    family, step = _Frictions(balance, law), 1e-6
-    u = balance.displacement(w)
-    measured = (family.law(1 + step)(u).w - family.law(1 - step)(u).w).reshape(-1) / (2 * step)
-    exact = family.rate(1.0, w, found, every)
-    assert np.abs(exact).max() > 0
-    assert np.abs(measured - exact).max() < 1e-6 * np.abs(exact).max()
-
-
-@pytest.mark.parametrize(("closed", "state"), [("all", STUCK), ("none", OPEN)])
-def test_what_sticks_or_stays_open_gives_the_linear_response(closed, state):
-    system = random_system(1, preload=10.0, mu=50.0, amplitude=1e-2)
-    if closed == "none":
-        system = with_contacts(random_system(2), v0=np.full(6, -1e4))
-    hertz = first_frequency(system) * np.linspace(0.5, 2.5, 25)
-    response = frequency_response(system, hertz, Options(3), find_jumps=False)
-    expected = linear_response(system, hertz, closed, harmonics=3)
-    assert response.converged.all()
-    assert np.all(response.state == state)
-    for h in response.x:
-        error = np.abs(response.x[h] - expected.x[h]).max()
-        assert error <= 1e-10 * np.abs(expected.x[1]).max()
 
 
 def test_linear_response_at_a_free_resonance_far_below_the_contacts():
@@ -146,18 +99,15 @@ def test_closed_names_joints_and_refuses_what_does_not_fit():
     np.testing.assert_array_equal(by_name.x[1], linear_response(system, [0.1], mask).x[1])
     of_none, none = linear_response(system, [0.1], []), linear_response(system, [0.1], "none")
     np.testing.assert_array_equal(of_none.x[1], none.x[1])  # also where no joint has a name
-    with pytest.raises(InputError, match="'bolt'.*hook, interlock"):
-        linear_response(named, [0.1], "bolt")
-    with pytest.raises(InputError, match=r"needs bool, \(6,\)"):
-        linear_response(named, [0.1], mask[:3])
+    refused("'bolt'.*hook, interlock", linear_response, named, [0.1], "bolt")
+    refused(r"needs bool, \(6,\)", linear_response, named, [0.1], mask[:3])
 
 
 def test_a_static_load_that_nothing_holds_is_refused():
     mass = Diameter(K=[[0.0]], M=[[1.0]], own=[[[0.0], [1.0], [0.0]]])
     contacts = Contacts([1.0], [[1.0, 1.0]], [0.3], [1.0])
     loose = System(1, 0, {0: mass}, contacts, {0: Force([1.0]), 1: Force([1.0])})
-    with pytest.raises(InputError, match="do not hold the static load"):
-        linear_response(loose, [1.0], "none")
+    refused("do not hold the static load", linear_response, loose, [1.0], "none")
     free = linear_response(replace(loose, force={1: loose.force[1]}), [1.0], "none")
     np.testing.assert_allclose(free.x[1][0, 0], -1 / (2 * np.pi) ** 2, rtol=1e-12)
 
@@ -168,8 +118,7 @@ def test_damping_matrix_that_the_modes_do_not_diagonalise():
     damped = replace(system, diameters={0: replace(system.at(0), C=0.01 * factor @ factor.T + 0j)})
     assert structure(damped, 1).at(1).coupled_damping is not None
     hertz = first_frequency(system) * np.array([0.8, 1.3])
-    response = frequency_response(damped, hertz, Options(2), find_jumps=False)
-    assert response.converged.all()
+    response = solved_response(damped, hertz, Options(2))
     assert np.any(response.state == SLIP_OPEN)
     for p in (0, 1):
         for h in (1, 2):
@@ -183,11 +132,9 @@ def test_a_force_above_the_harmonics_of_the_balance_is_refused():
     system = random_system(1)
     size = len(system.at(system.nodal_diameter(3)).K)
     system = replace(system, force={**system.force, 3: Force(np.ones(size))})
-    refused = "harmonics: given 1: the system has force/3"
-    with pytest.raises(InputError, match=refused):
-        frequency_response(system, [0.1], Options(1))
-    with pytest.raises(InputError, match=refused):
-        linear_response(system, [0.1], harmonics=1)
+    words = "harmonics: given 1: the system has force/3"
+    refused(words, frequency_response, system, [0.1], Options(1))
+    refused(words, linear_response, system, [0.1], harmonics=1)
     assert frequency_response(system, [0.1], Options(3)).x[3].any()
     assert linear_response(system, [0.1], harmonics=3).x[3].any()
     assert static_response(system).converged.all()
@@ -200,7 +147,7 @@ def test_unbalance_grows_with_the_square_of_the_speed():
     plain, grown = (linear_response(s, hertz, "all") for s in (system, unbalance))
     factor = (2 * np.pi * hertz[:, None]) ** 2
     np.testing.assert_allclose(grown.x[1], factor * plain.x[1], rtol=1e-12)
-    response = frequency_response(unbalance, hertz, Options(1), find_jumps=False)
+    response = solved_response(unbalance, hertz, Options(1))
     np.testing.assert_allclose(response.x[1], grown.x[1], rtol=1e-9)
 
 
@@ -212,8 +159,7 @@ def test_static_load_that_grows_with_frequency_is_that_load():
         replace(system, force={**system.force, 0: load})
         for load in (Force(push / omega**2, omega_power=2), Force(push))
     )
-    found, expected = (frequency_response(s, [hertz], Options(2)) for s in (growing, constant))
-    assert expected.converged.all()
+    found, expected = (solved_response(s, [hertz], Options(2)) for s in (growing, constant))
     np.testing.assert_allclose(found.contact, expected.contact, atol=1e-9)
     np.testing.assert_allclose(found.x[0], expected.x[0], atol=1e-9)
     family = Frequencies(structure(growing, 2), contact_law(system.contacts, 2))
@@ -221,31 +167,6 @@ def test_static_load_that_grows_with_frequency_is_that_load():
     rate = family.structure.slope(omega, w)
     ahead, behind = (family.at(omega + s).displacement(w) for s in (step, -step))
     np.testing.assert_allclose(rate, (ahead - behind) / (2 * step), atol=1e-6 * np.abs(rate).max())
-
-
-def test_static_state_balances_with_friction_and_lift_off():
-    # Interference on some contacts, gaps on others, pulled by a static load.
-    system = random_system(11, contacts=12, size=16, engine_order=0, sectors=1, harmonics=0)
-    rng = np.random.default_rng(3)
-    system = with_contacts(system, v0=rng.normal(size=12))
-    system = replace(system, force={0: Force(rng.normal(size=16))})
-    rest = static_response(system)
-    known = static_response(system, modes=harmonic_modes(system, 0).diameters)
-    np.testing.assert_array_equal(known.force, rest.force)
-    assert rest.converged.all()
-    assert set(rest.state[0]) == {STUCK, OPEN}
-    assert rest.x[0].dtype == float
-    B, x = rows(system, 0).real, rest.x[0][0]
-    u = (B @ x).reshape(-1, 3)
-    u[:, 0] += system.contacts.v0
-    n = np.maximum(system.contacts.kn * u[:, 0], 0)
-    limit = (system.contacts.mu * n)[:, None]
-    t = np.clip(system.contacts.kt * u[:, 1:], -limit, limit)
-    pull = np.column_stack([n, t])
-    np.testing.assert_allclose(rest.force[0, 0].real, pull, atol=1e-12)
-    assert np.any(np.abs(t) == limit, where=n[:, None] > 0), "some slide at assembly"
-    gap = system.at(0).K @ x + B.T @ pull.reshape(-1) - system.force[0].vector
-    assert np.abs(gap).max() < 1e-10 * np.abs(pull).max()
 
 
 K = np.array([[30.0, -5.0], [-5.0, 20.0]])
@@ -288,3 +209,90 @@ def test_modes_that_are_not_those_of_the_matrices_are_noticed():
     ):
         assert 1e-6 < response.residual[0] < 1e-3
         assert not response.converged[0]
+
+
+N, C = 30, 5
+
+
+def scene(damping, ratio, given, free):
+    """Two chains that contacts join; nothing else need hold them."""
+    rng = np.random.default_rng(4)
+    chain = np.diag(np.full(N, 2.0)) - np.eye(N, k=1) - np.eye(N, k=-1)
+    chain[0, 0] = chain[-1, -1] = 1.0
+    chain[N // 2 - 1 : N // 2 + 1, N // 2 - 1 : N // 2 + 1] += np.array([[-1, 1], [1, -1]])
+    K = 1e6 * chain + (0 if free else 1e4) * np.eye(N)
+    M = np.diag(rng.uniform(0.5, 1.5, N))
+    own = np.zeros((C, 3, N))
+    for i in range(C):
+        for d in range(3):
+            own[i, d, rng.integers(N // 2)], own[i, d, rng.integers(N // 2, N)] = 1, -1
+    A = rng.standard_normal((N, 3))
+    matrices = Diameter(K, M, own, output=own[:1], C=A @ A.T if given else None)
+    stiffness = rng.uniform(1e4, 1e6, (C, 3))
+    contacts = Contacts(stiffness[:, 0], stiffness[:, 1:], np.full(C, 0.3), np.zeros(C))
+    push = rng.standard_normal(N)  # real numbers, as a user may give them, or complex ones
+    force = {1: Force(push + 1j * rng.standard_normal(N) if free else push)}
+    return System(1, 1, {0: matrices}, contacts, force, ("a",), ratio, damping)
+
+
+def by_definition(system, closed, s):
+    """Displacements of the contacts."""
+    given, k = system.at(0), system.contacts.stiffness
+    B = given.own.reshape(-1, N)
+    K = given.K + (B.T * np.where(closed[:, None], k, 0).ravel()) @ B
+    every = given.K + (B.T * k.ravel()) @ B
+    damped = given.K if system.damping_joints == "open" else every
+    omega2, V = la.eigh(damped, given.M)
+    MV = given.M @ V
+    C = (MV * (2 * system.damping_ratio * np.sqrt(np.where(omega2 > 1e-2, omega2, 0)))) @ MV.T
+    C = C if given.C is None else C + given.C
+    D = K - s**2 * given.M + 1j * s * C
+    return np.asarray(np.abs(B @ np.linalg.solve(D, system.force[1].vector)).reshape(-1, 3))
+
+
+@pytest.mark.parametrize("free", [False, True])
+@pytest.mark.parametrize("given", [False, True])
+@pytest.mark.parametrize("ratio", [1e-3, 0.05, 0.9])
+@pytest.mark.parametrize("damping", ["open", "stuck"])
+@pytest.mark.parametrize("few", [0, 100])
+def test_limits_are_those_of_the_matrices(monkeypatch, few, damping, ratio, given, free):
+    """Some contacts closed, whatever the damping is of; also where nothing holds the structure."""
+    monkeypatch.setattr("vanelock.nonlinear.balance.limit_modes._FEW", few)
+    system = scene(damping, ratio, given, free)
+    for closed in (np.zeros(C, bool), np.ones(C, bool), np.arange(C) < 2):
+        response = linear_response(system, [2.0, 40.0, 120.0, 290.0], closed)
+        assert response.converged.all()
+        for i, hertz in enumerate(response.frequency):
+            exact = by_definition(system, closed, 2 * np.pi * hertz)
+            found = np.abs(response.contact[i, 1])
+            np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-8 * exact.max())
+
+
+@pytest.mark.parametrize("joints", ["stuck", "open"])
+@pytest.mark.parametrize("closed", ["none", "all", "some"])
+@pytest.mark.parametrize("static", [0, 2])
+def test_limits_of_a_ring_are_those_of_the_dense_equations(joints, closed, static):
+    system = with_rest(replace(random_system(7), damping_joints=joints))
+    push = replace(system.force[0], omega_power=static)
+    system = replace(system, force={**system.force, 0: push})
+    mask = np.full(system.contacts.count, closed == "all")
+    mask[::2] |= closed == "some"
+    hertz = first_frequency(system) * np.array([0.7, 1.0, 1.01])
+    found = linear_response(system, hertz, mask, harmonics=2)
+    assert found.converged.all()
+    assert np.all(found.state == np.where(mask, STUCK, OPEN))
+    k, offset = system.contacts.stiffness[mask].reshape(-1), system.contacts.offset
+    for h in range(3):
+        nd = system.nodal_diameter(h)
+        one, every, C = system.at(nd), rows(system, nd), linear_damping(system, nd)
+        B = every[np.repeat(mask, 3)]
+        for i, omega in enumerate(2 * np.pi * hertz):
+            s = h * omega
+            dynamic = one.K + (B.conj().T * k) @ B - s**2 * one.M + 1j * s * C
+            force = system.force[h].at(omega) if h in system.force else np.zeros(20)
+            if h == 0:
+                force = force - B.conj().T @ (k * offset[mask].ravel())
+            x = np.linalg.solve(dynamic, force)
+            np.testing.assert_allclose(found.x[h][i], x, atol=1e-8 * max(np.abs(x).max(), 1e-300))
+            u = (every @ x).reshape(-1, 3) + (offset if h == 0 else 0.0)
+            np.testing.assert_allclose(found.contact[i, h], u, atol=1e-8 * np.abs(u).max() + 1e-300)

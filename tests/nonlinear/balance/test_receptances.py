@@ -1,13 +1,34 @@
-"""Receptances tabulated over a range against those of all modes, and modes that are left out."""
+"""Receptances of all modes, in tables or cut off; damping of a structure with open joints."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg as la
 
-from tests.nonlinear.systems import first_frequency, random_system, stuck_stiffness
+from tests.nonlinear.systems import (
+    first_frequency,
+    proportional,
+    random_system,
+    solved_response,
+    stuck_stiffness,
+    with_contacts,
+)
+from tests.refusals import refused
 from vanelock.common.errors import InputError
-from vanelock.nonlinear import SLIP, SLIP_OPEN, Force, Options, frequency_response, harmonic_modes
+from vanelock.nonlinear import (
+    SLIP,
+    SLIP_OPEN,
+    Contact,
+    Contacts,
+    Diameter,
+    Force,
+    Options,
+    System,
+    frequency_response,
+    stability,
+    stuck_modes,
+)
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.balance.receptance_tables import Tabulated, balances
 
@@ -41,42 +62,16 @@ def test_receptances_are_exact_with_overdamped_modes(beta):
     checked(replace(system, diameters=damped), first_frequency(system))
 
 
-@pytest.mark.parametrize("joints", ["stuck", "open"])
-def test_systems_that_share_modes_share_tables_and_their_bits(joints):
-    one = replace(random_system(9, size=60, harmonics=2), damping_joints=joints)
-    forces = {h: replace(f, vector=1.7 * f.vector) for h, f in one.force.items()}
-    other = replace(one, force=forces, contacts=replace(one.contacts, mu=0.4 * one.contacts.mu))
-    modes = harmonic_modes(one, 2).diameters
-    low, high = 2 * np.pi * first_frequency(one) * np.array([0.6, 1.6])
-    first, second, alone = (
-        balances(structure(system, 2, stuck=shared), low, high, 100)
-        for system, shared in ((one, modes), (other, modes), (other, None))
-    )
-    assert isinstance(first, Tabulated)
-    assert isinstance(second, Tabulated)
-    for h in (1, 2):
-        first.balance(1.1 * low).columns.all(h)  # all at once, which the second asks for in parts
-        assert first.tables[h - 1].far.columns is second.tables[h - 1].far.columns
-        shared, own = (source.balance(1.2 * low) for source in (second, alone))
-        np.testing.assert_array_equal(shared.linear, own.linear)
-        for components in (np.array([2]), np.array([2, 5])):
-            got, expected = (each.columns.compute[h](components) for each in (shared, own))
-            np.testing.assert_array_equal(got, expected)
-
-
-@pytest.mark.parametrize(
-    ("joints", "beyond", "greatest"),
-    [("stuck", 6.0, 0.3), ("stuck", 16.0, 0.05), ("open", 6.0, 0.004)],
-)
+@pytest.mark.parametrize(("joints", "beyond", "greatest"), [
+    ("stuck", 6.0, 0.3), ("stuck", 16.0, 0.05), ("open", 6.0, 0.004)
+])  # fmt: skip
 def test_estimated_truncation_is_the_error_made(joints, beyond, greatest):
     system = random_system(7, size=60, preload=10.0, damping_ratio=0.01)
     system = replace(system, damping_joints=joints)
     hertz = first_frequency(system) * np.array([0.3, 0.8, 1.2, 2.0])
     full, cut = (
-        frequency_response(system, hertz, Options(3, static_beyond=each), find_jumps=False)
-        for each in (None, beyond)
+        solved_response(system, hertz, Options(3, static_beyond=each)) for each in (None, beyond)
     )
-    assert full.converged.all()
     assert np.isin(full.state, (SLIP, SLIP_OPEN)).any()
     assert np.all(full.truncation == 0.0)
     largest = np.abs(full.contact[:, 1:]).max(axis=(1, 2, 3))
@@ -92,7 +87,7 @@ def test_cut_off_structure_under_an_unbalance_is_the_same_from_tables():
     system = replace(system, force={1: Force(system.force[1].vector, omega_power=2)})
     hertz = first_frequency(system) * np.linspace(1.2, 2.0, 60)
     tabulated, summed = (
-        frequency_response(system, each, Options(1, static_beyond=3.0), find_jumps=False)
+        solved_response(system, each, Options(1, static_beyond=3.0))
         for each in (hertz, hertz[[-20, -1]])
     )
     np.testing.assert_allclose(summed.contact[1], tabulated.contact[-1], atol=1e-8)
@@ -108,3 +103,84 @@ def test_truncation_is_refused_where_modes_are_coupled():
     system = replace(system, diameters=damped)
     with pytest.raises(InputError, match="static_beyond: given with a C that couples the modes"):
         frequency_response(system, [1.0], Options(1, static_beyond=10.0))
+
+
+ZETA = 0.02
+
+
+def ring(seed=3, **more):
+    """Four contacts that open and two that "free" leaves closed."""
+    joint = ("pad", "pad", "seat", "pad", "seat", "pad")
+    system = random_system(seed, damping_ratio=ZETA, **more)
+    system = with_contacts(system, joint=joint, always_closed=("seat",))
+    return replace(system, damping_joints="open")
+
+
+def matrices(system, k):
+    """K with the seat closed, K with all, M, and C by its definition."""
+    seat = np.repeat(np.array(system.contacts.joint) == "seat", 3)
+    one = system.at(k)
+    b = system.contact_rows(k).reshape(-1, len(one.K))[seat]
+    free = one.K + (b.conj().T * system.contacts.stiffness.reshape(-1)[seat]) @ b
+    return free, stuck_stiffness(system, k), one.M, proportional(free, one.M, ZETA)
+
+
+def receptance(system, k, s):
+    """D̃⁻¹ by the modes."""
+    modes = stuck_modes(system, k)
+    return np.asarray(modes.shapes @ modes.solve(s, modes.shapes.conj().T))
+
+
+def test_dynamic_stiffness_is_that_in_full_coordinates():
+    system = ring()
+    for k in system.diameters:
+        free, stuck, M, C = matrices(system, k)
+        resonance = np.sqrt(la.eigvalsh(free, M)[1])  # of the open structure: springs do nothing
+        for s in (0.0, 0.4, resonance, 5.0):
+            expected = la.inv(stuck - s**2 * M + 1j * s * C)
+            atol = 1e-11 * np.abs(expected).max()
+            np.testing.assert_allclose(receptance(system, k, s), expected, atol=atol)
+
+
+def test_without_contacts_that_open_both_are_the_same():
+    system = with_contacts(ring(), always_closed=("seat", "pad"))
+    both = [replace(system, damping_joints=joints) for joints in ("open", "stuck")]
+    a, b = (solved_response(one, [0.1, 0.14], Options(3)) for one in both)
+    np.testing.assert_array_equal(a.contact, b.contact)
+
+
+def test_rigid_motions_of_the_free_structure_are_not_damped():
+    # A mass that hangs in its contact alone: nothing viscous is left.
+    contact = Contact(tangential=0, kt=4.0, mu=1.0, preload=1.0)
+    system = System.from_matrices([[1.0]], [[0.0]], [contact], damping_ratio=0.1)
+    modes = stuck_modes(system, 0)
+    assert modes.damping.tolist() == [0.0]
+    assert modes.poles().tolist() == [0.0]
+    np.testing.assert_allclose(receptance(system, 0, 1.0), [[1 / 3]], rtol=1e-12)
+    np.testing.assert_allclose(receptance(system, 0, 0.0), [[1 / 4]], rtol=1e-12)
+
+
+def test_massless_motion_that_only_opening_contacts_hold_is_refused():
+    own = np.zeros((1, 3, 2))
+    own[0, :, 1] = 1
+    one = Diameter(K=np.diag([1.0, 0.0]), M=np.diag([1.0, 0.0]), own=own)
+    contacts = Contacts([1.0], [[1.0, 1.0]], [1.0], [1.0])
+    system = System(1, 0, {0: one}, contacts, damping_ratio=0.1, damping_joints="open")
+    refused("they alone hold has no mass.*damping/joints", stuck_modes, system, 0)
+
+
+def test_exponents_of_a_stuck_ring_are_its_eigenvalues():
+    system = with_contacts(ring(sectors=4, preload=1e3), mu=np.full(6, 50.0))
+    hertz = 0.2
+    response = solved_response(system, [hertz], Options(1))
+    found = stability(system, response, count=4)
+    exponents = []
+    for k in range(3):
+        _, stuck, M, C = matrices(system, k)
+        lower = np.hstack([-la.solve(M, stuck), -la.solve(M, C)])
+        exponents.append(la.eigvals(np.vstack([np.eye(len(M), 2 * len(M), len(M)), lower])))
+    every = np.concatenate([*exponents, *(one.conj() for one in exponents)])
+    turned = every[:, None] + 2j * np.pi * hertz * np.arange(-60, 61)
+    for one in found.exponent[0]:
+        assert np.abs(turned - one).min() < 1e-10 * np.abs(every).min()
+    assert found.growth[0, 0] == pytest.approx(every.real.max(), rel=1e-9)

@@ -1,17 +1,15 @@
-"""Peaks that static friction may move: closed forms, differences, random places."""
+"""Loads and peaks that static friction may hold or move: closed forms, a cone programme."""
 
 from dataclasses import replace
-from functools import cache
-from types import SimpleNamespace
-from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from tests.nonlinear.peaks.test_peak import DAMPING, KT, K, jenkins_peak
-from tests.nonlinear.systems import with_contacts
+from tests.nonlinear.systems import even, random_system, solved_response, with_contacts
+from tests.refusals import refused
 from tests.verification.nonlinear.spring_rings import spring_ring
-from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     Contacts,
     Diameter,
@@ -19,21 +17,15 @@ from vanelock.nonlinear import (
     Options,
     System,
     audit_response,
-    frequency_response,
     linear_response,
     peak_bounds,
     static_bounds,
-    time_response,
+    static_response,
 )
-from vanelock.nonlinear.bounds.rest_states import RestStates
-from vanelock.nonlinear.bounds.slider_search import Search, _PlacedPeak
-from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.peaks.amplitude_gradient import amplitude_gradient
-from vanelock.nonlinear.peaks.peak import CurvePoint, Resonance
+from vanelock.nonlinear.bounds.rest_states import RestStates, rest_states
 
 NEAR = (0.1, 0.3)
 MU = 0.5
-FRICTIONS = ("orthogonal", "isotropic")
 
 
 def held_pad(force):
@@ -50,12 +42,6 @@ def held_pad(force):
     kt, joints = [[KT, KT], [1.0, 1.0]], ("pad", "clamp")
     contacts = Contacts([2.0, 1.0], kt, [MU, 0.3], [1.0, 2.0], joints)
     return System(1, 0, {0: one}, contacts, {1: Force([force, 0.0])}, ("mass",))
-
-
-@cache
-def slid_bounds(friction="orthogonal"):
-    """Bounds of one held pad that slides."""
-    return peak_bounds(held_pad(1.0), NEAR, Options(1, friction=friction), starts=0)
 
 
 def peak_by_load(force, load):
@@ -78,16 +64,6 @@ def test_the_peak_is_that_of_the_loads_a_clamp_can_hold(force, friction):
     assert found.solved > 10
 
 
-def test_each_bound_is_a_wave_that_audit_and_time_confirm():
-    system = held_pad(1.0)
-    found = peak_bounds(system, NEAR, Options(3), starts=0)
-    for i in range(3):
-        moved, response = found.system_at(system, i), found.response.at([i])
-        assert audit_response(moved, response).residual[0] < 1e-6
-        marched = time_response(moved, found.frequency[i], 3, steps=1000, start=(response, 0))
-        assert marched.departure.max() < 2e-2
-
-
 def test_a_share_of_nothing_is_the_peak_assembled_at_zero():
     found = peak_bounds(held_pad(1.0), NEAR, Options(1), share=0.0)
     np.testing.assert_array_equal(found.amplitude, [found.amplitude[1]] * 3)
@@ -95,54 +71,12 @@ def test_a_share_of_nothing_is_the_peak_assembled_at_zero():
     assert set(found.found_by) == {"assembled at zero"}
 
 
-@cache
-def oblique(friction="orthogonal"):
-    """The held pad in general position, with a second clamp."""
-    aside = 1.0 if friction == "isotropic" else 1.125
-    rng = np.random.default_rng(4)
-    system = held_pad(0.3)
-    own = np.concatenate([system.diameters[0].own, np.zeros((1, 3, 2))])
-    own = own + 0.1 * rng.normal(size=own.shape)
-    kt, joints = [[KT, KT], [1.0, aside], [0.8, 0.8 * aside]], ("pad", "clamp", "clamp")
-    contacts = Contacts([2.0, 1.0, 1.5], kt, [MU, 1.5, 1.5], [1.0, 4.0, 4.0], joints)
-    diameter = replace(system.diameters[0], own=own)
-    return replace(system, contacts=contacts, diameters={0: diameter})
-
-
-@pytest.mark.parametrize("friction", FRICTIONS)
-@pytest.mark.parametrize("harmonics", [1, 4])
-def test_the_gradient_is_that_of_differences(harmonics, friction):
-    system, options = oblique(friction), Options(harmonics, friction=friction)
-    found = peak_bounds(system, NEAR, options, share=0.0)
-    component = (0, found.direction)
-
-    def peak(slider):
-        ready = options.prepare(with_contacts(system, slider=slider), NEAR, 1000)
-        resonance = Resonance(ready.solver.family, component, 1e-12)
-        solution = next(iter(ready.solver.sweep(np.array([2 * np.pi * found.frequency[1]]))))
-        return ready, resonance.peak(solution.omega, solution.w, -1e4)
-
-    here = np.array([[0.0, 0.0], [0.05, -0.03], [0.02, 0.04]])
-    ready, at = peak(here)
-    assert not at.solution.w[1:].any()  # the clamps hold where they were assembled
-    moves = amplitude_gradient(ready, at.solution, component, held=True)
-    assert moves is not None
-    gradient, step = moves.by_slider(), 1e-4
-    for place in np.ndindex(3, 2):
-        aside = np.zeros((3, 2))
-        aside[place] = step
-        change = peak(here + aside)[1].amplitude - peak(here - aside)[1].amplitude
-        assert change / (2 * step) == pytest.approx(gradient[place], rel=1e-5, abs=1e-7)
-    assert np.abs(gradient[1:]).max() > 1e-2
-    assert abs(gradient[0, 0]) < 1e-9  # the pad slips there
-
-
 def test_a_peak_at_a_kink_is_no_lower_than_its_neighbours():
     system, hertz = spring_ring(131, 0.3), np.linspace(0.1, 0.45, 300)
     top = hertz[linear_response(system, hertz).amplitude[:, 0].max(axis=1).argmax()]
     found = peak_bounds(system, (0.88 * top, 1.06 * top), Options(1), share=0.0)
     beside = np.linspace(0.99, 1.01, 41) * found.frequency[1]
-    size = frequency_response(system, beside, Options(1), find_jumps=False).amplitude
+    size = solved_response(system, beside, Options(1)).amplitude
     assert found.converged[1]
     assert found.amplitude[1] == pytest.approx(size[:, 0, found.direction].max(), rel=1e-9)
 
@@ -155,48 +89,6 @@ def test_ends_are_those_of_all_peaks_that_any_search_has_met():
     assert least <= min(nominal, *found.drawn) < 0.99 * nominal
     assert nominal < largest
     assert largest >= found.drawn.max()
-
-
-@pytest.mark.parametrize("seen", [False, True])
-def test_every_place_that_may_be_better_is_swept(monkeypatch, seen):
-    """Followed peaks of 0.1 to 1, of which a higher one hides all but the eighth."""
-    seen_at, tried = 0.2, list[float]()
-    point = CurvePoint(cast(Any, SimpleNamespace(omega=seen_at)), 2.0, -1.0, 0.0, 1, False)
-    places = [
-        _PlacedPeak(np.zeros((1, 2)), replace(point, amplitude=0.1 * i), "gradient")
-        for i in range(1, 11)
-    ]
-
-    def exact(_, place):
-        size = place.peak.amplitude
-        tried.append(size)
-        high = 1.5 if size == places[7].peak.amplitude else 3.0
-        return replace(place, peak=replace(point, amplitude=high), swept=True)
-
-    def hidden(_, place, omegas, size):
-        return seen and seen_at in omegas and place.peak.amplitude < places[7].peak.amplitude
-
-    monkeypatch.setattr(Search, "exact", exact)
-    monkeypatch.setattr(Search, "_seen", hidden)
-    known = [_PlacedPeak(np.zeros((1, 2)), point, "assembled at zero", swept=True), *places]
-    search = Search(cast(Any, None), cast(Any, None), np.array([0.0, 1.0]), (0, 0))
-    best = search._best(known, -1.0, [])
-    assert best.peak.amplitude == 1.5
-    assert len(tried) == (4 if seen else 10)
-
-
-def test_sweeps_pass_frequencies_as_the_options_say(monkeypatch):
-    passed, explore = [], PointSolver.explore
-
-    def recorded(solver, begin, end, loose):
-        passed.append((begin, end))
-        return explore(solver, begin, end, loose)
-
-    monkeypatch.setattr(PointSolver, "explore", recorded)
-    found = peak_bounds(held_pad(1.0), NEAR, Options(1, direction="down"), share=0.0)
-    assert found.converged.all()
-    assert passed
-    assert all(begin > end for begin, end in passed)
 
 
 def test_a_state_at_rest_that_is_not_solved_is_reported(monkeypatch):
@@ -212,36 +104,136 @@ def test_a_state_at_rest_that_is_not_solved_is_reported(monkeypatch):
     assert loads.converged.tolist() == [[False, True, False]]
 
 
-@pytest.mark.parametrize(("sharp", "distance"), [(True, 0.0), (False, np.inf)])
-def test_an_end_is_stationary_where_its_gradient_alone_gives_all_changes(
-    monkeypatch, sharp, distance
-):
-    exact = Search.exact
-
-    def rough(search, place):
-        found = exact(search, place)
-        return replace(found, peak=replace(found.peak, sharp=sharp, distance=distance))
-
-    assert slid_bounds().stationary[[0, 2]].any()
-    monkeypatch.setattr(Search, "exact", rough)
-    assert not peak_bounds(held_pad(1.0), NEAR, Options(1), starts=0).stationary.any()
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"near": (0.3, 0.1)}, "near"),
-        ({"near": (0.5, 0.6)}, "near: no peak was found in it"),
-        ({"share": -1.0}, "share: given -1.0: needs 0 to 1"),
-        ({"joints": "hub"}, "closed: given 'hub'"),
-        ({"options": Options(1, coupling="uncoupled")}, "bounds are of coupled balances"),
-        ({"options": Options(0)}, "harmonics: given 0"),
-        ({"starts": -1}, "starts: given -1"),
-        ({"starts": 2.5}, "starts: given 2.5: needs a whole number"),
-        ({"seed": -1}, "seed: given -1: must be >= 0"),
-        ({"tolerance": 0.0}, "tolerance: given 0.0"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ({"near": (0.3, 0.1)}, "near"),
+    ({"near": (0.5, 0.6)}, "near: no peak was found in it"),
+    ({"share": -1.0}, "share: given -1.0: needs 0 to 1"),
+    ({"joints": "hub"}, "closed: given 'hub'"),
+    ({"options": Options(1, coupling="uncoupled")}, "bounds are of coupled balances"),
+    ({"options": Options(0)}, "harmonics: given 0"),
+    ({"starts": -1}, "starts: given -1"),
+    ({"starts": 2.5}, "starts: given 2.5: needs a whole number"),
+    ({"seed": -1}, "seed: given -1: must be >= 0"),
+    ({"tolerance": 0.0}, "tolerance: given 0.0"),
+])  # fmt: skip
 def test_wrong_questions_are_refused(options, message):
-    with pytest.raises(InputError, match=message):
-        peak_bounds(held_pad(1.0), **{"near": NEAR, "options": Options(1), **options})
+    refused(message, peak_bounds, held_pad(1.0), **{"near": NEAR, "options": Options(1), **options})
+
+
+WEDGE_K, KN, WEDGE_KT, WEDGE_MU, V0 = 2.0, np.array([0.5, 0.8]), 0.7, 0.4, np.array([1.0, 1.5])
+OBLIQUE = 0.3
+"""What the second contact closes by where the first closes by 1."""
+
+
+PLANE = Options(friction="isotropic")
+
+
+def wedge(angle=0.0):
+    """One coordinate that closes a pad, and slides and closes a wedge, in its plane by an angle."""
+    own = np.zeros((2, 3, 1))
+    own[0, 0], own[1, 0], own[1, 1:, 0] = 1, OBLIQUE, (np.cos(angle), np.sin(angle))
+    contacts = Contacts(KN, [[WEDGE_KT, WEDGE_KT]] * 2, [WEDGE_MU, WEDGE_MU], V0, ("pad", "wedge"))
+    one = {0: Diameter(K=[[WEDGE_K]], M=[[1.0]], own=own)}
+    return System(1, 1, one, contacts, {}, (), damping_ratio=0.01)
+
+
+def named(system, *joints):
+    return with_contacts(system, joint=joints)
+
+
+def wedge_load(used):
+    """The pad's load where the wedge holds a share of its limit, N.
+
+    K x + kn₁ (x + v₁) + β kn₂ (βx + v₂) + t = 0,      t = used μ kn₂ (βx + v₂).
+    """
+    by_wedge = KN[1] * (OBLIQUE + used * WEDGE_MU)
+    x = -(KN[0] * V0[0] + by_wedge * V0[1]) / (WEDGE_K + KN[0] + by_wedge * OBLIQUE)
+    return float(KN[0] * (x + V0[0]))
+
+
+@pytest.mark.parametrize("share", [1.0, 0.4])
+@pytest.mark.parametrize("angle", [None, 0.0, 0.3, 0.8, 2.5])
+def test_a_wedge_holds_a_pad_between_the_loads_of_its_closed_form(angle, share):
+    """Of isotropic friction in whatever direction, of orthogonal along the first."""
+    system, options = (wedge(), Options()) if angle is None else (wedge(angle), PLANE)
+    found = static_bounds(system, "pad", share=share, options=options)
+    force = static_response(system, options).force[0, 0, 1].real
+    along = np.array([np.cos(angle or 0.0), np.sin(angle or 0.0)])
+    used = force[1:] @ along / (WEDGE_MU * force[0])
+    expected = [wedge_load((1 - share) * used + sign * share) for sign in (1, -1)]
+    low, nominal, high = found.rest_load[0]
+    np.testing.assert_allclose([low, high], sorted(expected), rtol=1e-8 if angle else 1e-9)
+    assert low < nominal < high
+    assert found.converged.all()
+
+
+@pytest.mark.parametrize("options", [Options(), PLANE])
+def test_a_wedge_that_holds_itself_may_hold_any_load(options):
+    # WEDGE_K + kn₁ + β kn₂ (β - μ) = 0: pulling it in presses it on as much as it takes.
+    least = OBLIQUE + (WEDGE_K + KN[0]) / (OBLIQUE * KN[1])
+    system = wedge(0.0 if options.friction == "orthogonal" else 0.6)
+    for mu, wedges in ((0.99 * least, False), (1.01 * least, True)):
+        held = with_contacts(system, mu=np.array([WEDGE_MU, mu]))
+        found = static_bounds(held, "pad", options=options)
+        assert np.isinf(found.rest_load[0, 2]) == wedges
+        assert found.converged.all()
+
+
+def test_only_the_joints_that_are_named_are_undetermined():
+    found = static_bounds(wedge(), "pad", joints="pad")
+    np.testing.assert_allclose(found.rest_load, found.rest_load[0, 1], rtol=1e-9)
+
+
+def test_loads_that_isotropic_friction_holds_are_those_of_a_cone_programme():
+    system = even(named(random_system(5, contacts=3, mu=0.4, harmonics=1), *"abb"))
+    states = rest_states(system, "all", 1.0, PLANE, None)
+    start, by = states.stretch
+    contacts, ends = system.contacts, []
+
+    def stretch(w):
+        return np.asarray((start + by @ w).reshape(-1, 3))
+
+    def room(w):
+        v = stretch(w)
+        return np.asarray((contacts.alpha[:, 0] * v[:, 0]) ** 2 - v[:, 1] ** 2 - v[:, 2] ** 2)
+
+    places = np.repeat(np.eye(9)[:, [1, 2, 4, 5, 7, 8]], 1, axis=1)  # contacts stay closed
+    for sign in (1, -1):
+        found = minimize(
+            lambda s, sign=sign: sign * contacts.kn[0] * stretch(places @ s)[0, 0],
+            np.zeros(6),
+            constraints={"type": "ineq", "fun": lambda s: room(places @ s)},
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 1000},
+        )
+        assert found.success
+        ends.append(sign * found.fun * states.scale)
+    found = static_bounds(system, "a", options=PLANE)
+    assert found.converged.all()
+    np.testing.assert_allclose(found.rest_load[0, ::2], ends, rtol=1e-7)
+    square = static_bounds(system, "a")
+    assert np.ptp(square.rest_load[0]) > 1.02 * np.ptp(found.rest_load[0])
+
+
+@pytest.mark.parametrize("options", [Options(), PLANE])
+def test_each_end_is_a_state_at_rest(options):
+    system = even(named(random_system(2, mu=0.4, harmonics=1), *"aabbbb"))
+    found = static_bounds(system, options=options)
+    assert found.joints == ("a", "b")
+    for i, chosen in enumerate((slice(0, 2), slice(2, 6))):
+        for slider, load in zip(found.slider[i], found.rest_load[i], strict=True):
+            moved = with_contacts(system, slider=slider)
+            state = static_response(moved, options)
+            assert audit_response(moved, state).residual[0] < 1e-9
+            total = state.force[0, 0, chosen, 0].real.sum()
+            assert total == pytest.approx(load, rel=1e-9, abs=1e-9 * found.rest_load[i].max())
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    ({"of": "hub"}, "of: given 'hub': joints are pad, wedge"),
+    ({"share": 1.2}, "share: given 1.2: needs 0 to 1"),
+    ({"share": float("nan")}, "share: given nan: needs 0 to 1"),
+    ({"joints": np.ones(3, bool)}, r"given bool of shape \(3,\): needs bool, \(2,\)"),
+])  # fmt: skip
+def test_wrong_questions_of_loads_are_refused(options, message):
+    refused(message, static_bounds, wedge(), **{"of": "pad", **options})

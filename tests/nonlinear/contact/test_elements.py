@@ -1,15 +1,29 @@
-"""Elements that follow laws of their own, beside theory and beside contacts, which are located."""
+"""Elements of laws of their own and isotropic friction, against theory and integration in time."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.nonlinear.systems import (
+    in_time,
+    planar,
+    solved_response,
+    with_contacts,
+)
+from tests.refusals import refused
 from vanelock import nonlinear
-from vanelock.common.errors import InputError
-from vanelock.nonlinear import ELEMENT, Contact, Element, Options, System, frequency_response
+from vanelock.nonlinear import (
+    ELEMENT,
+    SLIP,
+    SLIP_OPEN,
+    Contact,
+    Element,
+    Options,
+    System,
+    frequency_response,
+)
 from vanelock.nonlinear.contact.element_force import periodic_force
-from vanelock.nonlinear.contact.law import contact_law
 
 DAMPING, FORCE = 0.02, 0.1
 HERTZ = np.linspace(0.5, 2.5, 5) / (2 * np.pi)
@@ -42,7 +56,7 @@ def mass(*elements, contacts=(), **damping):
 def mass_on(harmonics, *elements, contacts=(), **options):
     """Its response."""
     options = Options(harmonics, **options)
-    return frequency_response(mass(*elements, contacts=contacts), HERTZ, options, find_jumps=False)
+    return solved_response(mass(*elements, contacts=contacts), HERTZ, options)
 
 
 def test_duffing_oscillator_has_its_first_harmonic():
@@ -147,20 +161,10 @@ def test_velocity_counts_where_arcs_pass_folds():
     np.testing.assert_allclose(up.amplitude[[0, -1]], down.amplitude[[0, -1]], rtol=1e-8)
 
 
-def test_a_gradient_of_the_frequency_sees_velocities():
-    law = contact_law(mass(element("quadratic_damper", 0.5)).contacts, 3)
-    u = np.zeros((1, 3, 7))
-    u[0, 0] = np.random.default_rng(0).normal(size=7)
-    rate = (law(u, 1.3 + 1e-5).w - law(u, 1.3 - 1e-5).w) / 2e-5
-    by_omega = law(u, 1.3).by_omega
-    assert by_omega is not None
-    np.testing.assert_allclose(by_omega, rate, atol=1e-7 * np.abs(rate).max())
-
-
 def test_adaptive_response_takes_elements():
     shares = nonlinear.Shares(1e-4, 1e-3)
     found = nonlinear.adaptive_response(lambda _: mass(STOP), HERTZ[1:3], shares)
-    fixed = frequency_response(mass(STOP), HERTZ[1:3], Options(25), find_jumps=False)
+    fixed = solved_response(mass(STOP), HERTZ[1:3], Options(25))
     assert found.converged.all()
     np.testing.assert_allclose(found.amplitude[:, 0, 0], fixed.amplitude[:, 0, 0], rtol=3e-4)
 
@@ -180,45 +184,101 @@ def unknown(u, rate, state, p, out):
     out[0] = nothing(u)  # type: ignore[name-defined]  # noqa: F821
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"force": "quintic"}, "force = 'quintic': allowed: cubic_spring, stop"),
-        ({"parameters": [1.0, 2.0]}, r"cubic_spring needs k \(N/m3\)"),
-        ({"parameters": [np.inf]}, "needs a list of numbers"),
-        ({"places": []}, "needs a list of one to three"),
-        ({"places": [0, 1]}, "given 2: cubic_spring needs one"),
-        ({"stiffness": 0}, "stiffness = 0: must be > 0"),
-        ({"memory": -1}, "memory = -1: must be >= 0"),
-        ({"force": dragging}, r"memory = 0: force uses more of state \(index 0 is out of bounds"),
-        ({"force": dragging, "memory": 1, "parameters": []}, "reads or writes beyond what it is"),
-    ],
-)
+@pytest.mark.parametrize(("given", "message"), [
+    ({"force": "quintic"}, "force = 'quintic': allowed: cubic_spring, stop"),
+    ({"parameters": [1.0, 2.0]}, r"cubic_spring needs k \(N/m3\)"),
+    ({"parameters": [np.inf]}, "needs a list of numbers"),
+    ({"places": []}, "needs a list of one to three"),
+    ({"places": [0, 1]}, "given 2: cubic_spring needs one"),
+    ({"stiffness": 0}, "stiffness = 0: must be > 0"),
+    ({"memory": -1}, "memory = -1: must be >= 0"),
+    ({"force": dragging}, r"memory = 0: force uses more of state \(index 0 is out of bounds"),
+    ({"force": dragging, "memory": 1, "parameters": []}, "reads or writes beyond what it is"),
+])  # fmt: skip
 def test_what_is_impossible_is_refused(given, message):
     possible = {"force": "cubic_spring", "places": [0], "parameters": [1.0]}
-    with pytest.raises(InputError, match=message):
-        Element(**{**possible, **given})
+    refused(message, Element, **{**possible, **given})
 
 
-@pytest.mark.parametrize(
-    ("force", "memory", "message"),
-    [(unknown, 0, "cannot be compiled: NameError"), (fading, 1, "changes with every finer")],
-)
+@pytest.mark.parametrize(("force", "memory", "message"), [
+    (unknown, 0, "cannot be compiled: NameError"), (fading, 1, "changes with every finer")
+])  # fmt: skip
 def test_a_law_that_is_none_is_refused(force, memory, message):
-    with pytest.raises(InputError, match=message):
-        mass_on(3, Element(force=force, places=[0], memory=memory))
+    refused(message, mass_on, 3, Element(force=force, places=[0], memory=memory))
 
 
 def test_what_is_of_contacts_alone_says_so():
     made = mass(ELEMENTS[0])
-    found = frequency_response(made, HERTZ[:2], Options(3), find_jumps=False)
-    for refused in (
+    found = solved_response(made, HERTZ[:2], Options(3))
+    for asked in (
         lambda: nonlinear.stability(made, found),
         lambda: nonlinear.time_response(made, HERTZ[0]),
         lambda: nonlinear.audit_response(made, found),
         lambda: nonlinear.static_bounds(made),
     ):
-        with pytest.raises(InputError, match="'element': .* contacts alone"):
-            refused()
-    with pytest.raises(InputError, match="an element"):
-        nonlinear.contact_loop(found, 0, 0)
+        refused("'element': .* contacts alone", asked)
+    refused("an element", nonlinear.contact_loop, found, 0, 0)
+
+
+PLANE_HERTZ = 1.05 / (2 * np.pi)
+PLANE = Options(3, friction="isotropic")
+
+
+@pytest.mark.parametrize(("swing", "v0", "shake", "state"), [
+    (0.7j, 2.0, 0.0, SLIP),  # nearly a circle under constant load
+    (0.5 + 0.2j, 2.0, 1.2, SLIP),  # an ellipse, the normal load varies
+    (0.5j, 0.8, 2.0, SLIP_OPEN),
+])  # fmt: skip
+def test_mass_that_slides_in_a_plane(swing, v0, shake, state):
+    system, steps = planar(swing, 0.6, v0, shake), 2000
+    path, _ = in_time(system, PLANE_HERTZ, 30, steps, "isotropic")
+    moving, errors = path - path.mean(axis=0), []
+    turn = np.exp(2j * np.pi * np.arange(steps) / steps)[:, None]
+    for harmonics in (1, 3, 7, 15):
+        response = solved_response(system, [PLANE_HERTZ], Options(harmonics, friction="isotropic"))
+        assert response.state[0, 0] == state
+        history = sum((response.x[k][0] * turn**k).real for k in range(1, harmonics + 1))
+        errors.append(float(np.abs(history - moving).max() / np.abs(moving).max()))
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[2] < 0.3 * errors[0]
+    assert errors[3] < 1e-3
+
+
+CASES = {  # push along t2, interference, push along the normal, friction, what is left open
+    "slides along t1": (0.02, 2.0, 0.0, "orthogonal", (False, True)),
+    "slides along t1, held in the plane": (0.02, 2.0, 0.0, "isotropic", (False, False)),
+    "slides along both": (2.0j, 2.0, 0.0, "orthogonal", (False, False)),
+    "slides and opens": (0.02, 0.8, 2.0, "orthogonal", (False, False)),
+    "sticks": (0.02, 40.0, 0.0, "orthogonal", (True, True)),
+    "sticks in the plane": (0.02, 40.0, 0.0, "isotropic", (True, True)),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_assembly_left_is_kept_where_nothing_slides(name):
+    swing, v0, shake, friction, expected = CASES[name]
+    system = planar(swing, 0.6, v0, shake)
+    response = solved_response(system, [PLANE_HERTZ], Options(5, friction=friction))
+    assert tuple(response.undetermined[0, 0]) == expected
+    one, other = (
+        in_time(system, PLANE_HERTZ, 40, 500, friction, (0.0, left))[1][:, 1].mean()
+        for left in (-0.1, 0.1)
+    )
+    assert other - one == pytest.approx(0.2, rel=1e-6) if expected[1] else abs(other - one) < 0.02
+
+
+def test_contact_without_friction_leaves_nothing_open():
+    none = with_contacts(planar(0.02, 0.6, 2.0, 0.0), mu=np.zeros(1))
+    assert not frequency_response(none, [0.1], Options(1)).undetermined.any()
+
+
+@pytest.mark.parametrize("kt", [1e10, 1e13])
+def test_friction_that_vanishes_beside_the_motion_is_none(kt):
+    K = 1e7 * np.array([[2.0, -1.0], [-1.0, 2.0]])
+    contact = Contact(tangential=1, normal=(None, 0), mu=1e-9, kt=kt, kn=1e7, preload=0.1)
+    system = System.from_matrices(np.eye(2), K, [contact], force={1: 0.1}, static_force={0: -3.0})
+    found = frequency_response(system, [430.0, 500.0, 600.0], Options(1, friction="isotropic"))
+    square = (2 * np.pi * found.frequency[:, None, None]) ** 2 * np.eye(2)
+    alone = np.linalg.solve(K + np.diag([1e7, 0.0]) - square, [0.0, 0.1])
+    assert found.converged.all()
+    np.testing.assert_allclose(found.x[1], alone, rtol=1e-7)  # μ n is 1e-9 of the force

@@ -1,21 +1,19 @@
 """Paths along loads, soft and held contacts: rates by differences, and where paths lead."""
 
 import math
-from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 import pytest
 
 from tests.nonlinear.peaks.test_peak import jenkins
-from tests.nonlinear.systems import even, first_frequency, random_system, with_contacts
-from vanelock.nonlinear import Contacts, Options, frequency_response
+from tests.nonlinear.systems import first_frequency, random_system, with_contacts
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation import arc_length
 from vanelock.nonlinear.continuation.arc_length import follow
-from vanelock.nonlinear.continuation.families import Frequencies, Loads, fixed
-from vanelock.nonlinear.continuation.globalisation import _Hardening, _released
+from vanelock.nonlinear.continuation.families import Frequencies, fixed
+from vanelock.nonlinear.continuation.globalisation import _released
 from vanelock.nonlinear.continuation.path import SolutionPath
 from vanelock.nonlinear.newton.newton import solve
 
@@ -25,73 +23,9 @@ def balance_of(system, factor=1.0):
     return structure(system, 2).balance(omega)
 
 
-def hardening(factor=1.0):
-    """Contacts of a system that are soft at first."""
-    system = random_system(2, preload=0.1)
-    return system, _Hardening(balance_of(system, factor), contact_law(system.contacts, 2), 1e-2)
-
-
 def released(system, **law):
     """Contacts held by force, which is taken away."""
     return _released(balance_of(system), contact_law(system.contacts, 2, **law))
-
-
-@pytest.mark.parametrize("kind", ["hardening", "release"])
-def test_rate_is_that_of_finite_differences(kind):
-    if kind == "hardening":
-        _, family = hardening()
-        w = 0.3 * np.random.default_rng(1).normal(size=family.balance.linear.shape)
-        u, error, places = family.balance.displacement(w), 1e-8, (0.1, 0.8)
-    else:
-        family = released(random_system(2, preload=0.1))
-        u, error, places = family.balance.linear, 1e-5, (0.02, 0.3)
-    rows, step, rates = np.arange(u.size), 1e-6, []
-    for p in places:
-        deviation = family.law(p)(u)
-        given = w if kind == "hardening" else deviation.w
-        rates.append(family.rate(p, given, deviation, rows).reshape(u.shape))
-        ahead, behind = (family.law(p + s)(u).w for s in (step, -step))
-        measured, scale = (ahead - behind) / (2 * step), np.abs(rates[-1]).max()
-        np.testing.assert_allclose(rates[-1], measured, atol=error * scale)
-    assert np.abs(rates[0][:, 0]).max() > 0  # some are open
-
-
-def test_soft_contacts_are_those_of_a_system_with_soft_springs():
-    # The same force on the structure: s K_c (u - W) = K_c (u - W_s).
-    system, family = hardening()
-    given, share = system.contacts, 0.1
-    u = 0.3 * np.random.default_rng(1).normal(size=family.balance.linear.shape)
-    soft = Contacts(share * given.kn, share * given.kt, given.mu, given.v0)
-    expected = soft.stiffness[:, :, None] * (u - contact_law(soft, 2)(u).w)
-    found = given.stiffness[:, :, None] * (u - family.law(0.5)(u).w)
-    np.testing.assert_allclose(found, expected, atol=1e-14 * np.abs(expected).max())
-    np.testing.assert_array_equal(family.law(1.0)(u).w, contact_law(given, 2)(u).w)
-
-
-def test_path_of_hardening_contacts_ends_at_the_solution():
-    _, family = hardening(1.2)
-    begun = solve(family, np.zeros_like(family.balance.linear), 0.0, limit=40)
-    assert begun.converged
-    arc = follow(family, begun, 1.0)
-    assert arc.solution is not None
-    # Newton's iteration on the problem itself stays where the path ended.
-    again = solve(fixed(family.balance, family.friction), arc.solution.w, 0.0)
-    assert again.converged
-    assert again.iterations <= 1
-    np.testing.assert_allclose(again.u, arc.solution.u, atol=1e-9 * np.abs(again.u).max())
-
-
-@pytest.mark.parametrize("constant_load", [False, True])
-@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
-def test_held_contacts_stick_and_released_ones_are_themselves(friction, constant_load):
-    system = even(random_system(2, preload=0.1))
-    family = released(system, friction=friction, constant_load=constant_load)
-    u = family.balance.linear
-    free, own = family.law(0.0)(u), family.friction(u)
-    assert np.abs(own.w).max() > 0.1 * np.abs(u).max()
-    np.testing.assert_array_equal(family.law(1.0)(u).w, 0)
-    for found, expected in ((free.w, own.w), (free.jacobian, own.jacobian)):
-        np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -109,22 +43,6 @@ def test_release_leads_to_the_solution_that_newton_finds_at_once(seed):
     scale = np.abs(at_once.w).max()
     assert scale > 0.1 * np.abs(family.balance.linear).max()
     np.testing.assert_allclose(led.w, at_once.w, atol=1e-8 * scale)
-
-
-def test_load_raised_step_by_step_meets_the_direct_solution():
-    system = random_system(4, preload=3.0)
-    balance, law = balance_of(system, 1.5), contact_law(system.contacts, 2)
-    direction = balance.linear.copy()
-    direction[:, :, 0] = 0
-    family = Loads(replace(balance, linear=balance.linear - direction), direction, law)
-    begun = solve(family, np.zeros_like(direction), 0.0)
-    assert begun.converged
-    arc = follow(family, begun, 1.0)
-    assert arc.solution is not None
-    direct = frequency_response(system, [balance.omega / (2 * np.pi)], Options(2))
-    assert direct.converged.all()
-    expected = np.moveaxis(direct.contact[0, 1:].real, 0, -1)
-    np.testing.assert_allclose(arc.solution.u[:, :, 1::2], expected, atol=1e-8)
 
 
 @pytest.mark.parametrize(("jump", "kink"), [(0.0, False), (0.0, True), (1.0, True)])

@@ -1,4 +1,4 @@
-"""Hysteresis of a sweep against the closed form of an oscillator that hits a stop."""
+"""Hysteresis, responses and peaks against a parameter: a stop in closed form, every coupling."""
 
 from dataclasses import replace
 from functools import cache
@@ -7,22 +7,38 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
-from tests.nonlinear.systems import GAP_DAMPING, GAP_FORCE, gap_oscillator
-from vanelock.common.errors import InputError
+from tests.nonlinear.systems import (
+    GAP_DAMPING,
+    GAP_FORCE,
+    even,
+    first_frequency,
+    gap_oscillator,
+    loop_area,
+    random_system,
+    sliding_system,
+    solved_response,
+    with_contacts,
+    with_rest,
+)
+from tests.refusals import refused
 from vanelock.nonlinear import (
     OPEN,
     SLIP_OPEN,
-    Contact,
+    STUCK,
     Contacts,
     Diameter,
     Force,
     Options,
+    ParameterResponse,
     System,
+    contact_loop,
     frequency_response,
     hysteresis,
+    parameter_response,
+    peak_response,
 )
+from vanelock.nonlinear.forced_response.parameter_response import _NAMES
 from vanelock.nonlinear.fourier import TURN
-from vanelock.nonlinear.newton.newton import solve
 
 DAMPING, FORCE = GAP_DAMPING, GAP_FORCE
 LOW, HIGH = 0.9, 1.25
@@ -122,19 +138,6 @@ def test_a_fold_beyond_the_range_is_not_of_the_path(short):
     assert short == 1e-2 or last > high  # between the tip and the fold
 
 
-def test_points_that_miss_the_tolerance_are_reported(monkeypatch):
-    def missed(*given, **options):
-        return replace(solve(*given, **options), converged=False)
-
-    monkeypatch.setattr("vanelock.nonlinear.continuation.arc_length.refined", missed)
-    lost = "vanelock.nonlinear.forced_response.hysteresis.land"
-    monkeypatch.setattr(lost, lambda *given: replace(given[1], converged=False))
-    with pytest.warns(RuntimeWarning, match="no solution was found at the highest frequency"):
-        found = hysteresis(gap_oscillator(), (LOW / TURN, HIGH / TURN), Options(1))
-    assert (~found.branch.converged).sum() > 3
-    assert not found.complete
-
-
 def test_sweeps_differ_between_the_folds_alone(both_ways):
     (top, _), (bottom, _) = closed_folds()
     hertz, found = np.linspace(LOW, HIGH, 61) / TURN, both_ways
@@ -148,36 +151,8 @@ def test_sweeps_differ_between_the_folds_alone(both_ways):
 
 
 def test_impossible_ranges_are_refused():
-    with pytest.raises(InputError, match="frequencies: given"):
-        hysteresis(gap_oscillator(), [1.0], Options(1))
-    with pytest.raises(InputError, match="frequencies: given"):
-        hysteresis(gap_oscillator(), (1.0, 1.0), Options(1))
-
-
-def two_masses():
-    """Two unit masses in a chain, a stiff spring behind a gap at the first (Krack and Gross, 2019).
-
-    Example 3 of the program NLvib that comes with their book on harmonic balance: period-one
-    solutions fold, double their period and become quasi-periodic between 0.5 and 0.8 rad/s.
-    """
-    K = np.array([[1.0, -1.0], [-1.0, 2.0]])
-    stop = Contact(normal=0, kn=100.0, gap=1.0)
-    return System.from_matrices(np.eye(2), K, [stop], C=0.03 * K, force={1: 0.1})
-
-
-def test_a_contact_that_opens_wide_is_followed_in_a_few_hundred_points():
-    found = hysteresis(two_masses(), [0.6 / TURN, 0.77 / TURN], Options(3))
-    assert found.complete
-    assert found.connected
-    assert found.ended == ""
-    assert found.branch.converged.all()
-    assert len(found.branch.frequency) < 400
-    assert found.upper.tolist() == [True, False]
-    # Where one solution exists a sweep by frequency finds the same; above, it may jump off early.
-    alone = TURN * found.branch.frequency < 0.65
-    picked = np.flatnonzero(alone & (found.passed == 0))[::8]
-    swept = frequency_response(two_masses(), found.branch.frequency[picked], Options(3))
-    np.testing.assert_allclose(swept.amplitude, found.branch.amplitude[picked], rtol=1e-7)
+    refused("frequencies: given", hysteresis, gap_oscillator(), [1.0], Options(1))
+    refused("frequencies: given", hysteresis, gap_oscillator(), (1.0, 1.0), Options(1))
 
 
 def test_a_path_that_ends_early_says_where_and_why(monkeypatch):
@@ -219,3 +194,161 @@ def test_a_path_goes_on_where_another_branch_crosses_it(more):
     fallen = np.setdiff1d(crossed, np.concatenate([found.fold, found.fold + 1]))
     assert len(fallen) <= 1
     assert (np.diff(found.branch.frequency[found.fold[-1] :]) > 0).all()
+
+
+MASK = np.array([True, False, True, True, False, False])
+METHODS = [
+    ("coupled", "isotropic"),
+    ("uncoupled", "orthogonal"),
+    ("uncoupled", "isotropic"),
+    ("constant-load", "orthogonal"),
+    ("constant-load", "isotropic"),
+]
+
+
+def two_joints():
+    """Six contacts of two joints, under a static load too."""
+    joint = tuple("rim" if m else "root" for m in MASK)
+    return with_rest(with_contacts(random_system(1, preload=3.0), joint=joint))
+
+
+def changed(system, name, value, mask=slice(None)):
+    """The system at a value of the parameter, written out once more."""
+    if name == "force":
+        return replace(system, force={**system.force, 1: Force(value * system.force[1].vector)})
+    key = {"mu": "mu", "interference": "v0"}[name]
+    moved = getattr(system.contacts, key).copy()
+    moved[mask] = value
+    return with_contacts(system, **{key: moved})
+
+
+def differ(one, other):
+    """Largest difference of contacts, forces and outputs, each relative to the largest."""
+    pairs = [(getattr(one, name), getattr(other, name)) for name in ("contact", "force", "output")]
+    return max(np.abs(a - b).max() / np.abs(b).max() for a, b in pairs)
+
+
+@pytest.mark.parametrize(("name", "joint", "low", "high", "coupling", "friction"), [
+    ("force", None, 1e-3, 30.0, "coupled", "orthogonal"),
+    ("mu", None, 0.03, 0.6, "coupled", "orthogonal"),
+    ("mu", "rim", 0.03, 0.6, "coupled", "orthogonal"),
+    ("interference", "rim", -2.0, 8.0, "coupled", "orthogonal"),
+    ("interference", None, 0.1, 20.0, "coupled", "orthogonal"),
+    ("force", None, 0.03, 0.6, "coupled", "isotropic"),
+    ("mu", None, 0.03, 0.6, "uncoupled", "orthogonal"),
+    ("interference", None, -1.0, 6.0, "uncoupled", "isotropic"),
+    ("force", None, 0.03, 0.6, "constant-load", "orthogonal"),
+    ("mu", None, 0.03, 0.6, "constant-load", "isotropic"),
+])  # fmt: skip
+def test_values_give_what_systems_changed_by_hand_give(name, joint, low, high, coupling, friction):
+    system = two_joints() if friction == "orthogonal" else even(two_joints())
+    hertz, options = 1.3 * first_frequency(system), Options(1, coupling, friction)
+    values = np.linspace(low, high, 8) if low < 0 else np.geomspace(low, high, 8)
+    up, down = (
+        parameter_response(
+            system, hertz, name, values, replace(options, direction=direction), joint=joint
+        )
+        for direction in ("up", "down")
+    )
+    for found in (up, down):
+        assert found.response.converged.all()
+        np.testing.assert_array_equal(found.parameter, values)
+    assert np.any(up.response.dissipation > 0)
+    assert len(np.unique(up.response.state)) > 1 or coupling != "coupled"
+    for i in (0, 4, 7):
+        one = changed(system, name, values[i], MASK if joint else slice(None))
+        direct = solved_response(one, [hertz], options)
+        for found in (up, down):
+            assert differ(found.at(i), direct) < 1e-7
+            work, expected = found.response.dissipation[i], direct.dissipation[0]
+            np.testing.assert_allclose(work, expected, atol=1e-7 * expected.max())
+        np.testing.assert_array_equal(up.at(i).mu, direct.mu)
+
+
+def test_points_keep_their_own_friction_and_survive_a_file(tmp_path):
+    system = two_joints()
+    hertz = 1.3 * first_frequency(system)
+    found = parameter_response(system, hertz, "mu", [0.2, 0.05], Options(3), joint="root")
+    np.testing.assert_array_equal(found.mu, np.where(MASK, 0.3, np.array([[0.2], [0.05]])))
+    found.save(tmp_path / "mu.h5")
+    again = ParameterResponse.load(tmp_path / "mu.h5")
+    assert again.name == "mu"
+    np.testing.assert_array_equal(again.response.contact, found.response.contact)
+    for point, mu in enumerate((0.2, 0.05)):
+        one = again.at(point)
+        contact = int(np.flatnonzero(~MASK)[np.argmax(one.dissipation[0, ~MASK])])
+        u, f = contact_loop(one, 0, contact, 4000)
+        assert np.abs(f[:, 1:]).max() <= mu * f[:, 0].max() * (1 + 1e-9)
+        np.testing.assert_allclose(loop_area(u, f), one.dissipation[0, contact], rtol=1e-3)
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    ({"parameter": "kn"}, "parameter: given 'kn'"),
+    ({"values": []}, "values: given none"),
+    ({"values": [0.0, 1.0]}, "values: given 0: mu must be > 0"),
+    ({"values": [[1.0]]}, "needs a list"),
+    ({"joint": "hub"}, "joints are rim, root"),
+    ({"parameter": "force", "joint": "rim"}, "the force acts on no joint"),
+    ({"frequency": [1.0, 2.0]}, r"frequency: given \[1.0, 2.0\]: needs a number"),
+])  # fmt: skip
+def test_impossible_arguments_are_refused(options, message):
+    asked = {"frequency": 1.0, "parameter": "mu", "values": [0.1], **options}
+    refused(message, parameter_response, two_joints(), **asked)
+
+
+@pytest.mark.parametrize(("coupling", "friction"), METHODS)
+def test_hysteresis_is_that_of_sweeps_by_frequency(coupling, friction):
+    system, options = with_rest(even(random_system(1, preload=3.0))), Options(2, coupling, friction)
+    hertz = np.linspace(0.8, 1.5, 7) * first_frequency(system)
+    found = hysteresis(system, hertz, options)
+    assert found.complete
+    assert found.connected
+    for sweep, direction in ((found.up, "up"), (found.down, "down")):
+        one_way = replace(options, direction=direction)
+        direct = solved_response(system, hertz, one_way)
+        assert differ(sweep, direct) < 1e-11
+        assert (sweep.coupling, sweep.friction) == (coupling, friction)
+        assert sweep.samples == 0
+    if not len(found.fold):
+        direct = solved_response(system, found.branch.frequency, options)
+        assert differ(found.branch, direct) < 1e-9
+    assert len(found.fold) == (2 if coupling == "coupled" else 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "coupling", "friction"),
+    [(list(_NAMES)[::-1][i % len(_NAMES)], *method) for i, method in enumerate(METHODS)],
+)
+def test_peaks_are_the_largest_of_a_fine_sweep(name, coupling, friction):
+    system = sliding_system(preload=0.6)
+    exact = 1e-6 if friction == "isotropic" else 1e-9  # slip in the plane is collocated
+    options = Options(3, coupling, friction)
+    values = [0.5, 1.0, 2.0] if name != "mu" else [0.1, 0.3, 0.6]
+    found = peak_response(system, name, values, (0.15, 0.22), options)
+    assert found.converged.all()
+    assert not np.any(found.response.state == STUCK)
+    for i, value in enumerate(values):
+        hertz = found.frequency[i] + found.width[i] * np.linspace(-1, 1, 41)
+        moved = changed(system, name, value)
+        swept = solved_response(moved, hertz, options)
+        size = swept.amplitude[:, 0, found.direction]
+        assert size.max() < (1 + exact) * found.amplitude[i]
+        assert abs(int(size.argmax()) - 20) <= (0 if exact < 1e-8 else 1)
+        assert differ(found.at(i), swept.at([20])) < 1e-8
+
+
+def test_modes_left_out_are_estimated_wherever_a_state_was_solved():
+    system = random_system(1, preload=3.0)
+    hertz = 1.3 * first_frequency(system)
+    # Of a range, the highest frequency counts.
+    options, ends = Options(2, static_beyond=2.0), (0.9 * hertz, hertz)
+    along = parameter_response(system, hertz, "mu", [0.2, 0.3], options).response
+    direct = frequency_response(system, [hertz], options)
+    assert differ(along.at([1]), direct) < 1e-8
+    assert direct.truncation[0] > 1e-3
+    assert along.truncation[1] == pytest.approx(direct.truncation[0], rel=1e-3)
+    options = replace(options, coupling="uncoupled")
+    both = hysteresis(system, ends, options)
+    swept = frequency_response(system, both.branch.frequency, options)
+    assert SLIP_OPEN in swept.state
+    np.testing.assert_allclose(both.branch.truncation, swept.truncation, rtol=1e-2)

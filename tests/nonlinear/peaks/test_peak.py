@@ -1,34 +1,36 @@
-"""Peaks followed along a parameter, against closed forms and dense sweeps of frequency."""
+"""Peaks followed along a parameter, and their gradients: closed forms, sweeps, differences."""
 
-from dataclasses import dataclass, replace
-from types import SimpleNamespace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from tests.nonlinear.systems import first_frequency, jenkins_element, random_system
+from tests.nonlinear.systems import first_frequency, jenkins_element, random_system, solved_response
+from tests.refusals import refused
+from tests.verification.nonlinear.spring_rings import loaded, spring_ring, worst_of
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
     STUCK,
+    AmplitudeGradient,
     Contacts,
     Diameter,
     Force,
     Options,
     System,
     frequency_response,
+    peak_gradient,
+    peak_gradient_of,
     peak_response,
 )
 from vanelock.nonlinear.balance.balance import structure
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies
-from vanelock.nonlinear.forced_response.parameter_response import Parameter
 from vanelock.nonlinear.fourier import TURN
 from vanelock.nonlinear.newton.newton import solve
-from vanelock.nonlinear.peaks.peak import CurvePoint, Resonance
-from vanelock.nonlinear.peaks.peak_response import _chosen, _traced
-from vanelock.nonlinear.peaks.peak_tracking import PeakTrack, _expected
+from vanelock.nonlinear.peaks.peak import Resonance
+from vanelock.nonlinear.peaks.peak_gradient import _gradient_of_peak
 
 K, KT, DAMPING = 1.0, 0.6, 0.01
 NEAR = (0.1, 0.3)
@@ -119,61 +121,6 @@ def test_friction_that_damps_most_is_the_one_known(name, factor):
     assert 0.9 < found.amplitude[best] / (np.pi / KT) < 1.0  # the damper helps a little
 
 
-@dataclass(frozen=True)
-class _Drawn(PeakTrack):
-    """Two peaks by the place of a parameter, one of amplitude 1 up to 0.4, one of 2 from 0.6 on.
-
-    The second goes on below 0.6 to `since` where it is followed.
-    """
-
-    since: float = 0.3
-
-    def _made(self, omega, amplitude):
-        return CurvePoint(solution_at(omega), amplitude, -1.0, 0.0)
-
-    def step(self, peaks, coordinate, value):
-        first = peaks[-1].amplitude == 1.0
-        if coordinate > 0.4 if first else coordinate < self.since:
-            return None
-        return self.placed(self._made(10.0, 1.0) if first else self._made(20.0, 2.0), value)
-
-    def sweep(self, value, loose=1.0):
-        return [solution_at(5.0), solution_at(6.0)]
-
-    def amplitudes(self, value, swept):
-        return np.full((len(swept), 1, 3), 0.5)
-
-    def highest(self, value, swept):
-        if 0.4 < value < 0.6:
-            return None
-        return self._made(10.0, 1.0) if value <= 0.4 else self._made(20.0, 2.0)
-
-
-def solution_at(omega):
-    family = Frequencies(structure(jenkins(), 1), contact_law(jenkins().contacts, 1))
-    return replace(solve(family, np.zeros((1, 3, 3)), 1.0), omega=omega, parameter=omega)
-
-
-@pytest.mark.parametrize("is_range", [False, True])
-@pytest.mark.parametrize("since", [0.6, 0.2])
-def test_values_without_a_peak_are_marked_and_a_higher_one_is_followed_back(since, is_range):
-    """Met beyond 0.6, it is followed to where it begins; what is lost between is nan."""
-    values = [0.0, 1.0] if is_range else np.linspace(0, 1, 21).tolist()
-    varied = Parameter("interference", np.ones(1, bool), False)
-    ready = Options(1).prepare(jenkins(), NEAR, 10)
-    ridge = _Drawn(lambda value: ready, varied, (1.0, 30.0), (0, 1), 1.0, since=since)
-    best, _ = _chosen(_traced(ridge, values, is_range, None)[0])
-    place = np.array([peak.value for peak in best])
-    amplitude = np.array([peak.amplitude if peak.distance < 1 else np.nan for peak in best])
-    assert np.all(np.diff(place) > 0)
-    assert np.all(amplitude[place < 0.2] == 1.0)
-    assert np.all(amplitude[(place > 0.2) & (place <= 0.4)] == (1.0 if since == 0.6 else 2.0))
-    assert np.all(amplitude[place > 0.65] == 2.0)
-    if since == 0.6:
-        assert np.diff(place).max() < 0.09  # the curve is sampled wherever it is lost, too
-        assert np.all(np.isnan(amplitude[(place > 0.4) & (place < 0.59)]))
-
-
 @pytest.mark.parametrize("harmonics", [1, 3])
 def test_slope_of_the_amplitude_is_exact(harmonics):
     system = random_system(5, preload=10.0, damping_ratio=0.01)  # on a rotating unbalance
@@ -205,36 +152,69 @@ def test_friction_alone_bounds_a_peak_that_something_varies():
         peak_response(alone, "mu", [bound], NEAR, Options(1))
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"values": (1.0, 1.0)}, "values: given .*: a range is"),
-        ({"near": (0.3, 0.1)}, "near: given"),
-        ({"near": (0.3, 0.5)}, "near: no peak was found in it at force = 1"),
-        ({"options": Options(0)}, "harmonics: given 0"),
-        ({"output": ("tip", 0)}, "output: given 'tip': allowed: mass"),
-        ({"output": ("mass", 3)}, "output: given direction 3"),
-        ({"output": "tip"}, r"output: given 'tip': needs \(text, a whole number\)"),
-        ({"values": ["a"]}, "values: given .*: needs an array of numbers"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    ({"values": (1.0, 1.0)}, "values: given .*: a range is"),
+    ({"near": (0.3, 0.1)}, "near: given"),
+    ({"near": (0.3, 0.5)}, "near: no peak was found in it at force = 1"),
+    ({"options": Options(0)}, "harmonics: given 0"),
+    ({"output": ("tip", 0)}, "output: given 'tip': allowed: mass"),
+    ({"output": ("mass", 3)}, "output: given direction 3"),
+    ({"output": "tip"}, r"output: given 'tip': needs \(text, a whole number\)"),
+    ({"values": ["a"]}, "values: given .*: needs an array of numbers"),
+])  # fmt: skip
 def test_impossible_arguments_are_refused(options, message):
     arguments = {"parameter": "force", "values": [1.0], "near": NEAR, **options}
-    with pytest.raises(InputError, match=message):
-        peak_response(jenkins(), **arguments)
+    refused(message, peak_response, jenkins(), **arguments)
     bare = replace(jenkins(), output_names=())
-    with pytest.raises(InputError, match="no output nodes"):
-        peak_response(bare, "force", [1.0], NEAR, Options(1))
+    refused("no output nodes", peak_response, bare, "force", [1.0], NEAR, Options(1))
 
 
-def test_the_next_peak_is_expected_on_a_parabola_through_the_last_three():
-    """Its w on the line through the last two."""
+def slipping(seed, kind="slip", **changes):
+    """A ring under the load that friction damps most, and a range about its peak, Hz."""
+    kinds = worst_of(seed)
+    _, force, hertz = kinds.get(kind) or next(iter(kinds.values()))
+    system = replace(loaded(spring_ring(seed), force), **changes)
+    return system, (0.85 * hertz, 1.12 * hertz)
 
-    def peak(place):
-        omega, w = 2 + place - 3 * place**2, np.full((1, 3, 1), 5 * place)
-        solution: Any = SimpleNamespace(omega=omega, w=w)
-        return CurvePoint(solution, np.exp(0.1 * place**2 - place), coordinate=place)
 
-    omega, size, w = _expected([peak(place) for place in (-9.0, 1.0, 1.5, 2.5)], 4.0)
-    assert (omega, size) == pytest.approx((2 + 4 - 3 * 16, 1.6 - 4), rel=1e-12)
-    np.testing.assert_allclose(w, 20.0)
+def test_no_peak_is_one_line():
+    system, near = slipping(0)
+    with pytest.raises(InputError, match=r"^near: no peak was found in it$"):
+        peak_gradient(system, (2 * near[1], 2.02 * near[1]))
+    refused("needs at least 1", peak_gradient, system, near, Options(0))
+
+
+def test_a_peak_of_a_response_is_that_of_a_search():
+    system, near = slipping(2)
+    whole = peak_gradient(system, near, Options(3), frequency=True)
+    hertz = np.linspace(near[0], near[1], 60)
+    response = solved_response(system, hertz, Options(3))
+    at = system.output_names.index(whole.output[0]), whole.output[1]
+    point = int(response.amplitude[:, *at].argmax())
+    found = peak_gradient_of(system, response, point, whole.output, 0.02)
+    assert found.amplitude == pytest.approx(whole.amplitude, rel=1e-10)
+    assert found.frequency == pytest.approx(whole.frequency, rel=1e-8)
+    for by in (AmplitudeGradient.by_force, AmplitudeGradient.by_damping):
+        assert by(found.at_peak) == pytest.approx(by(whole.at_peak), rel=1e-6)
+        assert found.of_frequency(by) == pytest.approx(whole.of_frequency(by), rel=1e-3)
+    with pytest.raises(InputError, match=r"^point: given 0: no peak was found there$"):
+        peak_gradient_of(system, response, 0, whole.output, 1e-5)
+    for place, width in ((response.points, 0.02), (point, np.nan)):
+        with pytest.raises(InputError, match=r"^point, width: given .*: needs one of \d+ points"):
+            peak_gradient_of(system, response, place, whole.output, width)
+
+
+def test_where_no_frequency_is_followed_the_reason_is_said(monkeypatch):
+    system, near = slipping(2)
+    ready, found = Options(1).prepare(system, near, 1000), peak_gradient(system, near, Options(1))
+    component = system.output_names.index(found.output[0]), found.output[1]
+    monkeypatch.setattr(Resonance, "read", lambda *_: None)
+    for changes, asked, why in (
+        ({}, False, "the peak's frequency was not asked for"),
+        ({"sharp": True}, True, "the peak is sharp"),
+        ({"distance": 1e-3}, True, "the peak is not exact"),
+        ({}, True, "close beside the peak the path turns back or was lost"),
+    ):
+        again = _gradient_of_peak(ready, component, replace(found.peak, **changes), asked)
+        assert again is not None
+        refused(f"^of_frequency: {why}", again.of_frequency, AmplitudeGradient.by_force)

@@ -1,23 +1,30 @@
-"""Matrices with contacts between coordinates: closed forms, time integration, one-line errors."""
+"""Systems of matrices: closed forms, other programs, what may be given and what is refused."""
 
+from dataclasses import replace
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
 
-from tests.nonlinear.systems import in_time, jenkins_element
+from tests.nonlinear.systems import solved_response
+from tests.refusals import refused
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
-    STUCK,
     Contact,
+    Contacts,
+    Diameter,
+    Force,
     Options,
     System,
     frequency_response,
     linear_response,
     static_response,
 )
+from vanelock.rom.system.coordinates import check
+from vanelock.rom.system.element import spring_along
 
 M2, K2 = np.diag([1.0, 0.5]), np.array([[3e4, -1e4], [-1e4, 1e4]])
 DAMPER = Contact(tangential=1, kt=2e4, mu=0.3, preload=10.0)
@@ -41,44 +48,12 @@ def test_a_structure_without_contacts_is_the_sum_of_its_modes():
     loads = {"force": {0: 2.0}, "static_force": {1: 3.0}}
     system = System.from_matrices(M2, K2, damping_ratio=0.01, **loads)
     assert system.output_names == ("x0", "x1")
-    solved = frequency_response(system, hertz, Options(1), find_jumps=False)
+    solved = solved_response(system, hertz, Options(1))
     for found in (solved, linear_response(system, hertz)):
         assert found.converged.all()
         np.testing.assert_allclose(found.output[:, 1, :, 0], 2.0 * receptance(hertz), rtol=1e-9)
         rest = np.tile(np.linalg.solve(K2, [0.0, 3.0]), (30, 1))
         np.testing.assert_allclose(found.output[:, 0, :, 0], rest, rtol=1e-9)
-
-
-def test_damping_is_that_of_the_structure_without_its_contacts():
-    """Sticking adds a spring and no damper: K + kt, with the C of the free structure's modes."""
-    hertz = np.linspace(5, 40, 30)
-    found = linear_response(two_masses(), hertz)
-    omega2, shapes = la.eigh(K2, M2)
-    C = M2 @ shapes @ np.diag(0.02 * np.sqrt(omega2)) @ shapes.T @ M2
-    for point, w in enumerate(2 * np.pi * hertz):
-        dynamic = K2 + np.diag([0, 2e4]) - w**2 * M2 + 1j * w * C
-        expected = np.linalg.solve(dynamic, [2.0, 0.0])
-        np.testing.assert_allclose(found.output[point, 1, :, 0], expected, rtol=1e-9)
-    given = linear_response(two_masses(damping_ratio=None, C=C), hertz)
-    np.testing.assert_allclose(given.output, found.output, rtol=1e-9)
-
-
-def test_full_sticking_and_slip_by_hand():
-    """Masing's loop of one slider on a single mass: work and stiffness in closed form."""
-    kt, limit = 2e4, 3.0  # N/m, and mu times preload
-    system = System.from_matrices(
-        [[1.0]], [[1e4]], [DAMPER_ALONE], damping_ratio=0.02, force={0: 8.0}
-    )
-    found = frequency_response(system, (14, 30), Options(1), find_jumps=False)
-    top = int(found.amplitude[:, 0, 0].argmax())
-    X, force = found.amplitude[top, 0, 0], found.force[top, 1, 0, 1]
-    assert X > limit / kt  # it slips
-    stiffness, work = jenkins_element(X, kt, limit)
-    assert found.dissipation[top, 0] == pytest.approx(work, rel=1e-9)
-    assert force / found.output[top, 1, 0, 0] == pytest.approx(stiffness, rel=1e-9)
-
-
-DAMPER_ALONE = Contact(tangential=0, kt=2e4, mu=0.3, preload=10.0)
 
 
 def block(push, load):
@@ -92,16 +67,6 @@ def block(push, load):
         force={0: push, 1: 0.1 * push},
         outputs={"along": 0, "across": 1},
     )
-
-
-@pytest.mark.parametrize("hertz", [0.45, 0.58])
-def test_a_block_on_the_ground_moves_as_time_integration_says(hertz):
-    found = frequency_response(block(12.0, 10.0), [hertz], Options(15), find_jumps=False)
-    assert found.converged.all()
-    assert found.state[0, 0] != STUCK
-    marched, _ = in_time(block(12.0, 10.0), hertz, 30, 1000)
-    expected = np.ptp(marched, axis=0) / 2
-    np.testing.assert_allclose(found.amplitude[0, :, 0], expected, rtol=2e-3)
 
 
 ANOTHER = {
@@ -123,9 +88,7 @@ friction element that tmdsimpy (2025-02) ships, its law at 4,096 instants of the
 @pytest.mark.parametrize("push", ANOTHER)
 def test_a_block_on_the_ground_moves_as_another_program_says(push):
     omega, *expected = np.transpose(ANOTHER[push])
-    found = frequency_response(
-        block(push, 100.0), omega / (2 * np.pi), Options(8), find_jumps=False
-    )
+    found = solved_response(block(push, 100.0), omega / (2 * np.pi), Options(8))
     np.testing.assert_allclose(found.amplitude[:, :, 0], np.transpose(expected), rtol=1e-6)
 
 
@@ -147,25 +110,8 @@ def test_two_masses_with_a_friction_damper_move_as_another_program_says():
         force={0: 1.0},
     )
     omega, expected = np.transpose(DAMPED)
-    found = frequency_response(system, omega / (2 * np.pi), Options(5), find_jumps=False)
+    found = solved_response(system, omega / (2 * np.pi), Options(5))
     np.testing.assert_allclose(np.abs(found.output[:, 1, 0, 0]), expected, rtol=2e-6)
-
-
-def test_a_stop_lifts_off_as_time_integration_says():
-    """A mass with a stop at a gap; the gap stays open below the amplitude that closes it."""
-
-    def made(force):
-        return System.from_matrices(
-            [[1.0]], [[100.0]], [Contact(normal=0, kn=400.0, gap=0.1)], C=[[1.0]], force={0: force}
-        )
-
-    little = frequency_response(made(0.5), [1.0], Options(1), find_jumps=False)
-    assert little.amplitude[0, 0, 0] < 0.1
-    dynamic = 100 - (2 * np.pi) ** 2 + 2j * np.pi
-    assert little.output[0, 1, 0, 0] == pytest.approx(0.5 / dynamic, rel=1e-9)
-    much = frequency_response(made(15.0), [1.0], Options(20), find_jumps=False)
-    path, _ = in_time(made(15.0), 1.0, 30, 1000)
-    np.testing.assert_allclose(much.amplitude[0, 0, 0], np.ptp(path) / 2, rtol=2e-3)
 
 
 def test_pairs_the_ground_and_factors_are_places():
@@ -226,9 +172,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changed", "message"), REFUSED)
 def test_what_fits_nothing_is_refused_in_one_line(changed, message):
-    with pytest.raises(InputError, match=message) as caught:
-        System.from_matrices(**{"M": M2, "K": K2, **changed})
-    assert "\n" not in str(caught.value)
+    refused(message, System.from_matrices, **{"M": M2, "K": K2, **changed})
 
 
 LACKING: list[tuple[dict[str, Any], str]] = [
@@ -251,6 +195,120 @@ LACKING: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("given", "message"), LACKING)
 def test_a_contact_says_what_it_lacks(given, message):
-    with pytest.raises(InputError, match=f"Contact 'contact': {message}") as caught:
-        Contact(**given)
-    assert "\n" not in str(caught.value)
+    refused(f"Contact 'contact': {message}", Contact, **given)
+
+
+ROWS = [[[1], [0], [0]]]
+ALONE = {"K": [[4, 1j], [-1j, 3]], "M": np.eye(2), "own": [[[1, 0], [0, 1], [0, 0]]]}
+
+
+def oscillator(**changed):
+    """A unit mass with a gap, in lists of whole numbers."""
+    given = {
+        "sectors": 1,
+        "engine_order": 0,
+        "diameters": {0: Diameter(K=[[1]], M=[[1]], C=[[0.02]], own=ROWS, output=ROWS)},
+        "contacts": Contacts([1], [[1, 1]], [0], [-1]),
+        "force": {1: Force([0.15])},
+        "output_names": ["mass"],
+    }
+    return System(**{**given, **changed})
+
+
+def test_lists_whole_numbers_and_sparse_matrices_are_as_good_as_arrays():
+    lists = oscillator()
+    row = np.array(ROWS, float)
+    one = sp.csc_array([[1]])
+    sparse = Diameter(K=one, M=sp.eye(1), C=0.02 * one, own=row, output=row)
+    arrays = oscillator(
+        diameters={np.int64(0): sparse},
+        contacts=Contacts(np.ones(1), np.ones((1, 2)), np.zeros(1), np.array([-1.0])),
+        force={1: Force(np.array([0.15 + 0j]))},
+        output_names=("mass",),
+    )
+    for system in (lists, arrays):
+        assert system.contacts.v0.dtype == float
+        assert system.diameters[0].K.dtype == float
+        assert system.output_names == ("mass",)
+    hertz = [0.15, 0.18]
+    one_way, other = (
+        frequency_response(each, hertz, Options(1)).output for each in (lists, arrays)
+    )
+    np.testing.assert_array_equal(one_way, other)
+    np.testing.assert_array_equal(Diameter(**ALONE).K, [[4, 1j], [-1j, 3]])
+
+
+def test_arrays_of_double_precision_are_not_copied():
+    K = np.eye(2)
+    assert np.shares_memory(Diameter(K=K, M=K, own=np.zeros((1, 3, 2))).K, K)
+
+
+NO_SYSTEM: list[tuple[Any, str]] = [
+    (lambda: Contacts(1, 1, 0, -1), r"Contacts\.kn: given shape \(\): needs 1 dimension"),
+    (lambda: Contacts([1], [1], [0], [1]), r"Contacts\.kt: given shape \(1,\): needs 2 dim"),
+    (lambda: Contacts(["a"], [[1, 1]], [0], [1]), r"Contacts\.kn: given \['a'\]: needs an array"),
+    (lambda: Contacts([1], [[1, 1]], [1j], [1]), r"Contacts\.mu: given complex numbers: needs re"),
+    (lambda: Diameter(**{**ALONE, "K": 1.0}), r"Diameter\.K: given shape \(\): needs 2"),
+    (lambda: Diameter(**{**ALONE, "M": None}), r"Diameter\.M: given None: needs an array"),
+    (lambda: Diameter(**{**ALONE, "K": [[1, 2], [1]]}), r"Diameter\.K: given rows of different"),
+    (lambda: Force(1.0), r"Force\.vector: given shape \(\)"),
+    (lambda: Force([1.0], omega_power=None), r"Force\.omega_power: given None: needs a whole"),
+    (lambda: oscillator(sectors="16"), r"System\.sectors: given '16': needs a whole number"),
+    (lambda: oscillator(engine_order=1.5), r"System\.engine_order: given 1\.5: needs a whole"),
+    (lambda: oscillator(contacts=None), r"System\.contacts: given a NoneType: needs a Contacts"),
+    (lambda: oscillator(diameters=[1]), r"System\.diameters: given a list: needs a Mapping"),
+    (lambda: oscillator(force={1: [0.1]}), r"System\.force\[1\]: given a list: needs a Force"),
+    (lambda: oscillator(force={"1": Force([1])}), r"System\.force: given '1': needs a whole numb"),
+    (lambda: oscillator(output_names="mass"), r"System\.output_names: given 'mass': needs a list"),
+    (lambda: oscillator(damping_ratio="1 %"), r"System\.damping_ratio: given '1 %'"),
+    (lambda: oscillator(damping_ratio=[0.1]), r"System\.damping_ratio: given shape \(1,\)"),
+    (lambda: linear_response(oscillator(), [1j]), "frequencies: given complex numbers"),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), NO_SYSTEM)
+def test_what_is_no_system_is_refused_in_one_line(make, message):
+    refused(message, make)
+
+
+def test_each_part_of_a_system_shows_itself_in_one_line():
+    system = oscillator()
+    expected = "Contacts(kn=<1 float64>, kt=<1 x 2 float64>, mu=<1 float64>, v0=<1 float64>, "
+    expected += "joint=(), always_closed=(), slider=<1 x 2 float64>)"
+    assert repr(system.contacts) == expected
+    assert "diameters={0}, contacts=<Contacts>, force={1}, output_names=('mass',)" in repr(system)
+    silent = Diameter(K=[[1]], M=[[1]], C=[[0.02]], own=ROWS)
+    bare = oscillator(diameters={0: silent}, output_names=())
+    assert "output=none, amplitude=none" in repr(frequency_response(bare, 0.1, Options(1)))
+    for shown in (system, system.force[1], system.diameters[0], frequency_response(system, 0.1)):
+        assert "\n" not in repr(shown)
+        assert len(repr(shown)) < 1000
+
+
+def test_a_file_with_arrays_that_do_not_fit_is_named(tmp_path):
+    path = tmp_path / "system.h5"
+    oscillator().save(path)
+    with h5py.File(path, "a") as file:
+        del file["nd/0/K"]
+        file["nd/0/K"] = np.ones(3)
+    refused(r"system\.h5: Diameter\.K: given shape \(3,\)", System.load, path)
+
+
+def test_joints_in_damping_are_kept_checked_and_stuck_in_older_files(tmp_path):
+    given = replace(oscillator(damping_ratio=0.01), damping_joints="open")
+    given.save(tmp_path / "system.h5")
+    assert System.load(tmp_path / "system.h5").damping_joints == "open"
+    with h5py.File(tmp_path / "system.h5", "a") as file:
+        del file["damping"].attrs["joints"]
+    assert System.load(tmp_path / "system.h5").damping_joints == "stuck"
+    with pytest.raises(InputError, match="damping/joints = 'free': allowed are 'open' and 'stuck'"):
+        check(replace(given, damping_joints="free"))
+
+
+def test_the_spring_along_a_displacement_is_its_stiffness_or_else_its_inertia():
+    """Of a coordinate alone K, whatever its factor does to the displacement."""
+    K, M = np.diag([2.0, 0.0]), np.diag([3.0, 5.0])
+    assert spring_along(np.array([1.0, 0.0]), K, M) == 2.0
+    assert spring_along(np.array([2.0, 0.0]), K, M) == 0.5  # of x = u / 2
+    assert spring_along(np.array([0.0, 1j]), K, M) == 5.0
+    assert spring_along(np.zeros(2), K, M) == 0.0

@@ -42,10 +42,10 @@ def cylindrical(part, radial, hoop, axial):
     return np.column_stack([xx, yy, 0 * r + axial, 0 * r, 0 * r, (radial - hoop) * c * s])
 
 
-def orders(record_property, errors):
+def orders(record, errors):
     """Record errors of meshes, each twice as fine as the one before, and return their orders."""
     for n, error in zip(COUNTS, errors, strict=True):
-        record_property(f"{n} elements", f"{error:.2e}")
+        record(f"{n} elements", f"{error:.2e}")
     found = [float(np.log2(a / b)) for a, b in pairwise(errors)]
-    record_property("order", ", ".join(f"{order:.2f}" for order in found))
+    record("order", ", ".join(f"{order:.2f}" for order in found))
     return found

@@ -35,14 +35,14 @@ def effectivity(model, component, free, exact, shift):
     return form / squared[elastic] / true, true
 
 
-def record(record_property, n, found, true):
+def record_mesh(record, n, found, true):
     """Put the figures of a mesh in the page."""
     ratios = ", ".join(f"{e:.2f}" for e in found)
-    record_property(f"{n} rows", f"{ratios} of {true.min() / 2:.2g} to {true.max() / 2:.2g}")
+    record(f"{n} rows", f"{ratios} of {true.min() / 2:.2g} to {true.max() / 2:.2g}")
 
 
 @pytest.mark.parametrize("cell_type", QUADRATIC)
-def test_waves_in_a_free_box(lattice, record_property, cell_type):
+def test_waves_in_a_free_box(lattice, record, cell_type):
     material = Material(E=3.0, nu=0.0, rho=1.0)  # squared speeds: 3 along x, 1.5 across
     sides = np.array([1.0, 0.9, 1.1])
     orders = np.stack(np.meshgrid(*3 * [np.arange(3)], indexing="ij"), -1).reshape(-1, 3)
@@ -51,7 +51,7 @@ def test_waves_in_a_free_box(lattice, record_property, cell_type):
         model = assemble(lattice((n, n, n), lambda p: p * sides, cell_type), material)
         free = np.arange(len(model.part.points))
         found, true = effectivity(model, 0, free, exact, shift=-1.0)
-        record(record_property, n, found, true)
+        record_mesh(record, n, found, true)
         assert found.min() > 0.75
         assert found.max() < MOST[cell_type]
 
@@ -70,11 +70,11 @@ def membrane(lattice, n, cell_type):
 
 
 @pytest.mark.parametrize("cell_type", QUADRATIC)
-def test_drum_with_a_re_entrant_edge(lattice, record_property, cell_type):
+def test_drum_with_a_re_entrant_edge(lattice, record, cell_type):
     material = Material(E=2.6, nu=0.3, rho=1.0)  # unit shear modulus
     for n in (4, 8):
         part, free = membrane(lattice, n, cell_type)
         found, true = effectivity(assemble(part, material), 2, free, DRUM, shift=0.0)
-        record(record_property, n, found, true)
+        record_mesh(record, n, found, true)
         assert found.min() > 0.75
         assert found.max() < MOST[cell_type]

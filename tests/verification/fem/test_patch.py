@@ -54,19 +54,18 @@ def prescribed(part, field):
 
 
 @pytest.mark.parametrize(("cell_type", "sides"), SHAPES)
-def test_constant_strain(patch, record_property, cell_type, sides):
+def test_constant_strain(patch, below, cell_type, sides):
     part = patch(cell_type, sides)
     worst = 0.0
     for i, j in itertools.product(range(3), repeat=2):
         field = np.zeros(part.points.shape)
         field[:, i] = part.points[:, j]
         worst = max(worst, prescribed(part, field))
-    record_property("error", f"{worst:.1e}")
-    assert worst < 1e-13
+    below("error", worst, 1e-13)
 
 
 @pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron27"])
-def test_pure_bending(patch, record_property, cell_type):
+def test_pure_bending(patch, below, cell_type):
     # σ_xx = E y alone: a quadratic displacement without body force (Love, art. 88). Elements with
     # straight sides hold all quadratic fields, except for the 20-node hexahedron, which loses
     # them where it is no parallelepiped.
@@ -78,11 +77,10 @@ def test_pure_bending(patch, record_property, cell_type):
         field = np.empty(part.points.shape)
         field[:, axes] = np.array(bent).T
         worst = max(worst, prescribed(part, field))
-    record_property("error", f"{worst:.1e}")
-    assert worst < 1e-13
+    below("error", worst, 1e-13)
 
 
-def test_bending_leaves_the_distorted_20_node_hexahedron(patch, record_property, lattice):
+def test_bending_leaves_the_distorted_20_node_hexahedron(patch, record, below, lattice):
     def bending(part):
         x, y, z = part.points.T
         bent = [x * y, -(x**2 + STEEL.nu * (y**2 - z**2)) / 2, -STEEL.nu * y * z]
@@ -92,14 +90,13 @@ def test_bending_leaves_the_distorted_20_node_hexahedron(patch, record_property,
     sheared = lattice(
         (3, 3, 3), lambda p: SIZE * p @ [[1, 0.3, 0], [0, 1, 0.2], [0.1, 0, 1]], "hexahedron20"
     )
-    record_property("error, distorted", f"{distorted:.1e}")
-    record_property("error, parallelepipeds", f"{bending(sheared):.1e}")
-    assert bending(sheared) < 1e-13
+    record("error, distorted", f"{distorted:.1e}")
+    below("error, parallelepipeds", bending(sheared), 1e-13)
     assert 1e-6 < distorted < 1e-2
 
 
 @pytest.mark.parametrize(("cell_type", "sides"), SHAPES)
-def test_only_rigid_motions_carry_no_energy(patch, record_property, cell_type, sides):
+def test_only_rigid_motions_carry_no_energy(patch, record, below, cell_type, sides):
     # One element alone: a seventh motion without energy would be a fault of its quadrature.
     part = patch(cell_type, sides)
     rank = []
@@ -110,19 +107,18 @@ def test_only_rigid_motions_carry_no_energy(patch, record_property, cell_type, s
         values = scipy.linalg.eigvalsh(assemble(alone, STEEL).K.toarray())
         rank.append([np.abs(values[:6]).max() / values[-1], values[6] / values[-1]])
     zero, lowest = np.max(rank, axis=0)[0], np.min(rank, axis=0)[1]
-    record_property("elements", len(rank))
-    record_property("six energies below", f"{zero:.1e}")
-    record_property("the seventh above", f"{lowest:.1e}")
-    assert zero < 1e-14
+    record("elements", len(rank))
+    below("six energies below", zero, 1e-14)
+    record("the seventh above", f"{lowest:.1e}")
     assert lowest > 1e-5
     model = assemble(part, STEEL)
     values, _ = eigenpairs(model.K, model.M, 8, shift=-1e8)
-    record_property("free block: ω² of six motions / the next", f"{abs(values[5]) / values[6]:.1e}")
+    record("free block: ω² of six motions / the next", f"{abs(values[5]) / values[6]:.1e}")
     assert np.abs(values[:6]).max() < 1e-9 * values[6]
 
 
 @pytest.mark.parametrize(("cell_type", "sides"), SHAPES)
-def test_mass_and_moments_of_a_box(patch, record_property, cell_type, sides):
+def test_mass_and_moments_of_a_box(patch, record, cell_type, sides):
     # Fields 1 and x are the elements' own, so that uᵀ M u is the volume's integral, exact where
     # the quadrature is: not for second moments in distorted hexahedra with 8 nodes (of degree 4
     # in each coordinate, beyond its two points), nor with curved sides.
@@ -143,7 +139,7 @@ def test_mass_and_moments_of_a_box(patch, record_property, cell_type, sides):
         errors["centre"] = max(errors["centre"], first)
         errors["inertia"] = max(errors["inertia"], abs(spin @ model.M @ spin / inertia - 1))
     for name, error in errors.items():
-        record_property(name, f"{error:.1e}")
+        record(name, f"{error:.1e}")
     assert errors["mass"] < 1e-13
     if sides == "straight":
         assert errors["centre"] < 1e-13

@@ -15,6 +15,7 @@ from numpy.polynomial import Legendre
 from scipy.optimize import brentq
 
 from tests.conftest import FULL
+from tests.verification.conftest import lowest_frequencies
 from vanelock.fem import Material
 
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
@@ -25,9 +26,7 @@ def thick_plate(lattice, n, layers):
     return lattice((n, n, layers), lambda p: (p - [0, 0, 0.5]) * [SIDE, SIDE, 1], "hexahedron20")
 
 
-def test_fv52_solid_square_plate_on_its_lower_edges(
-    lattice, lowest_frequencies, compare, record_property
-):
+def test_fv52_solid_square_plate_on_its_lower_edges(lattice, compare, record):
     # A solid cannot be supported along a line: where u_z is held on the four lower edges alone,
     # each refinement lets it sink deeper there, and there is no limit to compare with. The
     # published frequencies are those of one mesh, 4 x 4 x 1 elements of 20 nodes (as in V2.03.502
@@ -44,7 +43,7 @@ def test_fv52_solid_square_plate_on_its_lower_edges(
         first.append(found[3])
         if n == 4:
             compare(targets, found[3:], -1e-4, 1e-3)
-    record_property("first, mesh halved twice", ", ".join(f"{f:.3f} Hz" for f in first))
+    record("first, mesh halved twice", ", ".join(f"{f:.3f} Hz" for f in first))
     steps = -np.diff(first)
     assert np.all(steps > 0)
     assert np.all(steps[1:] > 0.4 * steps[0])  # of a converging sequence, less than a quarter
@@ -89,9 +88,7 @@ def exact_thick_plate(top):
     return np.sort([f for f in found if 0 < f < top])
 
 
-def test_simply_supported_thick_plate_against_exact_elasticity(
-    lattice, lowest_frequencies, compare
-):
+def test_simply_supported_thick_plate_against_exact_elasticity(lattice, compare):
     # The plate of FV21 with whole edges held. Mindlin's plate (its targets) lies below the solid.
     order = [(1, 1), (1, 2), (2, 2), (1, 3), (2, 3)]
     bending = [rayleigh_lamb(np.pi / SIDE * np.hypot(*mn), True, 270.0)[0] for mn in order]
@@ -136,7 +133,7 @@ def kirchhoff(clamped, terms=14):
     ("free", [1.622, 2.360, 2.922, 4.233, 4.233, 7.416]),
     ("cantilevered", [0.421, 1.029, 2.582, 3.306, 3.753, 6.555]),
 ], ids=["FV12", "FV16"])  # fmt: skip
-def test_thin_square_plate(lattice, lowest_frequencies, compare, support, targets):
+def test_thin_square_plate(lattice, compare, support, targets):
     # Half the thickness of a solid 200 times as wide as thick. Some targets lie up to 1 % above
     # the converged thin plate.
     part = lattice((16, 16, 1), lambda p: p * [SIDE, SIDE, 0.025], "hexahedron27")
@@ -183,7 +180,7 @@ def mindlin_rhombus(terms=10):
     return np.sqrt(values) / (2 * np.pi)
 
 
-def test_fv22_clamped_thick_rhombic_plate(lattice, lowest_frequencies, compare):
+def test_fv22_clamped_thick_rhombic_plate(lattice, compare):
     # Half the thickness, in bending. Beside a clamped edge Mindlin's plate may grow thicker and
     # thinner; the solid may not, and is stiffer. The targets are within 1 % of that theory; the
     # sixth, that of a mesh, 2.2 % above it.

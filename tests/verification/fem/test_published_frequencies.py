@@ -12,12 +12,13 @@ import scipy.linalg
 from scipy.optimize import brentq
 from scipy.special import spherical_jn, spherical_yn
 
+from tests.verification.conftest import lowest_frequencies
 from vanelock.fem import Material, assemble, modes
 
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
 
 
-def test_fv32_cantilevered_tapered_membrane(lattice, lowest_frequencies, compare):
+def test_fv32_cantilevered_tapered_membrane(lattice, compare):
     # Half the thickness, whose middle plane stays plane: plane stress. The targets are those of
     # 16 x 8 eight-node quadrilaterals, not the limit: a finer mesh goes below them, slowly, as
     # the stress at the corners of the clamp is infinite.
@@ -55,9 +56,7 @@ def hutchinson_square(nu):
     ("torsion", [71.20, 213.61], {"y0": "xz", "z0": "xy"}, 0.001),
     ("extension", [125.00], {"y0": "y", "z0": "z"}, 0.001),
 ], ids=["flexure", "torsion", "extension"])  # fmt: skip
-def test_fv5_deep_simply_supported_beam(
-    lattice, lowest_frequencies, compare, motion, targets, held, within
-):
+def test_fv5_deep_simply_supported_beam(lattice, compare, motion, targets, held, within):
     # A quarter of the section, parted by its symmetries. The targets are those of the issue of
     # 1989: Saint-Venant's torsion, a slender rod (the section's contraction lowers the solid) and
     # Timoshenko's beam with Cowper's shear coefficient, which long waves in a solid exceed.

@@ -28,18 +28,18 @@ def lame_error(lattice, cell_type, n, warp):
 @pytest.mark.parametrize("warp", [0.0, 0.05], ids=["regular", "distorted"])
 @pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
 def test_stress_of_a_thick_cylinder_converges_with_the_square_of_the_size(
-    lattice, cell_type, warp, record_property
+    lattice, cell_type, warp, record
 ):
     # Lamé's solution in plane strain, largest error of any component at any node.
     errors = [lame_error(lattice, cell_type, n, warp) for n in COUNTS]
-    found = orders(record_property, errors)
+    found = orders(record, errors)
     assert errors[1] < 0.02
     assert min(found) > 1.5  # on the way to 2
     assert found[-1] > (1.75 if FULL else 1.5)
 
 
 @pytest.mark.parametrize("cell_type", ["tetra10", "hexahedron20", "hexahedron27"])
-def test_gauge_on_a_cantilever(lattice, cell_type, record_property):
+def test_gauge_on_a_cantilever(lattice, cell_type, record):
     # Tip force F on length L, width b, height h: strain 6 F (L - x) / (E b h²) on the upper side,
     # -ν of it across, away from the clamp and the force's ends.
     L, b, h, E, nu, F = 0.3, 0.02, 0.01, 200e9, 0.3, 50.0
@@ -58,7 +58,7 @@ def test_gauge_on_a_cantilever(lattice, cell_type, record_property):
             found = gauge(part, [x, 0.4 * b, h], direction, length=2e-3).strain(u)
             worst[name] = max(worst[name], abs(found / (factor * expected) - 1))
     for name, error in worst.items():
-        record_property(f"error {name}", f"{error:.1e}")
+        record(f"error {name}", f"{error:.1e}")
     assert max(worst.values()) < (5e-3 if cell_type == "tetra10" else 1e-4)
 
 
@@ -80,7 +80,7 @@ MODES = [("free", 5), ("closed", 5), ("closed", 40)]
 
 @pytest.mark.parametrize(("interlock", "modes"), MODES if FULL else MODES[:2])
 def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(
-    scene, reduced, interlock, modes, record_property
+    scene, reduced, interlock, modes, record
 ):
     # Second mode of ND 1, both models' shapes mass-normalised; the phase is free. By Rayleigh's
     # quotient the squared error of the stresses, in energy, is the error of ω².
@@ -114,8 +114,8 @@ def test_strains_of_the_reduced_vane_are_those_of_the_unreduced(
     of_gauges = np.abs(reduced - expected).max() / np.abs(expected).max()
     s, exact = phase * recovery.stress(q, 1), stress(vane, truth)
     of_field = np.linalg.norm(s - exact) / np.linalg.norm(exact)
-    record_property("gauges", f"{of_gauges:.1e} of the largest strain")
-    record_property("stress at nodes, rms", f"{of_field:.1e}")
-    record_property("frequency", f"{of_frequency:.1e}")
+    record("gauges", f"{of_gauges:.1e} of the largest strain")
+    record("stress at nodes, rms", f"{of_field:.1e}")
+    record("frequency", f"{of_frequency:.1e}")
     assert of_frequency > 0
     assert max(of_gauges, of_field) < np.sqrt(2 * of_frequency)

@@ -10,6 +10,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import FULL
+from tests.verification.conftest import (
+    lowest_frequencies,
+    seen_by_a_sector,
+    waves_between_diaphragms,
+    waves_within,
+)
 from vanelock.fem import Material, assemble, modes
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
@@ -29,9 +35,7 @@ def extension(n, radius):
 
 
 @pytest.mark.parametrize("nodal_diameter", range(7) if FULL else (3, 6))
-def test_ring_in_plane_strain(
-    hollow_cylinder, lowest_frequencies, cylinder_waves, record_property, nodal_diameter
-):
+def test_ring_in_plane_strain(hollow_cylinder, record, nodal_diameter):
     # The thin ring's own error falls with the square of thickness / radius.
     sectors, radius = 12, 0.5
     difference = []
@@ -40,9 +44,9 @@ def test_ring_in_plane_strain(
         top = 1.2 * extension(nodal_diameter, radius)
 
         def of_order(n, walls=walls, top=top):
-            return cylinder_waves.within(walls, n, 0.0, top, STEEL, "plane")
+            return waves_within(walls, n, 0.0, top, STEEL, "plane")
 
-        reference = cylinder_waves.seen_by_a_sector(nodal_diameter, sectors, of_order)
+        reference = seen_by_a_sector(nodal_diameter, sectors, of_order)
         part = hollow_cylinder((2, 12, 1), walls, 0.05, sectors)
         found = lowest_frequencies(part, STEEL, len(reference), nodal_diameter, body="z")
         elastic = reference > 0
@@ -61,7 +65,7 @@ def test_ring_in_plane_strain(
         for name, target, right, it in zip(
             ("extension", "bending"), theory, nearest, mine, strict=False
         ):
-            record_property(
+            record(
                 f"thickness / radius {ratio:g}, {name}",
                 f"theory {target:.2f} Hz, exact {right:.2f} Hz ({target / right - 1:+.1e}), "
                 f"found {it:.2f} Hz ({it / right - 1:+.1e})",
@@ -89,9 +93,7 @@ def fluegge(n, half_waves, radius, thickness, length):
 
 
 @pytest.mark.parametrize("nodal_diameter", range(7) if FULL else (0, 3))
-def test_thin_shell_between_diaphragms(
-    hollow_cylinder, lowest_frequencies, cylinder_waves, record_property, nodal_diameter
-):
+def test_thin_shell_between_diaphragms(hollow_cylinder, record, nodal_diameter):
     sectors, radius, length = 12, 0.5, 1.0
     difference = []
     for ratio in (0.1, 0.05):
@@ -101,12 +103,12 @@ def test_thin_shell_between_diaphragms(
         def of_theory(n, thickness=thickness):
             return [fluegge(n, m, radius, thickness, length)[0] for m in (1, 2, 3)]
 
-        theory = cylinder_waves.seen_by_a_sector(nodal_diameter, sectors, of_theory)[:2]
+        theory = seen_by_a_sector(nodal_diameter, sectors, of_theory)[:2]
 
         def of_solid(n, walls=walls, top=1.01 * theory[-1]):
-            return cylinder_waves.between_diaphragms(walls, n, length, top, STEEL)
+            return waves_between_diaphragms(walls, n, length, top, STEEL)
 
-        reference = cylinder_waves.seen_by_a_sector(nodal_diameter, sectors, of_solid)
+        reference = seen_by_a_sector(nodal_diameter, sectors, of_solid)
         reference = reference[reference > 0][:2]
         part = hollow_cylinder((2, 8, 8), walls, length, sectors)
         found = lowest_frequencies(part, STEEL, 3, nodal_diameter, ends="xy")
@@ -114,7 +116,7 @@ def test_thin_shell_between_diaphragms(
         np.testing.assert_allclose(found, reference, rtol=2e-3)
         assert np.all(found > reference)
         difference.append(theory[0] / reference[0] - 1)
-        record_property(
+        record(
             f"thickness / radius {ratio:g}",
             f"Flügge {theory[0]:.2f} Hz, exact {reference[0]:.2f} Hz ({difference[-1]:+.1e}), "
             f"found {found[0]:.2f} Hz ({found[0] / reference[0] - 1:+.1e})",
@@ -124,7 +126,7 @@ def test_thin_shell_between_diaphragms(
 
 
 @pytest.mark.parametrize("nodal_diameter", range(9) if FULL else (2, 8))
-def test_thin_ring_of_square_section(lattice, record_property, nodal_diameter):
+def test_thin_ring_of_square_section(lattice, record, nodal_diameter):
     # Love, Theory of Elasticity, art. 293, inextensible ring: in its plane
     # n² (n² - 1)² / (n² + 1), out of it n² (n² - 1)² / (n² + EI / GJ).
     sectors, radius, n = 16, 0.5, nodal_diameter
@@ -145,7 +147,7 @@ def test_thin_ring_of_square_section(lattice, record_property, nodal_diameter):
         rigid = {0: 2, 1: 2}.get(n, 0)  # of a free ring
         assert np.count_nonzero(found.frequency < 1e-3 * unit) == rigid
         if rigid:
-            record_property(f"side / radius {side / radius:g}", f"{rigid} rigid motions")
+            record(f"side / radius {side / radius:g}", f"{rigid} rigid motions")
             continue
         bending = n**2 * (n**2 - 1) ** 2
         theory = unit * np.sqrt([bending / (n**2 + torsion), bending / (n**2 + 1)])
@@ -157,9 +159,7 @@ def test_thin_ring_of_square_section(lattice, record_property, nodal_diameter):
         assert share[step] < 0.05
         difference.append(theory / mine - 1)
         for name, f, d in zip(("out of plane", "in plane"), mine, difference[-1], strict=True):
-            record_property(
-                f"side / radius {side / radius:g}, {name}", f"found {f:.3f} Hz, theory {d:+.1e}"
-            )
+            record(f"side / radius {side / radius:g}, {name}", f"found {f:.3f} Hz, theory {d:+.1e}")
     if difference:
         assert np.all(np.abs(difference[1]) < 4e-4 * n**2)
         np.testing.assert_allclose(np.log2(np.divide(*difference)), 2, atol=0.25)

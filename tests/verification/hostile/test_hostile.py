@@ -128,7 +128,7 @@ def universal_file(path: Path) -> bytes:
     return path.read_bytes()
 
 
-def test_studies(trial, tmp_path, record_property):
+def test_studies(trial, tmp_path, record):
     """Studies with every table of the schema, and the files of measured curves that they name."""
     paper = (ROOT / "examples" / "paper" / "study.toml").read_text()
     seeds = [text.encode() for text in (template_text(all_keys=True), paper, *STUDIES)]
@@ -145,7 +145,7 @@ def test_studies(trial, tmp_path, record_property):
         for name, content in files.items():
             (tmp_path / name).write_bytes(content)
         trial.check(f"study {i}", tmp_path, "study.toml")
-    trial.report(record_property)
+    trial.report(record)
 
 
 @pytest.fixture
@@ -178,7 +178,7 @@ def meshes(tmp_path, lattice, write_mesh):
 ENDINGS = [".inp", ".bdf", ".msh", ".gmsh.msh", ".vtu", ".vtk", ".hexa.inp", ".hexa.bdf", ".cdb"]
 
 
-def test_meshes(trial, meshes, record_property):
+def test_meshes(trial, meshes, record):
     """Meshes of both parts, read and matched."""
     folders = [meshes(ending) for ending in ENDINGS]
     for folder, _ in folders:
@@ -190,7 +190,7 @@ def test_meshes(trial, meshes, record_property):
         path.write_bytes(mutations.mutated(random, whole, mutations.MESH))
         trial.check(f"mesh {i}", folder, "study.toml")
         path.write_bytes(whole)
-    trial.report(record_property)
+    trial.report(record)
 
 
 SCENE = """fixed = [11]
@@ -239,12 +239,12 @@ def scenes(folder: Path) -> list[Path]:
     return found
 
 
-def test_matrices(trial, tmp_path, record_property):
+def test_matrices(trial, tmp_path, record):
     """Scenes and their matrices, labels and node lists; some that pass are run as a whole."""
     folders, passed = scenes(tmp_path), 0
     usable = [f for f in folders if trial.run(["check", "scene.toml"], f).faults((0,)) == []]
     assert len(usable) >= len(folders) - 3
-    record_property("formats", str(len(usable)))
+    record("formats", str(len(usable)))
     for i, random in trial.numbered("matrix"):
         folder = usable[i % len(usable)]
         files = sorted(path for path in folder.iterdir() if path.is_file())
@@ -264,7 +264,7 @@ def test_matrices(trial, tmp_path, record_property):
             trial.judge(f"matrix {i} run", ran, folder, most=COMPUTING)
             shutil.rmtree(folder / "out", ignore_errors=True)
         path.write_bytes(whole)
-    trial.report(record_property)
+    trial.report(record)
 
 
 @pytest.fixture
@@ -288,7 +288,7 @@ def ran(server, tmp_path, lattice, write_mesh):
     return tmp_path
 
 
-def test_results(trial, ran, record_property):
+def test_results(trial, ran, record):
     """Results of a run, checked and compared, and systems from elsewhere."""
     work, out, comparison = ran / "work", ran / "work" / "out", ["compare", "a", "b", "-o", "out"]
     for name in "ab":
@@ -310,4 +310,4 @@ def test_results(trial, ran, record_property):
             wrong.append("a script in the page")
         trial.judge(f"results {i}", compared, work, *wrong)
         shutil.rmtree(out, ignore_errors=True)
-    trial.report(record_property)
+    trial.report(record)

@@ -72,7 +72,7 @@ def whole(study: Path) -> Path:
 
 
 def test_killed_runs_end_at_the_bits_of_one_that_was_not(
-    study: Path, whole: Path, record_property: Callable[[str, object], None]
+    study: Path, whole: Path, record: Callable[[str, object], None]
 ) -> None:
     rng = np.random.default_rng(SEED)
     victim = Victim(study, study.parent / "killed")
@@ -88,15 +88,15 @@ def test_killed_runs_end_at_the_bits_of_one_that_was_not(
                 victim.forget(prefix)
             tries += 1
             assert tries < 12 + 4 * EACH, f"{name}: {tries} kills did not hit it"
-        record_property(name, victim.hits[name])
+        record(name, victim.hits[name])
     victim.finish(whole)
-    record_property("kills in all", victim.kills)
-    record_property("seed", SEED)
-    record_property("datasets and attributes compared", len(killing.numbers(whole / "results.h5")))
+    record("kills in all", victim.kills)
+    record("seed", SEED)
+    record("datasets and attributes compared", len(killing.numbers(whole / "results.h5")))
 
 
 def test_killed_while_a_file_is_written(
-    study: Path, whole: Path, record_property: Callable[[str, object], None]
+    study: Path, whole: Path, record: Callable[[str, object], None]
 ) -> None:
     rng = np.random.default_rng(SEED + 1)
     victim = Victim(study, study.parent / "cut")
@@ -112,8 +112,8 @@ def test_killed_while_a_file_is_written(
             tries += 1
             if name == "points" and tries % 2:
                 victim.tear(rng)
-        record_property(name, victim.hits[name])
+        record(name, victim.hits[name])
         assert victim.hits[name] >= EACH
     victim.finish(whole)
-    record_property("kills in all", victim.kills)
-    record_property("seed", SEED + 1)
+    record("kills in all", victim.kills)
+    record("seed", SEED + 1)

@@ -67,17 +67,17 @@ def reason(line):
     return next((name for name in names if name in NAMES), "")
 
 
-def test_each_is_meshed_or_refused_by_name(outcomes, meshed, record_property):
+def test_each_is_meshed_or_refused_by_name(outcomes, meshed, record):
     refused = [each["refused"] for each in outcomes if each.get("refused")]
-    record_property("drawn", str(len(outcomes)))
-    record_property("meshed", str(len(meshed)))
-    record_property("refused", str(len(refused)))
+    record("drawn", str(len(outcomes)))
+    record("meshed", str(len(meshed)))
+    record("refused", str(len(refused)))
     said = [message.replace("\n", "; ").split("; ") for message in refused]
     named = [list(filter(None, map(reason, lines))) for lines in said]
     counts = Counter(chain.from_iterable(named)).most_common()
-    record_property("refused for", ", ".join(f"{name} {count}" for name, count in counts))
-    record_property("longest", f"{max(each.get('seconds', 0.0) for each in outcomes):.1f} s")
-    record_property("processor time", f"{sum(each.get('busy', 0.0) for each in outcomes):.0f} s")
+    record("refused for", ", ".join(f"{name} {count}" for name, count in counts))
+    record("longest", f"{max(each.get('seconds', 0.0) for each in outcomes):.1f} s")
+    record("processor time", f"{sum(each.get('busy', 0.0) for each in outcomes):.0f} s")
     assert [each for each in outcomes if "failed" in each] == []
     assert len(meshed) + len(refused) == len(outcomes)
     assert all(named)
@@ -97,30 +97,27 @@ def test_surfaces_are_closed_with_a_handle_between_aerofoils(meshed):
 @pytest.mark.parametrize(
     "what", ["mates", "interlock", "faces", "patches", "interlock patches", "weights"]
 )
-def test_what_meets_matches(meshed, what, record_property):
+def test_what_meets_matches(meshed, what, below):
     largest = max(each[what] for each in meshed)
-    record_property("largest difference, of the radius", f"{largest:.1e}")
-    assert largest < 1e-12
+    below("largest difference, of the radius", largest, 1e-12)
 
 
 @pytest.mark.parametrize("part", ["vane", "casing"])
-def test_elements_are_sound(meshed, part, record_property):
+def test_elements_are_sound(meshed, part, record):
     index = ("vane", "casing").index(part)
     sicn = sorted(each["sicn"][index] for each in meshed)
     jacobian = min(each["jacobian"][index] for each in meshed)
-    record_property("smallest SICN", f"{sicn[0]:.4f}")
-    record_property("below 0.05", f"{sum(value < 0.05 for value in sicn)} of {len(sicn)}")
-    record_property("median", f"{sicn[len(sicn) // 2]:.3f}")
-    record_property("smallest Jacobian of a straight element's", f"{jacobian:.3f}")
+    record("smallest SICN", f"{sicn[0]:.4f}")
+    record("below 0.05", f"{sum(value < 0.05 for value in sicn)} of {len(sicn)}")
+    record("median", f"{sicn[len(sicn) // 2]:.3f}")
+    record("smallest Jacobian of a straight element's", f"{jacobian:.3f}")
     assert jacobian > 0
     assert sicn[0] > 0.03
 
 
 @pytest.mark.parametrize(("part", "most"), [("vane", 5e-3), ("casing", 5e-4)])
-def test_meshes_fill_the_geometry(meshed, part, most, record_property):
+def test_meshes_fill_the_geometry(meshed, part, most, record):
     index = ("vane", "casing").index(part)
     differences = [each["volume"][index] for each in meshed]
-    record_property(
-        "volume against the CAD's", f"{min(differences):+.1e} to {max(differences):+.1e}"
-    )
+    record("volume against the CAD's", f"{min(differences):+.1e} to {max(differences):+.1e}")
     assert max(map(abs, differences)) < most

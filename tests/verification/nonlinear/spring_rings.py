@@ -10,6 +10,7 @@ import numpy as np
 import scipy.linalg as la
 
 from tests.conftest import FULL
+from tests.nonlinear.systems import proportional
 from vanelock.nonlinear import SLIP, SLIP_OPEN, Options, System, frequency_response, linear_response
 from vanelock.rom.system.system import Contacts, Diameter, Force
 
@@ -55,8 +56,7 @@ def assembled(seed):
     B = np.einsum("ij,cem->icejm", np.eye(N), own) + np.einsum("ij,cem->icejm", following, beyond)
     B = B.reshape(-1, N * MASSES)
     stiffness = np.tile(np.column_stack([contacts.kn, contacts.kt]).ravel(), N)
-    omega2, V = la.eigh(K + (B.T * stiffness) @ B, M)
-    return K, M, B, stiffness, M @ (V * (0.03 * np.sqrt(omega2))) @ V.T @ M
+    return K, M, B, stiffness, proportional(K + (B.T * stiffness) @ B, M, 0.015)
 
 
 def spring_ring(seed, force=1.0):
@@ -117,13 +117,6 @@ def search(seed):
         if kind and ratio < found.get(kind, (np.inf,))[0]:
             found[kind] = ratio, force, response.frequency[top]
     return found
-
-
-def harmonics_of(history, harmonics):
-    """Coefficients (H + 1, ...) of one period's samples."""
-    q = np.fft.rfft(history, axis=0)[: harmonics + 1] / len(history)
-    q[1:] *= 2
-    return q
 
 
 @dataclass

@@ -87,7 +87,7 @@ LARGE = [
     ids=lambda value: getattr(value, "__name__", None),
 )
 def test_nodal_diameters_share_the_modes_of_the_ring(
-    lattice, record_property, sector, sectors, cell_type, fixed
+    lattice, record, below, sector, sectors, cell_type, fixed
 ):
     part = sector(lattice, sectors, cell_type, fixed)
     one, ring = assemble(part, STEEL), assemble(whole_ring(part)[0], STEEL)
@@ -104,17 +104,16 @@ def test_nodal_diameters_share_the_modes_of_the_ring(
     order = np.argsort(np.concatenate(found))
     together = np.repeat(np.concatenate(found)[order], np.concatenate(times)[order])[:count]
     difference = np.abs(together - exact[:count]) / np.maximum(exact[:count], scale)
-    record_property("dofs of the ring", int(ring.K.shape[0]))
-    record_property("nodal diameters", f"0 to {half}")
+    record("dofs of the ring", int(ring.K.shape[0]))
+    record("nodal diameters", f"0 to {half}")
     below = [int(np.count_nonzero(values <= together[-1] * (1 + 1e-12))) for values in found]
-    record_property("frequencies of each", ", ".join(map(str, below)))
-    record_property("difference of ω²", f"{difference.max():.1e}")
-    assert difference.max() < 1e-9
+    record("frequencies of each", ", ".join(map(str, below)))
+    below("difference of ω²", difference.max(), 1e-9)
     assert min(below) > 0
 
 
 @pytest.mark.parametrize("sectors", [5, 6, 8] if FULL else [5, 6])
-def test_each_mode_of_the_ring_moves_at_one_nodal_diameter(lattice, record_property, sectors):
+def test_each_mode_of_the_ring_moves_at_one_nodal_diameter(lattice, record, below, sectors):
     # The ring's own eigenspaces, each projected on the waves of every nodal diameter: trace 2 at
     # one between 0 and N/2, 1 at 0 or N/2, and none elsewhere.
     part = bladed_sector(lattice, sectors, "tetra10", fixed=True)
@@ -146,9 +145,8 @@ def test_each_mode_of_the_ring_moves_at_one_nodal_diameter(lattice, record_prope
         alone = modes(assemble(part, STEEL), 25, k).frequency
         f = np.sqrt(values[group]) / (2 * np.pi)
         worst = max(worst, float(np.min(np.abs(alone - f[:, None]), axis=1).max() / f[0]))
-    record_property("modes alone (ND 0 and N/2)", counted[1])
-    record_property("pairs", counted[2])
-    record_property("departure", f"{worst:.1e}")
-    assert worst < 1e-7
+    record("modes alone (ND 0 and N/2)", counted[1])
+    record("pairs", counted[2])
+    below("departure", worst, 1e-7)
     assert counted[1] > 1
     assert counted[2] > 4

@@ -7,13 +7,13 @@ import pytest
 import scipy.linalg as la
 
 from tests.conftest import FULL
+from tests.nonlinear.systems import coefficients, solved_response
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
     MASSES,
     RINGS,
     FollowedRing,
     assembled,
-    harmonics_of,
     spring_ring,
     springs,
     worst_of,
@@ -27,7 +27,6 @@ from vanelock.nonlinear import (
     Options,
     SectorModes,
     System,
-    frequency_response,
     ring_response,
     whitehead,
 )
@@ -49,15 +48,14 @@ def kinds_of(seeds):
     return [(seed, kind) for seed in seeds for kind in worst_of(seed)]
 
 
-def test_ring_of_alike_sectors_is_one_sector(record_property):
+def test_ring_of_alike_sectors_is_one_sector(record, below):
     worst, count = 0.0, 0
     for seed, kind in kinds_of(SEEDS):
         system, frequency = worst_ring(seed, kind)
         hertz = frequency + np.array([-0.02, -0.01, 0.0, 0.01])
         options = Options(5, tolerance=1e-12)
-        one = frequency_response(system, hertz, options, find_jumps=False)
+        one = solved_response(system, hertz, options)
         ring = ring_response(system, hertz, Mistuning(system.sectors), options)
-        assert one.converged.all()
         assert ring.converged.all()
         turn = np.outer(np.arange(6), np.arange(system.sectors)) * system.engine_order
         lag = np.exp(-2j * np.pi * turn / system.sectors)[:, :, None, None]
@@ -66,9 +64,8 @@ def test_ring_of_alike_sectors_is_one_sector(record_property):
             apart = np.abs(getattr(ring, of) - lag * own).max() / np.abs(own[:, 1:]).max()
             worst = max(worst, apart)
         count += len(hertz)
-    record_property("points", count)
-    record_property("largest difference", f"{worst:.1e}")
-    assert worst < 1e-10
+    record("points", count)
+    below("largest difference", worst, 1e-10)
 
 
 def held(system):
@@ -78,7 +75,7 @@ def held(system):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_linear_ring_is_that_of_dense_matrices(seed, record_property):
+def test_linear_ring_is_that_of_dense_matrices(seed, below):
     system = held(spring_ring(seed, 0.1))
     N, order = RINGS[seed % len(RINGS)]
     K, M, B, stiffness, C = assembled(seed)
@@ -114,8 +111,7 @@ def test_linear_ring_is_that_of_dense_matrices(seed, record_property):
             pulled = springy * (B @ one + (offset if h == 0 else 0.0))
             missed = np.abs(found.force[i, h].reshape(-1) - pulled).max() / np.abs(pulled).max()
             worst = max(worst, apart, missed)
-    record_property("largest difference", f"{worst:.1e}")
-    assert worst < 1e-10
+    below("largest difference", worst, 1e-10)
 
 
 def oscillators(sectors, order, coupling, damping):
@@ -151,7 +147,7 @@ def worst_pattern(sectors, order, coupling):
 
 @pytest.mark.parametrize("sectors", [4, 6, 10, 16, 30] if FULL else [6])
 @pytest.mark.parametrize("side", [0, 1])
-def test_worst_pattern_reaches_whiteheads_bound(sectors, side, record_property):
+def test_worst_pattern_reaches_whiteheads_bound(sectors, side, record):
     order, coupling, damping = side * sectors // 2, 0.02, 1e-6
     system, modes = oscillators(sectors, order, coupling, damping)
     pattern = worst_pattern(sectors, order, coupling)
@@ -161,12 +157,12 @@ def test_worst_pattern_reaches_whiteheads_bound(sectors, side, record_property):
     found = ring_response(system, hertz, mistuning, Options(1))
     assert found.converged.all()
     ratio = found.amplification[:, 0, 0]
-    record_property("amplification over the bound", f"{ratio.max() / whitehead(sectors):.4f}")
+    record("amplification over the bound", f"{ratio.max() / whitehead(sectors):.4f}")
     assert ratio.argmax() == 0
     assert 0.99 < ratio.max() / whitehead(sectors) < 1 + 1e-3
 
 
-def test_no_pattern_exceeds_whiteheads_bound(record_property):
+def test_no_pattern_exceeds_whiteheads_bound(record):
     rng, closest = np.random.default_rng(7), 0.0
     for _ in range(200 if FULL else 10):
         sectors = int(rng.integers(3, 13))
@@ -181,7 +177,7 @@ def test_no_pattern_exceeds_whiteheads_bound(record_property):
         found = ring_response(system, np.sort(peaks), mistuning, Options(1))
         assert found.converged.all()
         closest = max(closest, found.amplification[:, 0, 0].max() / whitehead(sectors))
-    record_property("largest amplification over the bound", f"{closest:.3f}")
+    record("largest amplification over the bound", f"{closest:.3f}")
     assert closest < 1 + 1e-4
 
 
@@ -202,11 +198,11 @@ def settled(ring, output, periods, harmonics):
     """Harmonics of all masses in the last of some periods, from a motion (H + 1, N n)."""
     z = ring.followed(ring.start(output)[0], periods * ring.steps)
     history, z = ring.period(z)
-    return harmonics_of(history, harmonics), np.abs(z[: history.shape[1]] - history[0]).max()
+    return coefficients(history, harmonics), np.abs(z[: history.shape[1]] - history[0]).max()
 
 
 @pytest.mark.parametrize("kind", ["slip", "lift"])
-def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
+def test_ring_in_time_settles_on_the_unlike_answer(kind, record):
     seeds = range(12) if FULL else {"slip": (0,), "lift": (4,)}[kind]
     apart: dict[int, list[float]] = {256: [], 512: []} if FULL else {512: []}
     left = rings = 0
@@ -219,7 +215,7 @@ def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
         mistuning = drawn(system, seed, 0.1)
         found = ring_response(system, [frequency], mistuning, Options(9))
         assert found.converged.all()
-        alike = frequency_response(system, [frequency], Options(9), find_jumps=False)
+        alike = solved_response(system, [frequency], Options(9))
         differs = np.abs(found.amplitude[0] / alike.amplitude[0] - 1).max()
         assert differs > 0.01
         output = found.output[0].reshape(10, -1)
@@ -234,15 +230,15 @@ def test_ring_in_time_settles_on_the_unlike_answer(kind, record_property):
             continue
         for steps, error in zip(apart, errors, strict=True):
             apart[steps].append(error)
-    record_property("rings", rings)
-    record_property("not steady in time", left)
+    record("rings", rings)
+    record("not steady in time", left)
     for steps, each in apart.items():
-        record_property(f"largest difference, {steps} steps a period", f"{max(each):.1e}")
+        record(f"largest difference, {steps} steps a period", f"{max(each):.1e}")
     assert left <= 0.25 * rings
     assert max(apart[512]) < 2e-3
 
 
-def test_turned_pattern_turns_the_answer(record_property):
+def test_turned_pattern_turns_the_answer(below):
     worst = 0.0
     for seed, kind in kinds_of(SEEDS):
         system, frequency = worst_ring(seed, kind)
@@ -255,5 +251,4 @@ def test_turned_pattern_turns_the_answer(record_property):
         lag = np.exp(-4j * np.pi * np.arange(4) * system.engine_order / system.sectors)
         expected = lag[:, None, None, None] * np.roll(found.output[0], 2, axis=1)
         worst = max(worst, np.abs(turned.output[0] - expected).max() / np.abs(expected[1:]).max())
-    record_property("largest difference", f"{worst:.1e}")
-    assert worst < 1e-9
+    below("largest difference", worst, 1e-9)

@@ -79,7 +79,7 @@ def half_space(x):
     return (1 + NU) / (2 * np.pi * E) * total
 
 
-def test_mean_settlement_of_a_loaded_square(lattice, record_property):
+def test_mean_settlement_of_a_loaded_square(lattice, record):
     """A unit force on a half-space: its own displacement, by patch and by node.
 
     A uniformly loaded square of side a settles by 0.9464 (1 - ν²)/(E a) on average (Timoshenko and
@@ -105,18 +105,18 @@ def test_mean_settlement_of_a_loaded_square(lattice, record_property):
             force[model.dofs[contact, 2]] = 1.0
             z[free] = fem.factorise(K[free][:, free]).solve((force - K @ z)[free])
             found[which].append(float(z[model.dofs[contact[0], 2]]) / exact)
-    record_property("elements, mm", numbers(80 / np.array(counts), "g"))
-    record_property("settlement of the patch / exact", numbers(found["area"], ".4f"))
-    record_property("of the node / exact", numbers(found["node"], ".3f"))
+    record("elements, mm", numbers(80 / np.array(counts), "g"))
+    record("settlement of the patch / exact", numbers(found["area"], ".4f"))
+    record("of the node / exact", numbers(found["node"], ".3f"))
     error = 1 - np.array(found["area"])
-    record_property("the patch's error falls by", numbers(error[:-1] / error[1:], ".2f"))
+    record("the patch's error falls by", numbers(error[:-1] / error[1:], ".2f"))
     assert np.all(error[:-1] / error[1:] > 3.3)  # second order, up to where the mesh cuts the patch
     assert 0 < error[1] < 0.05
     # The node's settlement is inverse to the element size: there is nothing to converge to.
     assert np.diff(np.log2(found["node"])) == pytest.approx(np.ones(len(counts) - 1), abs=0.01)
 
 
-def test_block_on_a_spring(lattice, record_property):
+def test_block_on_a_spring(lattice, record):
     """Its bounce, with 2e9 N/m in every direction under the patch or under the node."""
     counts = (2, 4, 8, 16) if FULL else (2, 4, 8)
     found: dict[str, list[float]] = {"area": [], "node": []}
@@ -131,12 +131,12 @@ def test_block_on_a_spring(lattice, record_property):
             found[which].append(float(np.sqrt(squared[3]) / (2 * np.pi)))
             assert np.abs(squared[:3]).max() < 1e-6 * squared[3]
     size = 40 * (2 / np.array(counts)) ** 1.5
-    record_property("elements at the spring, mm", numbers(size, ".1f"))
+    record("elements at the spring, mm", numbers(size, ".1f"))
     drifts = {}
     for which, values in found.items():
         drift = 100 * np.diff(values) / values[1:]
-        record_property(f"{which}, Hz", numbers(values, ".1f"))
-        record_property(f"{which}: drift, %", numbers(drift, ".2f"))
+        record(f"{which}, Hz", numbers(values, ".1f"))
+        record(f"{which}: drift, %", numbers(drift, ".2f"))
         drifts[which] = np.abs(drift)
     assert np.all(drifts["area"][1:] < 0.5 * drifts["area"][:-1])
     assert np.all(drifts["node"][1:] > drifts["node"][:-1])
@@ -193,7 +193,7 @@ def nearest(positions):
     return np.concatenate([positions[:1], middles, positions[-1:]])
 
 
-def test_means_of_a_wave_over_the_vane_s_patches(record_property):
+def test_means_of_a_wave_over_the_vane_s_patches(record):
     """Nodal values of a wave, averaged by the mesh's weights, against its means on the geometry."""
     sizes = (0.025, 0.0125, 0.00625) if FULL else (0.025, 0.0125)
     errors = []
@@ -206,12 +206,12 @@ def test_means_of_a_wave_over_the_vane_s_patches(record_property):
                 for name, exact in (("hook_front", over_bands()), ("interlock_left", over_face()))
             ]
         )
-    record_property("element size, mm", numbers(1e3 * np.array(sizes), "g"))
+    record("element size, mm", numbers(1e3 * np.array(sizes), "g"))
     found = np.array(errors)
     for name, error in zip(("hooks", "interlock"), found.T, strict=True):
-        record_property(f"{name}: largest error / amplitude", numbers(error, ".1e"))
+        record(f"{name}: largest error / amplitude", numbers(error, ".1e"))
     order = np.log2(found[0] / found[-1]) / (len(sizes) - 1)
-    record_property("order, hooks and interlock", numbers(order, ".1f"))
+    record("order, hooks and interlock", numbers(order, ".1f"))
     assert found[-1].max() < 1e-3
     assert np.all(order > 2)
 
@@ -309,7 +309,7 @@ def frequencies(parts, joints, averaged):
 
 
 @pytest.mark.parametrize("interlock", ["free", "stuck"] if FULL else ["free"])
-def test_vane_as_the_elements_at_its_contacts_are_bisected(interlock, record_property):
+def test_vane_as_the_elements_at_its_contacts_are_bisected(interlock, record):
     """ND 1 frequencies of the unreduced sector; the rest of the mesh stays coarse.
 
     Finer elements make the hooks themselves softer too. What nodes add to that is the difference.
@@ -325,7 +325,7 @@ def test_vane_as_the_elements_at_its_contacts_are_bisected(interlock, record_pro
             for p in parts
         ]
         meshes.append(parts)
-    area, node = recorded(meshes, joints, sets, record_property)
+    area, node = recorded(meshes, joints, sets, record)
     # What nodes lose to patches grows at every level, and ever faster in the mode of interest.
     loss = 1 - node[:, :3] / area[:, :3]
     assert np.all(np.diff(loss, axis=0) > 0)
@@ -335,22 +335,22 @@ def test_vane_as_the_elements_at_its_contacts_are_bisected(interlock, record_pro
         assert np.all(np.diff(np.diff(loss[:, 1]) / rounds) > 0)
 
 
-def recorded(meshes, joints, sets, record_property):
+def recorded(meshes, joints, sets, record):
     """Frequencies (levels, MODES) with contacts on patches and on nodes, of some meshes."""
     area = np.array([frequencies(parts, joints, sets) for parts in meshes])
     node = np.array([frequencies(parts, joints, ()) for parts in meshes])
     dofs = [3 * sum(len(part.points) for part in parts) for parts in meshes]
-    record_property("dofs", numbers(dofs, "d"))
+    record("dofs", numbers(dofs, "d"))
     for which, values in (("area", area), ("node", node)):
         for mode in range(MODES):
-            record_property(f"{which} f{mode + 1}, Hz", numbers(values[:, mode], ".2f"))
+            record(f"{which} f{mode + 1}, Hz", numbers(values[:, mode], ".2f"))
     drift = 100 * np.diff(area[:, 1]) / area[1:, 1]
-    record_property("area f2: drift, %", numbers(drift, ".2f"))
-    record_property("node below area, f2, %", numbers(100 * (1 - node / area)[:, 1], ".3f"))
+    record("area f2: drift, %", numbers(drift, ".2f"))
+    record("node below area, f2, %", numbers(100 * (1 - node / area)[:, 1], ".3f"))
     return area, node
 
 
-def test_vane_as_its_whole_mesh_is_refined(record_property):
+def test_vane_as_its_whole_mesh_is_refined(record):
     """The same with the interlock free, where all elements shrink, by the square root of 2 a level.
 
     Unstructured meshes do not halve anything alike, so the steps shrink, but not by one ratio.
@@ -358,15 +358,15 @@ def test_vane_as_its_whole_mesh_is_refined(record_property):
     """
     sizes = COARSE / np.sqrt(2) ** (np.arange(4) if FULL else np.array([0, 0.5]))
     meshes = [sized(size) for size in sizes]
-    record_property("element size, mm", numbers(1e3 * sizes, ".1f"))
-    area, node = recorded(meshes, [HOOK], HOOKS, record_property)
+    record("element size, mm", numbers(1e3 * sizes, ".1f"))
+    area, node = recorded(meshes, [HOOK], HOOKS, record)
     assert np.all(node[:, 1] < area[:, 1])
     drift = np.abs(np.diff(area[:, 1]) / area[1:, 1])
     assert np.all(np.diff(drift) < 0)
     assert drift.max() < 0.03
 
 
-def test_nominal_vane(record_property):
+def test_nominal_vane(record):
     """What patches change at the study's own size, and the stiffness a square metre they mean.
 
     Nodes are softer than patches, by as much as the elements at the contacts resolve it.
@@ -375,17 +375,15 @@ def test_nominal_vane(record_property):
     bands = lay.hook_patches(HookDimensions(), OVERLAP, 16)
     left, _ = lay.interlock_patches(VaneDimensions(), 16)
     for name, patch, stiffness in (("hook", bands[0][3], 1.67e7), ("interlock", left[1], 1e6)):
-        record_property(f"{name}: a patch, mm²", f"{1e6 * patch.area:.1f}")
-        record_property(f"{name}: stiffness per area, N/m³", f"{stiffness / patch.area:.3g}")
+        record(f"{name}: a patch, mm²", f"{1e6 * patch.area:.1f}")
+        record(f"{name}: stiffness per area, N/m³", f"{stiffness / patch.area:.3g}")
     for interlock, joints, sets in (
         ("free", [HOOK], HOOKS),
         ("stuck", [HOOK, LOCK], HOOKS + INTERLOCK),
     ):
         node, area = (frequencies(parts, joints, averaged) for averaged in ((), sets))
-        record_property(f"f2 {interlock}, node and area, Hz", numbers((node[1], area[1]), ".2f"))
+        record(f"f2 {interlock}, node and area, Hz", numbers((node[1], area[1]), ".2f"))
         change = np.abs(area / node - 1)
-        record_property(
-            f"largest change of f1 to f{MODES}, {interlock}, %", f"{100 * change.max():.2f}"
-        )
+        record(f"largest change of f1 to f{MODES}, {interlock}, %", f"{100 * change.max():.2f}")
         assert change.max() < 0.02
         assert change[1] < 0.01

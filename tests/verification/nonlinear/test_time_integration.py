@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import FULL
+from tests.nonlinear.systems import coefficients, solved_response
 from tests.verification.nonlinear.spring_rings import (
     FollowedRing,
-    harmonics_of,
     loaded,
     spring_ring,
     worst_of,
@@ -93,29 +93,29 @@ UNSTABLE = 1  # a ring with lift-off that leaves the wave
 
 
 @pytest.mark.parametrize("kind", ["slip", "lift"])
-def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record_property):
+def test_sector_balance_is_the_steady_motion_of_the_ring(kind, record):
     found = []
     for seed in range(24) if FULL else SAMPLE[kind]:
         if kind in worst_of(seed) and (kind == "lift" or worst_of(seed)[kind][0] <= 0.5):
             found.append(compare(seed, kind))
     left = sum(one.left for one in found)
-    record_property("rings", len(found))
-    record_property("left, the wave being unstable", int(left))
+    record("rings", len(found))
+    record("left, the wave being unstable", int(left))
     assert left <= 0.15 * len(found)
     found = [one for one in found if not one.left and one.is_of(kind)]
-    record_property("steady and of this kind", len(found))
+    record("steady and of this kind", len(found))
     assert len(found) >= (12 if FULL else 2)
     for one in found:
         assert one.steady.defect[-1] < 1e-5
         assert one.by_history == sorted(one.by_history, reverse=True)
     if kind == "slip":
         worst = max(one.ratio for one in found)
-        record_property("peak / stuck peak", f"<= {worst:.2f}")
+        record("peak / stuck peak", f"<= {worst:.2f}")
         assert worst <= 0.5
     for i, H in enumerate(ORDERS):
         coefficient = max(one.by_coefficient[i] for one in found)
         history = max(one.by_history[i] for one in found)
-        record_property(f"error at H = {H}", f"{coefficient:.1e}, of the history {history:.1e}")
+        record(f"error at H = {H}", f"{coefficient:.1e}, of the history {history:.1e}")
     assert max(one.by_coefficient[-1] for one in found) < 1e-3
     assert max(one.by_history[-1] for one in found) < 1e-3
 
@@ -126,7 +126,7 @@ def by_central_differences(ring, response, periods):
     (z, _), expected = ring.start(wave), wave @ ring.B
     for _ in range(periods):
         history, z = ring.period(z)
-        q = harmonics_of(history, len(wave) - 1) @ ring.B
+        q = coefficients(history, len(wave) - 1) @ ring.B
         apart.append(np.abs(q - expected).max() / np.abs(expected[1:]).max())
     return np.array(apart)
 
@@ -134,9 +134,7 @@ def by_central_differences(ring, response, periods):
 @pytest.mark.parametrize(
     ("seed", "kind", "periods"), [(0, "lift", 15), (UNSTABLE, "lift", 60 if FULL else 45)]
 )
-def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
-    seed, kind, periods, record_property
-):
+def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(seed, kind, periods, record):
     # Ring 0 settles on the wave. Ring 1 leaves it, whichever way it is integrated: an unstable
     # solution, in which the sectors cease to repeat each other.
     _, force, frequency = worst_of(seed)[kind]
@@ -145,8 +143,8 @@ def test_another_integrator_stays_with_the_wave_and_leaves_it_alike(
     found = time_response(system, frequency, periods, 512, 9, start=(response, 0)).departure
     ring = FollowedRing(seed, force, frequency, 8000 if FULL else 4000)
     other = by_central_differences(ring, response, periods)
-    record_property("departure", f"{found[0]:.1e} to {found[-1]:.1e}")
-    record_property("by central differences", f"{other[0]:.1e} to {other[-1]:.1e}")
+    record("departure", f"{found[0]:.1e} to {found[-1]:.1e}")
+    record("by central differences", f"{other[0]:.1e} to {other[-1]:.1e}")
     if seed == UNSTABLE:
         assert found[-1] > 10 * found[0]
         assert found[-1] == pytest.approx(other[-1], rel=0.2)
@@ -162,7 +160,7 @@ INERTIA = 60  # modes of each nodal diameter that keep their inertia
 
 
 @pytest.mark.parametrize("beside", (-1.5, 0.0, 1.5) if FULL else (0.0,))
-def test_vane_stays_with_the_balance(ring_of_vanes, beside, record_property):
+def test_vane_stays_with_the_balance(ring_of_vanes, beside, record):
     system = loaded(ring_of_vanes, GENTLE)
     frequency = highest(system, NEAR)[0] + beside
     orders = (1, 3, 5, 9, HIGHEST)
@@ -180,33 +178,30 @@ def test_vane_stays_with_the_balance(ring_of_vanes, beside, record_property):
     for _ in range(5):
         np.linalg.solve(matrix, system.force[1].vector)
     unit = (time.perf_counter() - began) / 5
-    record_property("frequency", f"{frequency:.2f} Hz")
-    record_property(
-        f"departure at H = {HIGHEST} in {periods} periods", f"{max(found.departure):.1e}"
-    )
+    record("frequency", f"{frequency:.2f} Hz")
+    record(f"departure at H = {HIGHEST} in {periods} periods", f"{max(found.departure):.1e}")
     of_contacts, of_outputs = (
         errors(system, found, responses, of)[0] for of in ("contact", "output")
     )
     for H, contact, output in zip(orders, of_contacts, of_outputs, strict=True):
-        record_property(f"H = {H}", f"contacts {contact:.1e}, outputs {output:.1e}")
+        record(f"H = {H}", f"contacts {contact:.1e}, outputs {output:.1e}")
     cost = found.seconds / periods
-    record_property("a period", f"{cost:.2f} s, {cost / unit:.0f} dense complex solves")
+    record("a period", f"{cost:.2f} s, {cost / unit:.0f} dense complex solves")
     assert np.all(found.departure < 1e-3)
     assert of_contacts[0] > of_contacts[1] > of_contacts[2] > of_contacts[3]
 
 
-def test_vane_at_full_force_leaves_the_balance_at_any_step(ring_of_vanes, record_property):
+def test_vane_at_full_force_leaves_the_balance_at_any_step(ring_of_vanes, record):
     vane = ring_of_vanes
     frequency, _ = highest(vane, NEAR)
-    response = frequency_response(vane, [frequency], Options(9))
-    assert response.converged.all()
+    response = solved_response(vane, [frequency], Options(9))
     rates = []
     for steps in (256, 512) if FULL else (128, 192):
         found = time_response(
             vane, frequency, 11, steps, 9, start=(response, 0), modes=INERTIA
         ).departure
         rates.append((found[10] / found[6]) ** 0.25)
-        record_property(f"{steps} steps", f"{found[0]:.1e} to {found[-1]:.1e}")
-    record_property("growth a period", ", ".join(f"{rate:.2f}" for rate in rates))
+        record(f"{steps} steps", f"{found[0]:.1e} to {found[-1]:.1e}")
+    record("growth a period", ", ".join(f"{rate:.2f}" for rate in rates))
     assert min(rates) > 1.2
     assert rates[0] == pytest.approx(rates[1], rel=0.1)

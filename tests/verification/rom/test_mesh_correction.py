@@ -19,16 +19,14 @@ SIZES = list(BOUNDS)[: 3 if FULL else 1]
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_a_vane_without_its_excess_has_the_frequencies_of_fine_meshes(record_property, size):
+def test_a_vane_without_its_excess_has_the_frequencies_of_fine_meshes(record, size):
     _, hertz, corrected = vane(SHARP, size)
     as_it_is, remains = (np.abs(each / LIMIT - 1) for each in (hertz, corrected))
     for name, error in (("as it is", as_it_is), ("without the excess", remains)):
-        record_property(f"{size}, {name}", f"{error.mean():.2%} mean, {error.max():.2%} worst")
+        record(f"{size}, {name}", f"{error.mean():.2%} mean, {error.max():.2%} worst")
     mean, worst = BOUNDS[size]
     assert remains.mean() < mean
     assert remains.max() < worst
     assert remains.mean() < as_it_is.mean() / 4
     doubt = np.abs(corrected - LIMIT) / (hertz - LIMIT)
-    record_property(
-        f"{size}, left of the excess", f"{doubt.mean():.0%} mean, {doubt.max():.0%} worst"
-    )
+    record(f"{size}, left of the excess", f"{doubt.mean():.0%} mean, {doubt.max():.0%} worst")

@@ -11,6 +11,7 @@ import pytest
 from benchmarks.accuracy import peaks
 from benchmarks.accuracy.models import Models, prepared
 from tests.conftest import FULL
+from tests.nonlinear.systems import solved_response
 from vanelock.nonlinear import Options, frequency_response
 
 SCENES = (10, 15) if FULL else (15, 17)
@@ -41,7 +42,7 @@ def over_resolved(scene, folder):
             harmonics, coupling=study.response.coupling, friction=study.response.friction
         )
         hertz = given.range if top is None else top * np.linspace(0.999, 1.001, 11)
-        swept = frequency_response(given.system, hertz, options, find_jumps=False)
+        swept = solved_response(given.system, hertz, options)
         size = given.monitor.amplitude(swept)
         top = float(swept.frequency[size.argmax()])
         found.append(float(size.max()))
@@ -50,10 +51,10 @@ def over_resolved(scene, folder):
 
 
 @pytest.mark.parametrize("number", SCENES)
-def test_peak_is_as_accurate_as_asked(folder, number, record_property):
+def test_peak_is_as_accurate_as_asked(folder, number, record):
     scene = drawn(number)
     known = folder.known(scene) if FULL else over_resolved(scene, folder)
-    record_property("doubt of the reference", f"{known['doubt']:.0e}")
+    record("doubt of the reference", f"{known['doubt']:.0e}")
     assert known["doubt"] < min(ACCURACIES) / 5
     for accuracy in ACCURACIES:
         run = folder.by_accuracy(scene, accuracy)
@@ -61,7 +62,7 @@ def test_peak_is_as_accurate_as_asked(folder, number, record_property):
         frequency = abs(run.frequency / known["frequency"] - 1)
         stated = f"stated {run.amplitude_estimate:.0e}"
         kept = f"{run.harmonics} harmonics, {run.points} points"
-        record_property(
+        record(
             f"{accuracy:g}", f"{amplitude:.1e}, {stated}; frequency {frequency:.1e}; {kept}"
         )
         assert run.lost == 0

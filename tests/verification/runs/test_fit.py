@@ -108,7 +108,7 @@ def off(found):
 
 
 @pytest.mark.parametrize("given", [True, False], ids=["sigma", "no sigma"])
-def test_intervals_of_95_percent_hold_the_truth(refitted, given, record_property):
+def test_intervals_of_95_percent_hold_the_truth(refitted, given, record):
     """Of 24 seeds with sigma and of 24 others without: those of two standard errors, as printed.
 
     No more have their errors withheld than the level of the tests, no fewer intervals hold the
@@ -124,17 +124,17 @@ def test_intervals_of_95_percent_hold_the_truth(refitted, given, record_property
     rises = np.array([rise for found in fits for each in found.rises for rise in each])
     distances = np.array([off(found) for found in fits])
     spread = np.sqrt((distances**2).mean(axis=0))
-    record_property("seeds", f"{seeds[0]} to {seeds[-1]}")
-    record_property("errors withheld", f"{withheld} of {count}")
-    record_property("rise at one standard error", f"{rises.min():.2f} to {rises.max():.2f}")
-    record_property("95 % intervals that hold the truth", f"mu {held[0]}, kt {held[1]} of {count}")
-    record_property("rms distance", f"mu {spread[0]:.2f}, kt {spread[1]:.2f} standard errors")
+    record("seeds", f"{seeds[0]} to {seeds[-1]}")
+    record("errors withheld", f"{withheld} of {count}")
+    record("rise at one standard error", f"{rises.min():.2f} to {rises.max():.2f}")
+    record("95 % intervals that hold the truth", f"mu {held[0]}, kt {held[1]} of {count}")
+    record("rms distance", f"mu {spread[0]:.2f}, kt {spread[1]:.2f} standard errors")
     assert withheld <= binom.ppf(0.99, count, LEVEL)
     assert held.min() >= binom.ppf(0.01, count, 0.95)
     assert np.abs(distances).max() < 4
 
 
-def test_slopes_take_a_third_of_the_responses_of_differences(model, refitted, record_property):
+def test_slopes_take_a_third_of_the_responses_of_differences(model, refitted, record):
     """Of the search for the best fit; the check of its errors takes as many of both."""
     seeds, true, searches = 3 if FULL else 2, curve(model(), HERTZ), []
     for seed in range(seeds):
@@ -143,14 +143,14 @@ def test_slopes_take_a_third_of_the_responses_of_differences(model, refitted, re
         searches.append([found.starts[0].evaluations for found in pair])
         assert np.all(np.abs(np.log(pair[0].value / pair[1].value)) < 0.02 * pair[0].deviation)
     by_slopes, by_differences = np.sum(searches, axis=0)
-    record_property("seeds", str(seeds))
-    record_property(
+    record("seeds", str(seeds))
+    record(
         "responses of the search", f"{by_slopes} by slopes, {by_differences} by differences"
     )
     assert 3 * by_slopes <= by_differences
 
 
-def test_a_far_start_finds_the_truth_of_a_model_with_more_harmonics(model, record_property):
+def test_a_far_start_finds_the_truth_of_a_model_with_more_harmonics(model, record):
     """Data with five harmonics, fit with three: what they miss is less than the scatter.
 
     With three and two in a quick run.
@@ -159,13 +159,13 @@ def test_a_far_start_finds_the_truth_of_a_model_with_more_harmonics(model, recor
     more, fewer = (5, 3) if FULL else (3, 2)
     true, few = curve(model(harmonics=more), hertz), model(harmonics=fewer)
     distances = [off(fitted(few, hertz, true, seed, FAR)) for seed in range(seeds)]
-    record_property("seeds", str(seeds))
+    record("seeds", str(seeds))
     worst = np.abs(distances).max(axis=0)
-    record_property("largest distance", f"mu {worst[0]:.2f}, kt {worst[1]:.2f} standard errors")
+    record("largest distance", f"mu {worst[0]:.2f}, kt {worst[1]:.2f} standard errors")
     assert np.max(worst) < 3
 
 
-def test_another_mesh_takes_its_moduli_along(model, record_property):
+def test_another_mesh_takes_its_moduli_along(model, record):
     """Data of a finer mesh, whose frequencies are 1 % lower.
 
     Friction alone cannot make up for that, and says so without any sigma; with both moduli it is
@@ -176,7 +176,7 @@ def test_another_mesh_takes_its_moduli_along(model, record_property):
     fixed = {KT: TRUTH[KT]}
     alone = fitted(model(), hertz, true, 0, {MU: 0.4}, given=False, **fixed)
     assert any("THE MODEL MISSES THE DATA" in text for text in doubts(alone))
-    record_property(
+    record(
         "misfit by mu alone", f"{alone.after / (SCATTER * true.max()):.1f} standard deviations"
     )
     seeds, distances = (3 if FULL else 2), []
@@ -184,8 +184,8 @@ def test_another_mesh_takes_its_moduli_along(model, record_property):
         found = fitted(model(), hertz, true, seed, {MU: 0.4, VANE: 1.7e11, CASING: 1.7e11}, **fixed)
         assert found.after < 1.5
         distances.append(np.log(found.value[0] / TRUTH[MU]) / found.deviation[0])
-    record_property("with both moduli", f"{found.after:.2f} standard deviations")
-    record_property(
+    record("with both moduli", f"{found.after:.2f} standard deviations")
+    record(
         "mu off by", ", ".join(f"{each:+.1f}" for each in distances) + " standard errors"
     )
     assert np.abs(distances).max() < 3

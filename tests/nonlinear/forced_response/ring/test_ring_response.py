@@ -1,4 +1,4 @@
-"""Rings whose sectors all deviate alike, the ways to a point, and what is refused."""
+"""Mistuned rings: what is drawn, scaled and refused, and the assembled matrices."""
 
 from dataclasses import replace
 from itertools import pairwise
@@ -7,35 +7,35 @@ import numpy as np
 import pytest
 import scipy.linalg as la
 
-from tests.nonlinear.systems import coefficients, even, march, with_contacts
+from tests.nonlinear.systems import even, with_contacts
+from tests.refusals import refused
 from tests.verification.nonlinear.spring_rings import (
-    CONTACTS,
     MASSES,
     RINGS,
     assembled,
     loaded,
     spring_ring,
     springs,
-    worst_of,
+    worst_ring,
 )
 from vanelock.common.errors import InputError
 from vanelock.nonlinear import (
+    Contacts,
+    Element,
     Mistuning,
     Options,
     SectorModes,
-    frequency_response,
     ring_modes,
     ring_response,
     whitehead,
 )
 from vanelock.nonlinear.forced_response.ring.ring_response import _RingSolver
-from vanelock.rom.system.system import Contacts
+from vanelock.nonlinear.forced_response.ring.ring_source import ring_contacts
 
 
 def damped(seed, kind):
     """A ring, damped in proportion to its mass, and the frequency of its peak."""
-    _, force, frequency = worst_of(seed)[kind]
-    system = loaded(spring_ring(seed), force)
+    system, frequency = worst_ring(seed, kind)
     diameters = {k: replace(each, C=0.03 * each.M) for k, each in system.diameters.items()}
     return replace(system, diameters=diameters, damping_ratio=None), frequency
 
@@ -45,47 +45,6 @@ def own_modes(seed):
     K0, _, M0, *_ = springs(seed)
     modes = SectorModes.of_part(spring_ring(seed), K0, M0, np.eye(MASSES), 2)
     return modes, modes.rows[0].real
-
-
-@pytest.mark.parametrize("friction", ["orthogonal", "isotropic"])
-@pytest.mark.parametrize(("seed", "kind"), [(0, "slip"), (4, "lift")])
-def test_sectors_that_deviate_alike_are_another_wave(seed, kind, friction):
-    system, frequency = damped(seed, kind)
-    system = even(system) if friction == "isotropic" else system
-    contacts, N = system.contacts, system.sectors
-    rng = np.random.default_rng(seed)
-    more = {name: rng.uniform(-0.2, 0.2, CONTACTS) for name in ("mu", "kn", "kt", "interference")}
-    slider, shift = rng.normal(0, 0.2, (CONTACTS, 2)), np.array([0.04, -0.03])
-    modes, g = own_modes(seed)
-    stiffer = (g.T * (modes.stiffness * ((1 + shift) ** 2 - 1))) @ g
-    diameters = {k: replace(each, K=each.K + stiffer) for k, each in system.diameters.items()}
-    changed = with_contacts(
-        replace(system, diameters=diameters),
-        kn=contacts.kn * (1 + more["kn"]),
-        kt=contacts.kt * (1 + more["kt"][:, None]),
-        mu=contacts.mu * (1 + more["mu"]),
-        v0=contacts.v0 + more["interference"],
-        slider=slider,
-    )
-    hertz = frequency + np.array([-0.01, 0.0, 0.01])
-    options = Options(5, friction=friction, tolerance=1e-11)
-    one = frequency_response(changed, hertz, options, find_jumps=False)
-    asked = {name: np.tile(more[name], (N, 1)) for name in ("interference", "mu", "kn")}
-    asked |= {"kt": np.tile(more["kt"][:, None], (N, 1, 2)), "slider": np.tile(slider, (N, 1, 1))}
-    mistuning = Mistuning(N, **asked, frequency=np.tile(shift, (N, 1)), modes=modes)
-    ring = ring_response(system, hertz, mistuning, options)
-    assert one.converged.all()
-    assert ring.converged.all()
-    lag = np.exp(-2j * np.pi * np.outer(np.arange(6), np.arange(N)) * system.engine_order / N)
-    for of in ("contact", "force", "output"):
-        own = getattr(one, of)[:, :, None]
-        expected = lag[:, :, None, None] * own
-        apart = np.abs(getattr(ring, of) - expected).max()
-        assert apart < 1e-9 * np.abs(own).max()
-    np.testing.assert_array_equal(ring.state, np.repeat(one.state[:, None], N, axis=1))
-    work = np.repeat(one.dissipation[:, None], N, axis=1)
-    np.testing.assert_allclose(ring.dissipation, work, rtol=1e-8, atol=1e-9 * work.max())
-    assert np.abs(ring.amplification - 1).max() > 0.01
 
 
 def imbalance(seed, system, mistuning, found):
@@ -110,30 +69,22 @@ def imbalance(seed, system, mistuning, found):
     return worst
 
 
-@pytest.mark.parametrize(
-    ("seed", "kind", "damped_open"), [(0, "slip", False), (4, "lift", False), (4, "lift", True)]
-)
-def test_forces_follow_the_law_and_move_the_ring(seed, kind, damped_open):
-    _, force, frequency = worst_of(seed)[kind]
-    system = loaded(spring_ring(seed), force)
-    N, modes = system.sectors, None
+@pytest.mark.parametrize(("seed", "kind", "damped_open", "friction"), [
+    (0, "slip", False, "orthogonal"), (4, "lift", False, "orthogonal"),
+    (4, "lift", True, "orthogonal"), (4, "lift", True, "isotropic"),
+])  # fmt: skip
+def test_forces_move_the_ring_as_its_assembled_matrices_say(seed, kind, damped_open, friction):
+    system, frequency = worst_ring(seed, kind)
+    system, modes = even(system) if friction == "isotropic" else system, None
     asked = {"contact": dict.fromkeys(("interference", "mu", "kn", "kt"), 0.3)}
     if damped_open:
         system, modes = replace(system, damping_joints="open"), own_modes(seed)[0]
         asked["modes"] = {"frequency": 0.02}
     mistuning = Mistuning.scatter(system, asked, seed, modes)
-    found = ring_response(system, [frequency], mistuning, Options(7))
+    found = ring_response(system, [frequency], mistuning, Options(7, friction=friction))
     assert found.converged.all()
     assert found.amplification.max() > 1.05
     assert imbalance(seed, system, mistuning, found) < 1e-9
-    contacts = system.contacts
-    kn, kt = contacts.kn * (1 + mistuning.kn), contacts.kt * (1 + mistuning.kt)
-    mu = (contacts.mu * (1 + mistuning.mu)).reshape(-1)
-    every = Contacts(kn.reshape(-1), kt.reshape(-1, 2), mu, np.zeros(N * CONTACTS))
-    marched = coefficients(march(every, found.contact[0].reshape(8, -1, 3), 32768), 7)
-    expected = found.force[0].reshape(marched.shape)
-    vibrates = marched[1:] - expected[1:]  # the mean of what sticks is not seen from motion
-    assert np.abs(vibrates).max() < 1e-4 * np.abs(expected).max()
 
 
 def test_range_is_sampled_and_its_peak_located():
@@ -156,8 +107,7 @@ def test_range_is_sampled_and_its_peak_located():
 
 
 def test_deviations_are_raised_where_newton_fails(monkeypatch):
-    _, force, frequency = worst_of(4)["lift"]
-    system = loaded(spring_ring(4), force)
+    system, frequency = worst_ring(4, "lift")
     asked = {"contact": dict.fromkeys(("interference", "mu", "kn", "kt"), 0.2)}
     mistuning, options = Mistuning.scatter(system, asked, 2), Options(5)
     plain = ring_response(system, [frequency], mistuning, options)
@@ -182,8 +132,7 @@ def test_deviations_are_raised_where_newton_fails(monkeypatch):
 
 
 def test_what_is_not_found_is_flagged():
-    _, force, frequency = worst_of(4)["lift"]
-    system = loaded(spring_ring(4), force)
+    system, frequency = worst_ring(4, "lift")
     mistuning = Mistuning.scatter(system, {"contact": {"mu": 0.1}}, 2)
     found = ring_response(system, [frequency], mistuning, Options(3, tolerance=1e-30, effort=1))
     assert not found.converged.any()
@@ -216,15 +165,12 @@ def test_alike_ring_without_contacts_moving():
     assert whitehead(16) == 2.5
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (Options(coupling="uncoupled"), "coupling: given 'uncoupled'"),
-        (Options(harmonic_diameters="sector"), "harmonic_diameters: given 'sector'"),
-        (Options(static_beyond=3.0), "static_beyond: given 3.0"),
-        (Options(0), "harmonics: given 0: the system has force/1; needs at least 1"),
-    ],
-)
+@pytest.mark.parametrize(("options", "message"), [
+    (Options(coupling="uncoupled"), "coupling: given 'uncoupled'"),
+    (Options(harmonic_diameters="sector"), "harmonic_diameters: given 'sector'"),
+    (Options(static_beyond=3.0), "static_beyond: given 3.0"),
+    (Options(0), "harmonics: given 0: the system has force/1; needs at least 1"),
+])  # fmt: skip
 def test_impossible_options_are_refused(options, message):
     system = spring_ring(0)
     with pytest.raises(InputError) as refused:
@@ -246,3 +192,136 @@ def test_missing_diameters_and_rows_are_refused():
     mistuning = Mistuning(5, frequency=np.zeros((5, 2)), modes=wide)
     with pytest.raises(InputError, match=r"given shape \(2, 4\): needs \(2, 3\)"):
         ring_response(system, [0.2], mistuning, Options(1))
+
+
+ALL = ("interference", "mu", "kn", "kt", "slider")
+
+
+def two_joints(sectors=400):
+    """Many sectors, whose two contacts are of two joints."""
+    system = spring_ring(0)
+    kt, joints = [[1.0, 4.0], [2.0, 2.0]], ("hook", "interlock")
+    contacts = Contacts([2.0, 3.0], kt, [0.3, 0.5], [0.1, -0.2], joints)
+    return replace(system, sectors=sectors, contacts=contacts)
+
+
+def two_modes():
+    """Two modes of three coordinates."""
+    return SectorModes(dict.fromkeys(range(3), np.eye(2, 3, dtype=complex)), np.array([1.0, 2.0]))
+
+
+def test_deviations_are_normal_of_the_size_asked_for():
+    system = two_joints()
+    found = Mistuning.scatter(system, {"hook": dict.fromkeys(ALL, 0.1)}, seed=3)
+    shares = {
+        "interference": found.interference[:, 0] / 0.1,
+        "mu": found.mu[:, 0],
+        "kn": found.kn[:, 0],
+        "kt": found.kt[:, 0, 0],
+        "slider": found.slider[:, 0, 0] / (0.3 * 2.0 / 1.0 * 0.1),
+        "slider 2": found.slider[:, 0, 1] / (0.3 * 2.0 / 4.0 * 0.1),
+    }
+    for share in shares.values():
+        assert abs(share.mean()) < 4 * 0.1 / 20  # standard error of 400
+        assert abs(share.std() / 0.1 - 1) < 4 / np.sqrt(800)
+    between = np.corrcoef(list(shares.values())) - np.eye(6)
+    assert np.abs(between).max() < 4 / 20
+    np.testing.assert_array_equal(found.kt[:, 0, 0], found.kt[:, 0, 1])
+    for name in ALL:
+        assert not getattr(found, name)[:, 1].any()
+
+
+def test_contacts_of_a_ring_are_those_of_its_sectors_in_turn():
+    system = two_joints(4)
+    mistuning = Mistuning.scatter(system, {"hook": dict.fromkeys(ALL, 0.1)}, seed=5).of(system)
+    ring, alike = ring_contacts(system.contacts, mistuning).contacts, system.contacts
+    for j in range(4):
+        own = slice(2 * j, 2 * j + 2)
+        np.testing.assert_allclose(ring.slider[own], alike.slider + mistuning.slider[j])
+        np.testing.assert_allclose(ring.v0[own], alike.v0 + mistuning.interference[j])
+        for name in ("mu", "kn", "kt"):
+            expected = getattr(alike, name) * (1 + getattr(mistuning, name)[j])
+            np.testing.assert_allclose(getattr(ring, name)[own], expected)
+    assert len({*ring.slider.ravel()}) == 9  # eight drawn, and those of the interlock
+
+
+def test_same_seed_draws_the_same_ring():
+    system = two_joints(12)
+    asked = {"hook": {"mu": 0.1, "kn": 0.1}, "interlock": {"interference": 0.2}}
+    turned = {"interlock": {"interference": 0.2}, "hook": {"kn": 0.1, "mu": 0.1}}
+    one, same = Mistuning.scatter(system, asked, 5), Mistuning.scatter(system, turned, 5)
+    other = Mistuning.scatter(system, asked, 6)
+    for name in ALL:
+        np.testing.assert_array_equal(getattr(one, name), getattr(same, name))
+    assert not np.array_equal(one.mu, other.mu)
+
+
+def test_modes_are_drawn_each_by_itself_and_sliders_of_gaps_are_not():
+    found = Mistuning.scatter(two_joints(), {"modes": {"frequency": 0.02}}, 1, two_modes())
+    assert found.frequency.shape == (400, 2)
+    assert np.abs(found.frequency.std(axis=0) / 0.02 - 1).max() < 4 / np.sqrt(800)
+    assert abs(np.corrcoef(found.frequency.T)[0, 1]) < 4 / 20
+    assert not Mistuning.scatter(two_joints(12), {"interlock": {"slider": 0.3}}).slider.any()
+
+
+def test_one_mode_of_a_part_is_shifted_and_no_other():
+    rng = np.random.default_rng(0)
+    half = rng.normal(size=(6, 4))
+    K, M = half @ half.T, np.diag(rng.uniform(0.5, 2, 6))  # two motions are held by nothing
+    modes = SectorModes.of_part(two_joints(8), K, M, np.eye(6), 3)
+    before = la.eigvalsh(K, M)
+    shift = np.array([0.0, 0.04, 0.0])
+    g = modes.rows[4].real
+    stiffer = (g.T * (modes.stiffness * ((1 + shift) ** 2 - 1))) @ g
+    after = la.eigvalsh(K + stiffer, M)
+    expected = before * np.array([1, 1, 1, 1.04, 1, 1]) ** 2
+    np.testing.assert_allclose(after, np.sort(expected), atol=1e-12 * before[-1])
+    assert sorted(modes.rows) == [0, 1, 2, 3, 4]
+    with pytest.raises(InputError, match="modes: given 5: the part has 4"):
+        SectorModes.of_part(two_joints(8), K, M, np.eye(6), 5)
+    refused("do not fit", SectorModes.of_part, two_joints(8), K, M, np.eye(5, 6), 1)
+
+
+def test_parts_and_its_file(tmp_path):
+    asked = {"hook": dict.fromkeys(ALL, 0.1), "modes": {"frequency": 0.1}}
+    whole = Mistuning.scatter(two_joints(12), asked, 2, two_modes())
+    whole.save(tmp_path / "ring.h5")
+    read = Mistuning.load(tmp_path / "ring.h5")
+    for name in (*ALL, "frequency"):
+        value = getattr(whole, name)
+        np.testing.assert_array_equal(getattr(whole.share(0.25), name), 0.25 * value)
+        np.testing.assert_array_equal(getattr(read, name), value)
+    assert read.modes is not None
+    np.testing.assert_array_equal(read.modes.rows[2], np.eye(2, 3))
+
+
+@pytest.mark.parametrize(("asked", "message"), [
+    ({"hub": {"mu": 0.1}}, "mistuning: given 'hub': known are hook, interlock"),
+    ({"hook": {"E": 0.1}}, "mistuning: hook.E: allowed: interference, kn, kt, mu, slider"),
+    ({"hook": {"mu": -0.1}}, "mistuning: hook.mu: given -0.1: must be >= 0"),
+    ({"hook": {"mu": float("nan")}}, "mistuning: hook.mu: given nan: must be >= 0"),
+    (Mistuning(11), "mistuning: of 11 sectors: the system has 12"),
+    (Mistuning(12, mu=np.zeros((12, 3))), "mistuning.mu: given shape (12, 3): needs (12, 2)"),
+    (Mistuning(12, kn=np.full((12, 2), np.nan)), "mistuning.kn: holds values that are not finite"),
+    (Mistuning(12, mu=np.full((12, 2), -1.5)), "mistuning.mu: given -1.5: relative, must be >= -1"),
+    (Mistuning(12, kn=np.full((12, 2), -1.0)), "mistuning.kn: given -1: relative, must be > -1"),
+    (Mistuning(12, frequency=np.zeros((12, 1)), modes=two_modes()),
+     "mistuning.frequency: given shape (12, 1): needs (12, 2)"),
+    (Mistuning(12, frequency=np.zeros((12, 1))),
+     "mistuning.frequency: given shape (12, 1): needs (12, 0)"),
+])  # fmt: skip
+def test_what_is_impossible_or_does_not_fit_is_refused(asked, message):
+    system = two_joints(12)
+    given = asked.of if isinstance(asked, Mistuning) else lambda one: Mistuning.scatter(one, asked)
+    with pytest.raises(InputError) as refused:
+        given(system)
+    assert str(refused.value) == message
+
+
+def test_elements_have_no_friction_to_deviate():
+    element = Element(force="cubic_spring", places=[0], parameters=[1.0])
+    system, mu = with_contacts(two_joints(12), elements={1: element}), np.zeros((12, 2))
+    mu[:, 0] = 0.1
+    Mistuning(12, mu=mu).of(system)
+    mu[3, 1] = 0.1
+    refused("mistuning.mu: elements follow laws of their own", Mistuning(12, mu=mu).of, system)

@@ -1,5 +1,6 @@
 """Loads in a study: resultants, growth, fields from files, what is kept, and words."""
 
+from pathlib import Path
 from typing import Any
 
 import h5py
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.mesh.conftest import RADIUS, SECTORS
+from tests.refusals import refused
 from vanelock import nonlinear, parse_study, run_study
 from vanelock.analyses.preload_by_cause import LoadsByCause, _by_cause_step
 from vanelock.common.errors import InputError
@@ -19,7 +21,7 @@ from vanelock.rom.joining.connections import Load
 from vanelock.stages.matrices.gather import Gathered
 from vanelock.stages.matrices.piece import NodalForces
 from vanelock.stages.parts.components import model_step
-from vanelock.stages.parts.loads import growth, load_lines
+from vanelock.stages.parts.loads import _nodal_field, growth, load_lines
 from vanelock.stages.plan import plan
 
 pytestmark = pytest.mark.usefixtures("undrawn")
@@ -175,3 +177,53 @@ def test_directions_are_shown_at_length_one():
         "loads[1]: 2 N on 1 node, along [1, 0, 0]",
         "loads[2]: forces on 2 nodes, sum [3, 0, 0] N",
     ]
+
+
+def _smooth(x):
+    return 1e5 * (1 + 0.3 * x[:, 0] / 0.1 - 0.2 * (x[:, 1] / 0.1) ** 2)
+
+
+def _points_file(path: Path, points, values) -> Path:
+    rows = [
+        f"{v / 1e3:.17g};{1e3 * x:.17g};{z:.17g};{1e3 * y:.17g}"
+        for (x, y, z), v in zip(points, values, strict=True)
+    ]
+    path.write_text("# of a flow\n\npressure (kPa);x (mm);z [m];y (mm)\n" + "\n".join(rows))
+    return path
+
+
+def test_points_keep_their_values_whatever_the_order_and_units_of_columns(tmp_path):
+    points = np.random.default_rng(2).uniform(0, 0.1, (50, 3))
+    path = _points_file(tmp_path / "p.csv", points, _smooth(points))
+    found = _nodal_field(path, "pressure", "Pa", points)
+    np.testing.assert_allclose(found, _smooth(points), rtol=1e-9)
+
+
+def test_between_points_the_error_falls_with_their_distance(tmp_path):
+    nodes = np.column_stack([*np.random.default_rng(3).uniform(0, 0.1, (2, 400)), np.zeros(400)])
+    errors = []
+    for count in (10, 40):
+        x, y = np.meshgrid(*[np.linspace(0, 0.1, count)] * 2)
+        points = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+        found = _nodal_field(
+            _points_file(tmp_path / "p.csv", points, _smooth(points)), "pressure", "Pa", nodes
+        )
+        errors.append(np.abs(found / _smooth(nodes) - 1).mean())
+    assert errors[0] < 0.01
+    assert errors[1] < errors[0] / 3
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("x,y,z\n0,0,0\n", "line 1: 0 columns pressure: needed are x .m., y .m., z .m., pressure"),
+    ("x,y,z,pressure (mm)\n0,0,0,1\n", "line 1: pressure .mm.: not a unit like Pa"),
+    ("x,y,z,pressure\n0,0,0,1\n0,0,one,1\n", "line 3: needs a number in each column"),
+    ("x,y,z,pressure\n0,0,0,1\n0,0\n", "line 3: needs a number in each column"),
+    ("x,y,z,pressure\n0,0,0,nan\n", "line 2: numbers must be finite"),
+    ("x,y,z,pressure\n", "needs a line of names and one of numbers at least"),
+    ("x,y,z,pressure\n5,0,0,1\n", "the node at 0, 0, 0 mm lies 5e.03 mm from the nearest"),
+    ("x,y,z,pressure\n0,0,0,1\n0.089,0,0,1\n", "the node at 100, 0, 0 mm lies 11 mm from"),
+])  # fmt: skip
+def test_what_is_no_field_is_refused(tmp_path, text, message):
+    path = tmp_path / "p.csv"
+    path.write_text(text)
+    refused(message, _nodal_field, path, "pressure", "Pa", np.array([[0.0, 0, 0], [0.1, 0, 0]]))

@@ -119,7 +119,7 @@ def coefficients(example: Example, column: Floats) -> Floats:
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 7, 8])
-def test_its_points_are_solutions_here(number: int, record_property: Any) -> None:
+def test_its_points_are_solutions_here(number: int, record: Any, below: Any) -> None:
     example, columns = EXAMPLES[number], SOLVED[f"x{number}"].T
     options = Options(example.harmonics, samples=example.samples)
     ready = options.prepare(example.system, columns[:, -1] / (2 * np.pi), 1)
@@ -132,14 +132,13 @@ def test_its_points_are_solutions_here(number: int, record_property: Any) -> Non
         assert found.converged
         worst = max(worst, float(np.abs(found.u - given).max() / np.abs(given).max()))
         steps += found.iterations
-    record_property("points", len(columns))
-    record_property("largest difference", f"{worst:.1e}")
-    record_property("Newton steps of all", steps)
-    record_property("lines of code there, here", f"{example.lines_there}, {example.lines_here}")
-    assert worst < 1e-9
+    record("points", len(columns))
+    below("largest difference", worst, 1e-9)
+    record("Newton steps of all", steps)
+    record("lines of code there, here", f"{example.lines_there}, {example.lines_here}")
 
 
-def test_its_nonlinear_mode_is_a_free_vibration_here(record_property: Any) -> None:
+def test_its_nonlinear_mode_is_a_free_vibration_here(record: Any, below: Any) -> None:
     example, columns = EXAMPLES[9], SOLVED["x9"].T
     ready = Options(example.harmonics).prepare(example.system, [20.0, 50.0], 1)
     law, worst = ready.law(example.harmonics), 0.0
@@ -149,15 +148,14 @@ def test_its_nonlinear_mode_is_a_free_vibration_here(record_property: Any) -> No
         w = law(given, omega).w
         moved = ready.structure.balance(omega).displacement(w)
         worst = max(worst, float(np.abs(moved - given).max() / np.abs(given).max()))
-    record_property("points", len(columns))
-    record_property("largest difference", f"{worst:.1e}")
-    assert worst < 1e-6
+    record("points", len(columns))
+    below("largest difference", worst, 1e-6)
 
 
 @pytest.mark.parametrize(
     "number", [1, 2, 8] if FULL else [1, 8]
 )  # points of 3 and 7 crowd between folds
-def test_sweeps_find_its_stable_points(number: int, record_property: Any) -> None:
+def test_sweeps_find_its_stable_points(number: int, record: Any) -> None:
     example, columns = EXAMPLES[number], SOLVED[f"x{number}"].T
     columns = columns[np.argsort(columns[:, -1])][:: 1 if FULL else 3]
     hertz = columns[:, -1] / (2 * np.pi)
@@ -172,8 +170,8 @@ def test_sweeps_find_its_stable_points(number: int, record_property: Any) -> Non
         np.abs(np.abs(each.contact[:, 1, :, 0]) - first).max(axis=1) / first.max() for each in both
     ]
     nearest = np.min(apart, axis=0)
-    record_property("points", len(columns))
-    record_property("met by a sweep within 1e-6", int((nearest < 1e-6).sum()))
+    record("points", len(columns))
+    record("met by a sweep within 1e-6", int((nearest < 1e-6).sum()))
     assert all(each.converged.all() for each in both)
     # The others lie between two folds, where no sweep of so few frequencies comes.
     assert (nearest < 1e-6).mean() > 0.6

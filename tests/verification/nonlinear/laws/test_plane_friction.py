@@ -61,7 +61,7 @@ PATHS = {  # shares of u1 and u2 in the amplitude, the semi-major axis
 
 
 @pytest.mark.parametrize("name", PATHS)
-def test_work_of_a_cycle(name, record_property):
+def test_work_of_a_cycle(name, record):
     shares = [complex(share) for share in PATHS[name]]
     quotients = []
     for ratio in RATIOS:
@@ -79,7 +79,7 @@ def test_work_of_a_cycle(name, record_property):
         np.testing.assert_allclose(plane, theory, rtol=rtol)
         quotients.append(both / plane)
     shown = ", ".join(f"{q:.2f} at {x:g}" for x, q in zip(RATIOS, quotients, strict=True))
-    record_property("work of two independent directions / isotropic, at U/r", shown)
+    record("work of two independent directions / isotropic, at U/r", shown)
     # Two directions see less of a two-dimensional path than its length while slip is small, and
     # have up to √2 times the friction force when it is large.
     if name == "circle":
@@ -100,7 +100,7 @@ def test_work_of_a_cycle(name, record_property):
 
 
 @pytest.mark.parametrize("harmonics", [1, 3, 5])
-def test_error_by_number_of_samples(harmonics, record_property):
+def test_error_by_number_of_samples(harmonics, record):
     count, steps = (200, 100_000) if FULL else (30, 10_000)
     rng = np.random.default_rng([11, harmonics])
     kt = rng.uniform(0.5, 2, count)
@@ -132,8 +132,8 @@ def test_error_by_number_of_samples(harmonics, record_property):
     reference *= 2 / steps
     reference[:, :, 0] /= 2
     scale = np.abs(u).max(axis=(1, 2))
-    record_property("contacts", f"{np.sum(~opens)} slipping, {np.sum(opens)} opening too")
-    record_property("reference", f"{steps:,} samples")
+    record("contacts", f"{np.sum(~opens)} slipping, {np.sum(opens)} opening too")
+    record("reference", f"{steps:,} samples")
     chosen_contacts = Contacts(made.kn[chosen], made.kt[chosen], made.mu[chosen], made.v0[chosen])
     medians = []
     for samples in (128, 256, 512, 1024, None):
@@ -142,7 +142,7 @@ def test_error_by_number_of_samples(harmonics, record_property):
         else:
             found = sampled_plane(chosen_contacts, samples, u).w[:, 1:]
         error = np.abs(found - reference).max(axis=(1, 2)) / scale
-        record_property(
+        record(
             f"{samples} samples" if samples else "located events",
             f"median {np.median(error):.1e}, 95 % {np.quantile(error, 0.95):.1e}, "
             f"largest {error.max():.1e}",
@@ -155,7 +155,7 @@ def test_error_by_number_of_samples(harmonics, record_property):
 
 
 @pytest.mark.parametrize("force", [1.0, 3.0, 10.0, 30.0, 90.0] if FULL else [3.0, 30.0])
-def test_peak_of_the_vane(scene, force, record_property):
+def test_peak_of_the_vane(scene, force, record):
     # From micro-slip to gross slip: small slip is damped more by isotropic friction, large slip by
     # two directions.
     system, (free, stuck, _) = loaded(scene.system, force / 30), second_mode(scene.system)
@@ -164,9 +164,9 @@ def test_peak_of_the_vane(scene, force, record_property):
         for friction in ("orthogonal", "isotropic")
     }
     for friction, (frequency, amplitude) in found.items():
-        record_property(friction, f"{1e6 * amplitude:.4g} um at {frequency:.2f} Hz")
+        record(friction, f"{1e6 * amplitude:.4g} um at {frequency:.2f} Hz")
     quotient = found["orthogonal"][1] / found["isotropic"][1]
-    record_property("peak of two independent directions / isotropic", f"{quotient:.3f}")
+    record("peak of two independent directions / isotropic", f"{quotient:.3f}")
     assert 0.6 < quotient < 1.5
     if force == 3.0:
         assert quotient > 1.02

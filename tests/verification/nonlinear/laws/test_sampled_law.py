@@ -34,7 +34,7 @@ def spread(error):
 
 
 @pytest.mark.parametrize("harmonics", [1, 3, 5])
-def test_error_by_number_of_samples(harmonics, record_property):
+def test_error_by_number_of_samples(harmonics, record):
     made, u = draw(harmonics)
     exact = contact_law(made, harmonics)(u)
     size = np.abs(u).max(axis=(1, 2))
@@ -47,7 +47,7 @@ def test_error_by_number_of_samples(harmonics, record_property):
         bent = np.abs(found.jacobian - exact.jacobian).max(axis=(1, 2, 3, 4)) / steep
         for name, own in groups.items():
             medians[name].append(np.median(error[own]))
-            record_property(
+            record(
                 f"{samples} samples, {np.sum(own)} {name}",
                 f"{spread(error[own])}, largest {error[own].max():.1e} "
                 f"(Jacobian {spread(bent[own])})",
@@ -60,7 +60,7 @@ def test_error_by_number_of_samples(harmonics, record_property):
 
 
 @pytest.mark.parametrize("harmonics", [1, 3, 5, 9])
-def test_located_events_do_not_depend_on_what_brackets_them(harmonics, record_property):
+def test_located_events_do_not_depend_on_what_brackets_them(harmonics, record):
     made, u = draw(harmonics)
     law = contact_law(made, harmonics)
     exact = law(u)
@@ -71,6 +71,6 @@ def test_located_events_do_not_depend_on_what_brackets_them(harmonics, record_pr
         other = replace(law, table=table)(u)
         error = (np.abs(other.w - exact.w).max(axis=(1, 2)) / size).max()
         bent = (np.abs(other.jacobian - exact.jacobian).max(axis=(1, 2, 3, 4)) / steep).max()
-        record_property(f"{count} brackets", f"{error:.1e} (Jacobian {bent:.1e})")
+        record(f"{count} brackets", f"{error:.1e} (Jacobian {bent:.1e})")
         assert error < 1e-10
         assert bent < 1e-8

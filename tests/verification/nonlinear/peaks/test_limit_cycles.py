@@ -40,7 +40,7 @@ def found(given, harmonics, reach=12.0):
 
 
 @pytest.mark.parametrize("given", INPUTS)
-def test_one_mass_has_the_cycles_of_its_power_balance(given, record_property):
+def test_one_mass_has_the_cycles_of_its_power_balance(given, record):
     """4F (U - F/kt) = a U², of one harmonic: the lower root is stable, the upper one the kick."""
     root = np.sqrt(1 - given)
     expected = 2 / given * np.array([1 - root, 1 + root])
@@ -50,15 +50,15 @@ def test_one_mass_has_the_cycles_of_its_power_balance(given, record_property):
     assert cycles.amplitude_stable.tolist() == [True, False]
     assert cycles.critical_kick == cycles.amplitude[1]
     assert cycles.linear_damping < 0
-    record_property("cycles", ", ".join(f"{each:.6f}" for each in sizes))
-    record_property("difference", f"{np.abs(sizes / expected - 1).max():.1e}")
+    record("cycles", ", ".join(f"{each:.6f}" for each in sizes))
+    record("difference", f"{np.abs(sizes / expected - 1).max():.1e}")
 
 
-def test_nothing_holds_what_the_air_drives_more_than_friction_can_take(record_property):
+def test_nothing_holds_what_the_air_drives_more_than_friction_can_take(record):
     cycles = found(1.01, 1, 200.0)
     assert len(cycles.amplitude) == 0
     assert cycles.critical_kick == 0.0
-    record_property("cycles at a = 1.01 kt", "none")
+    record("cycles at a = 1.01 kt", "none")
 
 
 @numba.njit
@@ -77,7 +77,7 @@ def marched(size, input_, count, step, stiffness, spring, slip):
     return (high - low) / 2
 
 
-def test_marching_settles_at_the_stable_cycle_and_leaves_the_other(record_property):
+def test_marching_settles_at_the_stable_cycle_and_leaves_the_other(record):
     """Viscous input of the same work: f = c v, c = a/(π ω), at the frequency of each cycle."""
     cycles = found(0.36, 5)
     omega = 2 * np.pi * cycles.frequency
@@ -85,19 +85,19 @@ def test_marching_settles_at_the_stable_cycle_and_leaves_the_other(record_proper
     inputs = 0.36 * SPRING / np.pi / omega
     settled = marched(sizes[0], inputs[0], 4_000_000, 1e-3, STIFFNESS, SPRING, SLIP)
     assert settled == pytest.approx(sizes[0], rel=1e-4)
-    record_property("stable", f"{sizes[0] * SPRING / SLIP:.6f}")
-    record_property("marched", f"{settled * SPRING / SLIP:.6f}")
+    record("stable", f"{sizes[0] * SPRING / SLIP:.6f}")
+    record("marched", f"{settled * SPRING / SLIP:.6f}")
     ends = [
         marched(share * sizes[1], inputs[1], 2_000_000, 1e-3, STIFFNESS, SPRING, SLIP)
         for share in (0.99, 1.02)
     ]
     assert ends[0] < 0.2 * sizes[1]  # falls back
     assert ends[1] > 2.0 * sizes[1]  # runs away
-    record_property("kick", f"{sizes[1] * SPRING / SLIP:.4f}")
-    record_property("marched from 0.99 and 1.02 of it", "falls back, runs away")
+    record("kick", f"{sizes[1] * SPRING / SLIP:.4f}")
+    record("marched from 0.99 and 1.02 of it", "falls back, runs away")
 
 
-def test_air_damps_the_waves_of_a_ring_as_its_eigenvalues_say(record_property):
+def test_air_damps_the_waves_of_a_ring_as_its_eigenvalues_say(record):
     """All N blades coupled by the air alone, in the time domain."""
     rng, sectors, hertz = np.random.default_rng(3), 11, 260.0
     omega2 = (2 * np.pi * hertz) ** 2
@@ -115,5 +115,5 @@ def test_air_damps_the_waves_of_a_ring_as_its_eigenvalues_say(record_property):
     waves = np.exp(-2j * np.pi * np.outer(np.arange(sectors), np.arange(sectors)) / sectors)
     A = _coefficients(influence, sectors)
     np.testing.assert_allclose(ring @ waves, waves * A, rtol=1e-10, atol=1e-9)
-    record_property("damping by nodal diameter", f"{damping.min():+.1e} to {damping.max():+.1e}")
-    record_property("difference", f"{np.abs(damping - expected).max():.1e}")
+    record("damping by nodal diameter", f"{damping.min():+.1e} to {damping.max():+.1e}")
+    record("difference", f"{np.abs(damping - expected).max():.1e}")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import FULL
+from tests.nonlinear.systems import even, with_contacts
 from tests.verification.nonlinear.spring_rings import MASSES, worst_ring
 from vanelock.nonlinear import AmplitudeGradient, Options
 from vanelock.nonlinear.forced_response.parameter_response import Parameter
@@ -28,7 +29,7 @@ def scaled_contacts(name, where):
     def change(system, share):
         given = getattr(system.contacts, name).copy()
         given[where] *= 1 + share
-        return replace(system, contacts=replace(system.contacts, **{name: given}))
+        return with_contacts(system, **{name: given})
 
     return change
 
@@ -58,7 +59,7 @@ def replaced_slider(c, way):
     def change(system, share):
         slider = system.contacts.slider.copy()
         slider[c, way] += share
-        return replace(system, contacts=replace(system.contacts, slider=slider))
+        return with_contacts(system, slider=slider)
 
     return change
 
@@ -108,12 +109,11 @@ def drawn_case(seed):
     system, hertz = worst_ring(seed % 20, ("slip", "lift")[seed // 20 % 2])
     at_rest = 0.1 * random.normal(size=MASSES)
     friction, coupling = random.choice(FRICTIONS), COUPLINGS[random.choice(3, p=[0.6, 0.2, 0.2])]
-    contacts = system.contacts
-    kt = np.repeat(contacts.kt[:, :1], 2, axis=1) if friction == "isotropic" else contacts.kt
+    system = even(system) if friction == "isotropic" else system
+    system = with_contacts(system, slider=0.02 * random.normal(size=system.contacts.kt.shape))
     system = replace(
         system,
         force={**system.force, 0: Force(at_rest.astype(complex))},
-        contacts=replace(contacts, kt=kt, slider=0.02 * random.normal(size=kt.shape)),
         damping_joints=str(random.choice(["stuck", "open"])),
     )
     options = Options(int(random.choice([1, 3, 5])), coupling=coupling, friction=str(friction))
@@ -166,12 +166,12 @@ def errors(seed):
 
 
 @pytest.mark.parametrize("group", range(GROUPS))
-def test_all_parameters_move_peaks_as_differences_say(group, record_property):
+def test_all_parameters_move_peaks_as_differences_say(group, record):
     seeds = range(group, COUNT, GROUPS) if FULL else range(2 * group, 2 * group + 2)
     found = [errors(seed) for seed in seeds]
     smooth = [each for each in found if each is not None]
     assert smooth
     worst = np.max([each[0] for each in smooth], axis=0)
-    record_property("systems", f"{len(smooth)} of {len(found)}")
-    record_property("amplitude", f"{worst[0]:.1e}")
-    record_property("frequency, of the half-width", f"{worst[1]:.1e}")
+    record("systems", f"{len(smooth)} of {len(found)}")
+    record("amplitude", f"{worst[0]:.1e}")
+    record("frequency, of the half-width", f"{worst[1]:.1e}")

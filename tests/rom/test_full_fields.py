@@ -4,40 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scipy.linalg as sl
 import scipy.sparse as sp
-from scipy.spatial import KDTree
 
+from tests.verification.conftest import whole_ring
 from vanelock import fem, rom
 from vanelock.common.cyclic import turn
 from vanelock.common.errors import InputError
-from vanelock.mesh import Part
 
 N = 5
 STEEL = fem.Material(E=200e9, nu=0.3, rho=7800.0)
 
 
 @pytest.fixture(scope="module", params=["cyclic", "paper"])
-def ring(lattice, request):
-    """A sector of a clamped ring with three master nodes, reduced at each diameter."""
-
-    def place(p):
-        r, angle = 0.5 + 0.1 * p[:, 0], 2 * np.pi / N * (p[:, 1] - 0.5)
-        angle = angle + 0.1 * np.sin(3 * p[:, 2])
-        return np.column_stack([r * np.cos(angle), r * np.sin(angle), 0.2 * p[:, 2]])
-
-    part = lattice((1, 4, 2), place, "tetra10", curved=True, sectors=N)
-    inner = np.setdiff1d(
-        part.node_sets["x1"], np.concatenate([part.node_sets[s] for s in ("y0", "y1", "z0")])
-    )
-    sets = {
-        "left": part.node_sets["y0"],
-        "right": part.node_sets["y1"],
-        "fixed": part.node_sets["z0"],
-        "force": inner[::5],
-    }
-    part = replace(part, name="ring", node_sets=sets)
-    model = fem.assemble(part, STEEL)
+def ring(ring_sector, request):
+    """A sector of a clamped ring with some master nodes, reduced at each diameter."""
+    model = ring_sector(sectors=N, counts=(1, 4, 2))
     options = {} if request.param == "cyclic" else {"interface_modes": 8}
     component = rom.reduce(
         model, ("force",), 6, nodal_diameters=range(N), route=request.param, **options
@@ -51,24 +32,10 @@ def coordinates(recovery, count=2, seed=0):
     return rng.standard_normal(shape) + 1j * rng.standard_normal(shape)
 
 
-def whole(part):
-    """The ring of all sectors, the faces merged, and (N, nodes) its node of each sector's node."""
-    points = np.concatenate([part.points @ turn(N, j).T for j in range(N)])
-    first = np.array([min(found) for found in KDTree(points).query_ball_point(points, 1e-9)])
-    kept, number = np.unique(first, return_inverse=True)
-    n = len(part.points)
-    cells = np.concatenate([number[part.cells + j * n] for j in range(N)])
-    full = Part("whole", points[kept], cells, part.cell_type, {}, {}, 1)
-    return full, number.reshape(N, n)
-
-
 @pytest.mark.parametrize("k", range(N))
 def test_fields_of_all_sectors_make_the_whole_ring(ring, k):
     q = coordinates(ring)
-    full, number = whole(ring.model.part)
-    assert len(full.points) == N * (
-        len(ring.model.part.points) - len(number[0]) + len(np.setdiff1d(number[0], number[1]))
-    )
+    full, number = whole_ring(ring.model.part)
     u = np.full((len(full.points), 3, q.shape[1]), np.nan + 0j)
     for j in range(N):
         mine = ring.displacement(q, k, sector=j)
@@ -121,45 +88,6 @@ def test_a_functional_s_row_is_the_functional_of_the_recovered_field(ring_scene,
         assert np.max(np.abs(rows @ q - direct) / scale) < 1e-12
         phase = np.exp(-2j * np.pi * 5 * k / 8)
         np.testing.assert_allclose(recovery.rows(functional, k, sector=5), phase * rows)
-
-
-@pytest.mark.parametrize("ring", ["cyclic"], indirect=True)
-def test_a_gauge_turns_with_its_sector(ring):
-    part, j = ring.model.part, 4
-    found = fem.gauge(part, [0.6, 0.01, 0.11], [0, 1, 1], length=5e-3)
-    q = coordinates(ring)
-    R = turn(N, j)
-    turned = replace(part, points=part.points @ R.T)
-    there = fem.gauge(turned, R @ [0.6, 0.01, 0.11], R @ [0, 1, 1], length=5e-3)
-    for k in (0, 1, 3):
-        direct = there.strain(ring.displacement(q, k, sector=j))
-        assert ring.rows(found.row, k, sector=j)[0] @ q == pytest.approx(direct, rel=1e-11)
-
-
-@pytest.mark.parametrize("k", [0, 1, 2])
-def test_energy_of_a_mode_is_half_the_square_of_its_frequency(ring, k):
-    reduced = ring.component.at(k)
-    omega2, shapes = sl.eigh(reduced.K, reduced.M, subset_by_index=[0, 3])
-    u = ring.displacement(shapes, k)
-    model = ring.model
-    x = np.zeros((model.K.shape[0], 4), complex)
-    free = model.dofs >= 0
-    x[model.dofs[free]] = u[free]
-    half = 0.5 * np.einsum("nk,nk->k", x.conj(), model.K @ x).real
-    np.testing.assert_allclose(half, 0.5 * omega2, rtol=1e-8)  # shapes are mass-normalised
-
-
-@pytest.mark.parametrize("ring", ["cyclic"], indirect=True)
-def test_a_softer_part_keeps_its_own_modulus_with_what_was_prepared_of_the_stiff_one(ring):
-    """Displacements of the same coordinates are the same, stresses as much less as the modulus."""
-    prepared = rom.prepare(ring.model, ("force",))
-    metal = ring.model.material
-    softer = replace(ring.model, K=0.7 * ring.model.K, material=replace(metal, E=0.7 * metal.E))
-    found = rom.recovery(rom.stiffened(ring.component, 0.7), softer, prepared)
-    q = coordinates(ring)
-    np.testing.assert_allclose(found.displacement(q, 1), ring.displacement(q, 1), rtol=1e-9)
-    np.testing.assert_allclose(found.stress(q, 1), 0.7 * ring.stress(q, 1), rtol=1e-7)
-    assert found.model.material.E == 0.7 * metal.E
 
 
 @pytest.mark.parametrize("ring", ["cyclic"], indirect=True)
