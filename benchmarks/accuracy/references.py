@@ -23,7 +23,7 @@ from vanelock.nonlinear.balance.receptance_tables import balances
 from vanelock.nonlinear.contact.law import contact_law
 from vanelock.nonlinear.continuation.families import Frequencies, fixed
 from vanelock.nonlinear.forced_response.frequency_sweep import PointSolver
-from vanelock.nonlinear.forced_response.options import at_rest
+from vanelock.nonlinear.forced_response.options import _at_rest
 from vanelock.nonlinear.fourier import TURN, resized
 from vanelock.nonlinear.newton.newton import TOLERANCE, Solution, solve
 from vanelock.nonlinear.peaks.peak import Resonance
@@ -111,7 +111,7 @@ class Reference:
         self.component = given.monitor.node, given.monitor.component
         self.mean = None
         if self.coupling != "coupled":
-            rest = at_rest(self.full, lambda h: self._law(h, False))
+            rest = _at_rest(self.full, lambda h: self._law(h, False))
             self.mean = rest.u[:, :, 0]
 
     def _law(self, harmonics: int, constant: bool) -> Any:

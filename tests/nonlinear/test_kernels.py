@@ -28,7 +28,7 @@ def test_a_wrong_number_of_threads_is_named():
 
 def test_cached_kernels_are_kept_by_all_their_sources():
     names = {path.stem for path in fourier._sources()}
-    assert {"fourier", "isotropic_law", "disc_slider", "full_ring"} <= names
+    assert {"fourier", "isotropic_law", "disc_slider", "time_marching"} <= names
     assert "newton" not in names
 
 

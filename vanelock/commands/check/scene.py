@@ -19,7 +19,7 @@ from vanelock.stages.matrices.hanging import RigidMotions, rigid_motions
 from vanelock.stages.matrices.piece import on_rows
 from vanelock.stages.matrices.pieces import clamped, matrices, refuse_unknown
 from vanelock.stages.matrices.scene_structure import SceneStructure, at_rest
-from vanelock.stages.parts.loads import load_lines
+from vanelock.stages.parts.load_lines import load_lines
 from vanelock.stages.response.responses import output_of
 
 

@@ -17,7 +17,7 @@ from vanelock.input.settings import unusual
 from vanelock.mesh.element_size import element_size, words_of
 from vanelock.stages.accuracy.budget import SOURCES, pins
 from vanelock.stages.cost_estimate import estimated
-from vanelock.stages.parts.loads import load_lines
+from vanelock.stages.parts.load_lines import load_lines
 
 if TYPE_CHECKING:
     from vanelock.mesh import Part
@@ -92,7 +92,7 @@ def _own_meshes(studies: Sequence[Study]) -> "dict[str, Part]":
 
     made: dict[str, Any] = {}
 
-    def product(step: Step[Any]) -> Any:
+    def product(step: "Step[Any]") -> Any:
         if step.key not in made:
             made[step.key] = step.compute(*map(product, step.needs))
         return made[step.key]
@@ -101,7 +101,8 @@ def _own_meshes(studies: Sequence[Study]) -> "dict[str, Part]":
     for study in studies:
         parts = {name: product(mesh_step(study, name)) for name in PARTS}
         first = first or parts
-        refuse_without_areas(study, parts["vane"])
+        if isinstance(study.vane, OwnVane):
+            refuse_without_areas(study, parts["vane"])
     return {name: first[name] for name in own}
 
 

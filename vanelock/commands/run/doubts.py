@@ -16,7 +16,7 @@ from vanelock.quantities import warnings
 from vanelock.quantities.case_result import CaseResult
 from vanelock.rom import Contacts
 from vanelock.stages.matrices.gather import gathered
-from vanelock.stages.parts.loads import load_lines
+from vanelock.stages.parts.load_lines import load_lines
 from vanelock.stages.plan import Planned
 from vanelock.stages.response.limits import Limits
 from vanelock.stages.response.responses import on_inertia, static_bounds_step

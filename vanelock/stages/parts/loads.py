@@ -19,14 +19,11 @@ The first line that is not blank and does not begin with # names the columns, in
 with units, of which SI is meant where there is none. Between points: the mean of the nearest, the
 nearer the more (D. Shepard, A two-dimensional interpolation function for irregularly-spaced data,
 Proceedings of the 23rd ACM National Conference 1968, 517-524).
-
-What a study or a scene is excited with, in words: directions as they act, and resultants.
 """
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -34,25 +31,19 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from vanelock import fem
-from vanelock.common.arrays import Floats, Integers, unit_vectors
+from vanelock.common.arrays import Floats, Integers
 from vanelock.common.errors import InputError
 from vanelock.common.files.csv_table import rows_of_cells
 from vanelock.common.files.digests import content_digest
 from vanelock.common.files.files import contents
 from vanelock.common.quantities import si
-from vanelock.common.tables import counted
 from vanelock.fem import Model
 from vanelock.fem.loads import centroid, faces_of
-from vanelock.input.cases.values import Problem, ring_of
-from vanelock.input.schema.scene import Scene
 from vanelock.input.schema.structure.loads import GAS, grows
 from vanelock.input.schema.structure.temperature import PARTS
 from vanelock.input.schema.study import Study
 from vanelock.mesh import Part, VaneDimensions
 from vanelock.mesh.cells import exterior, solid
-
-if TYPE_CHECKING:
-    from vanelock.stages.matrices.gather import Gathered
 
 HEAT = "heat"
 _NEAREST = 4  # points whose mean is taken
@@ -285,44 +276,3 @@ def _aerofoil_faces(part: Part, dimensions: VaneDimensions) -> tuple[Integers, .
     middle = [part.points[faces[piece == i, :3]].mean(axis=(0, 1)) for i in range(count)]
     order = np.argsort([np.arctan2(y, x) for x, y, _ in middle])
     return tuple(faces[piece == i] for i in order)
-
-
-UNIT = 1e-9
-"""Difference of a vector's length from 1 that is rounding."""
-
-
-def load_lines(
-    problem: Problem, nodes: int | None, lists: "Gathered | None" = None
-) -> Iterator[str]:
-    """A line for each load."""
-    sectors, _ = ring_of(problem)
-    if not isinstance(problem, Scene):
-        if (force := problem.excitation.force_per_node) and nodes:
-            yield f"excitation: {_each(force, nodes, sectors)}, radial"
-        return
-    if lists is None:
-        return
-    tables = {f"loads[{i}]": keys for i, keys in enumerate(problem.loads)}
-    for load in lists.loads:
-        keys = tables[load.where]
-        direction = np.array(keys.direction, float)
-        text = f"{load.where}: {_each(keys.amplitude or 0.0, len(load.nodes), sectors)}, along "
-        text += _vector(unit_vectors(direction, load.where))
-        if abs(np.linalg.norm(direction) - 1) > UNIT:
-            text += f", the direction {_vector(direction)} at length 1"
-        yield text
-    for each in lists.forces:
-        total = abs(each.factor) * each.forces.sum(axis=0)
-        yield f"{each.where}: forces on {counted(len(each.nodes), 'node')}, sum {_vector(total)} N"
-
-
-def _vector(values: Floats) -> str:
-    return f"[{', '.join(f'{value:.4g}' for value in values.tolist())}]"
-
-
-def _each(force: float, nodes: int, sectors: int) -> str:
-    """A force on each of some nodes, and what it comes to."""
-    text = f"{force:,.6g} N on {'each of ' if nodes > 1 else ''}{counted(nodes, 'node')}"
-    if nodes > 1:
-        text += f", {force * nodes:,.6g} N together"
-    return text if sectors == 1 else f"{text}, {force * nodes * sectors:,.6g} N around the ring"

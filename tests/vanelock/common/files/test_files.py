@@ -231,13 +231,6 @@ def test_numbers_read_back_exactly_and_gaps_are_empty(tmp_path):
     assert [row[2:] for row in rows] == [["stuck", "1"], ['slips, "opens"', "0"], *[["", ""]] * 2]
 
 
-@pytest.mark.parametrize("bad", [np.ones((2, 2)), np.ones(2) * 1j, 3.0])
-def test_what_is_no_column_is_refused_and_leaves_nothing(tmp_path, bad):
-    with pytest.raises(InputError, match="column x: given .*: one list of real numbers or text"):
-        write_columns(tmp_path / "curve.csv", {"x": bad})
-    assert not list(tmp_path.iterdir())
-
-
 WRITES = {"write_text", "write_bytes", "savez", "savetxt", "tofile", "savefig", "mmwrite", "dump"}
 BESIDE = ("placed(", "os.replace(")
 """What a function that writes a file has in it: the file is written beside its place."""

@@ -21,7 +21,8 @@ from vanelock.rom.joining.connections import Load
 from vanelock.stages.matrices.gather import Gathered
 from vanelock.stages.matrices.piece import NodalForces
 from vanelock.stages.parts.components import model_step
-from vanelock.stages.parts.loads import _nodal_field, growth, load_lines
+from vanelock.stages.parts.load_lines import load_lines
+from vanelock.stages.parts.loads import _nodal_field, growth
 from vanelock.stages.plan import plan
 
 pytestmark = pytest.mark.usefixtures("undrawn")

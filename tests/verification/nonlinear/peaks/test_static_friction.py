@@ -81,7 +81,7 @@ def test_loads_are_those_that_branch_and_bound_proves(record):
         assert bounds.proved.all()
         by_search.append(bounds.rest_load[0, [0, 2]])
     proved, found = np.array(by_proof), np.array(by_search)
-    size = np.maximum(proved[:, 1:], 1e-9)
+    size = np.maximum(proved[:, 1:], 1e-7)  # below it, round-off of loads of about 1 N
     same = np.abs(found - proved) < 1e-6 * size
     record("ends", found.size)
     for seed in np.flatnonzero(
