@@ -56,11 +56,15 @@ def steps_once(shared: Path) -> Iterator[None]:
     def once(stages: Stages, step: Step[Any]) -> tuple[Any, float, float]:
         def compute(*given: Any) -> Any:
             product = recent.pop(step.key) if step.key in recent else None
-            if product is None and step.kept and (there := cache.load(name, step.key, step.kind)):
+            if (
+                product is None
+                and step.is_kept
+                and (there := cache.load(name, step.key, step.kind))
+            ):
                 product = there.product
             if product is None:
                 product = step.compute(*given)
-                if step.kept:
+                if step.is_kept:
                     product = cache.store(name, step.key, product, 0.0).product
             recent[step.key] = product
             if len(recent) > MOST:

@@ -117,9 +117,9 @@ class Assembly:
             own = getattr(getattr(part, "masters", None), "sectors", self.sectors)
             if own != self.sectors:
                 raise InputError(f"{name}: of a ring of {own} sectors, not {self.sectors}")
-        wanted = [(each.where, each.own) for each in self.contacts]
+        wanted = [(each.where, each.own_part) for each in self.contacts]
         wanted += [(each.where, each.mate) for each in self.contacts]
-        wanted += [(f"ties.{each.name}", each.own) for each in self.ties]
+        wanted += [(f"ties.{each.name}", each.own_part) for each in self.ties]
         wanted += [(f"ties.{each.name}", each.mate) for each in self.ties]
         wanted += [(load.where, load.part) for load in self.loads]
         wanted += [(output.where, output.part) for output in self.outputs]
@@ -150,10 +150,12 @@ class Assembly:
         links = []
         for tie in self.ties:
             where, sides = f"ties.{tie.name}", (tie.own_nodes, tie.mate_nodes)
-            parts = self.parts[tie.own], self.parts[tie.mate]
+            parts = self.parts[tie.own_part], self.parts[tie.mate]
             a, b = (p.coordinates(n, where, 6) for p, n in zip(parts, sides, strict=True))
             both = (a >= 0) & (b >= 0)
-            links.append(np.column_stack([start[tie.own] + a[both], start[tie.mate] + b[both]]))
+            links.append(
+                np.column_stack([start[tie.own_part] + a[both], start[tie.mate] + b[both]])
+            )
         return merged(sizes, links)
 
     def system(self, nodal_diameters: Sequence[int]) -> System:
@@ -217,7 +219,7 @@ class Assembly:
         own, following = [none], [none]
         for each in self.contacts:
             where = each.where
-            here = self.merged.rows(each.frames, self.places(each.own, each.own_nodes, where))
+            here = self.merged.rows(each.frames, self.places(each.own_part, each.own_nodes, where))
             there = sp.csr_array(here.shape)
             if each.mate:
                 mate = self.places(each.mate, each.mate_nodes, where)

@@ -53,11 +53,11 @@ class Touching:
     """Contact elements of one name."""
 
     name: str  # of the contacts
-    own: str  # parts; an empty mate is ground
+    own_part: str  # parts; an empty mate is ground
     mate: str
     own_nodes: Integers  # (c,), nodes that meet; `mate_nodes` counts for nothing at ground
     mate_nodes: Integers
-    frames: Floats  # (c, 3, 3), rows: the outward normal of `own`, and two tangents
+    frames: Floats  # (c, 3, 3), rows: the outward normal of `own_part`, and two tangents
     kn: Floats  # (c,), N/m
     kt: Floats  # (c, 2), N/m
     mu: Floats  # (c,)
@@ -77,7 +77,7 @@ class Tie:
     """Nodes of two parts that move as one, in every direction that both have."""
 
     name: str
-    own: str
+    own_part: str
     mate: str
     own_nodes: Integers
     mate_nodes: Integers
@@ -223,7 +223,7 @@ def contact_pairs(
     tangential = stiffness(kt, kt_area)
     return Touching(
         name=name,
-        own=one.part,
+        own_part=one.part,
         mate=other.part,
         own_nodes=own[touches],
         mate_nodes=meets[touches],

@@ -60,7 +60,7 @@ class Step(Generic[P]):
     kind: type[P]
     needs: tuple["Step[Any]", ...]
     compute: Callable[..., P]
-    kept: bool = True
+    is_kept: bool = True
     quick: bool = False
     pulls: bool = False
     resumes: bool = False
@@ -118,8 +118,8 @@ class Stages:
         if step.key in self._products:
             return cast(P, self._products[step.key])
         kind = cast(Any, step.kind)
-        made = step.kept and self.elsewhere is not None and self.elsewhere(step.key)
-        entry = self.cache.load(step.stage, step.key, kind) if step.kept else None
+        made = step.is_kept and self.elsewhere is not None and self.elsewhere(step.key)
+        entry = self.cache.load(step.stage, step.key, kind) if step.is_kept else None
         if entry is not None:
             product, seconds, cpu = cast(P, entry.product), *entry[1:]
         else:
@@ -156,7 +156,7 @@ class Stages:
             product = step.compute(*given)
         seconds, cpu = (max(float(each), 0.0) for each in _now() - began - self._pulled)
         self._pulled = outside
-        if step.kept:
+        if step.is_kept:
             entry = self.cache.store(step.stage, step.key, cast(Any, product), seconds, cpu)
             product = cast(P, entry.product)  # as a later run will find it, to the last bit
         return product, seconds, cpu

@@ -167,7 +167,9 @@ class _Measuring:
             errors = abs(size / truth.amplitude - 1), abs(place / truth.frequency - 1)
             if peak is truth:
                 errors = float("nan"), float("nan")
-            outcome = Outcome(key, level.shown, *cost, size, place, *errors, level.own, peak.lost)
+            outcome = Outcome(
+                key, level.shown, *cost, size, place, *errors, level.chosen, peak.lost
+            )
             outcomes.append(outcome)
         return tuple(outcomes)
 

@@ -47,7 +47,7 @@ class Level(NamedTuple):
 
     shown: str
     study: Study
-    own: bool
+    chosen: bool
 
 
 def settings_of(
@@ -166,7 +166,7 @@ class Outcome:
         Of the peak, m and Hz; NaN where no point converged.
     amplitude_error, frequency_error : float
         Relative distance from the finest value; NaN for that one, and where one of them is lost.
-    own : bool
+    chosen : bool
         Whether the study has this value.
     lost : int
         Points that did not converge.
@@ -180,7 +180,7 @@ class Outcome:
     frequency: float
     amplitude_error: float
     frequency_error: float
-    own: bool
+    chosen: bool
     lost: int
 
 
@@ -196,7 +196,7 @@ def table(outcomes: Sequence[Outcome], name: str) -> Table:
     rows = [
         (
             *(each.setting, each.value, each.cost, each.amplitude_error, each.frequency_error),
-            "chosen" if each.own else "",
+            "chosen" if each.chosen else "",
         )
         for each in outcomes
     ]
@@ -223,7 +223,7 @@ def markdown(outcomes: Sequence[Outcome]) -> str:
         errors = (
             "" if np.isnan(e) else f"{e:.1e}" for e in (each.amplitude_error, each.frequency_error)
         )
-        value = f"**{each.value}**" if each.own else each.value
+        value = f"**{each.value}**" if each.chosen else each.value
         setting = f"`{each.setting}`" if each.setting != before else ""
         lines.append(f"| {setting} | {value} | {each.cost:.3f} | {' | '.join(errors)} |")
         before = each.setting
@@ -241,7 +241,7 @@ def draw(path: Path, outcomes: Sequence[Outcome], name: str) -> Path:
                     each.cost,
                     each.amplitude_error,
                     each.frequency_error,
-                    each.own,
+                    each.chosen,
                     joined=key not in WORDS and each.value not in ALONE,
                 )
                 for each in outcomes

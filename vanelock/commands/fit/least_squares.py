@@ -60,17 +60,19 @@ def fit(
     sigma: Floats,
     parameters: Sequence[FitParameter],
     starts: int = 1,
-    known: bool = True,
+    sigma_known: bool = True,
     listener: Listener = silent,
     curves: Sequence[Sequence[str]] | None = None,
     slopes: Predict | None = None,
 ) -> FitSolution:
-    """Fit parameters to data of standard deviations, or, not `known`, of about such sizes."""
+    """Fit parameters to data of standard deviations, or, not `sigma_known`, of about such sizes."""
     n, p = len(data), len(parameters)
     enough(n, p)
-    unit, scale = ("standard deviations", 1.0) if known else ("% of the largest amplitude", 100.0)
+    unit, scale = (
+        ("standard deviations", 1.0) if sigma_known else ("% of the largest amplitude", 100.0)
+    )
     progress = Progress(listener, 0, "misfit", unit, scale)
-    problem = _Problem(predict, slopes, data, sigma, tuple(parameters), known, progress)
+    problem = _Problem(predict, slopes, data, sigma, tuple(parameters), sigma_known, progress)
     curves = curves or [[f"point {i + 1}" for i in range(n)]]
     found: list[tuple[Start, Floats]] = []
     for number, x in enumerate(problem.begins(starts), 1):
@@ -121,7 +123,7 @@ class _Problem:
     data: Floats
     sigma: Floats
     parameters: tuple[FitParameter, ...]
-    known: bool
+    sigma_known: bool
     progress: Progress
     _known: dict[bytes, Floats] = field(default_factory=dict)
     _sloped: dict[bytes, Floats] = field(default_factory=dict)
@@ -218,11 +220,11 @@ def _assessed(
 ) -> FitSolution:
     """Errors and correlations at a solution, and whether they hold."""
     J, lost = problem.jacobian(x, central=True), np.isnan(problem.model(x))
-    known = problem.known
+    sigma_known = problem.sigma_known
     n, p = int(np.sum(~lost)), len(x)
     left = problem.residuals(x)[~lost]
     square = float(left @ left) / max(n - p, 1)
-    scale = max(1.0, np.sqrt(square)) if known else float(np.sqrt(square))
+    scale = max(1.0, np.sqrt(square)) if sigma_known else float(np.sqrt(square))
     _, singular, Vh = np.linalg.svd(J, full_matrices=False)
     spread = np.minimum(scale / np.maximum(singular, np.finfo(float).tiny), UNKNOWN)
     covariance = (Vh.T * spread**2) @ Vh
@@ -245,11 +247,11 @@ def _assessed(
         directions=directions,
         before=problem.misfit(starts_of(problem.parameters)),
         after=problem.misfit(x),
-        given=known,
+        sigma_known=sigma_known,
         scale=float(scale),
         points=n,
         lost=int(lost.sum()),
-        tests=noise_tests(left, J[~lost], lengths, known, names),
+        tests=noise_tests(left, J[~lost], lengths, sigma_known, names),
         rises=tuple(_rises(problem, x, each, float(scale)) for each in directions),
         starts=starts,
     )

@@ -129,7 +129,7 @@ class Start(NamedTuple):
     """Where a fit began and ended: misfits, number of steps and of model evaluations."""
 
     value: Floats
-    found: Floats
+    fitted: Floats
     before: float
     after: float
     steps: int
@@ -153,7 +153,7 @@ class FitSolution:
         From the best determined to the worst.
     before, after : float
         Root mean square of the weighted residuals at the start, and at the solution.
-    given : bool
+    sigma_known : bool
         Whether the data had standard deviations.
     scale : float
         s, by which errors from the given σ were multiplied; the scatter itself without σ.
@@ -179,7 +179,7 @@ class FitSolution:
     directions: tuple[Direction, ...]
     before: float
     after: float
-    given: bool
+    sigma_known: bool
     scale: float
     points: int
     lost: int
@@ -191,7 +191,7 @@ class FitSolution:
     def interval(self, index: int) -> tuple[float, float]:
         """Two standard errors below and above a fitted value, and about any fit that is as good."""
         parameter, spread = self.parameters[index], 2 * float(self.deviation[index])
-        values = [self.value, *(start.found for start in self.as_good())]
+        values = [self.value, *(start.fitted for start in self.as_good())]
         x = [parameter.inner(float(each[index])) for each in values]
         return parameter.outer(min(x) - spread), parameter.outer(max(x) + spread)
 
@@ -221,7 +221,7 @@ class FitSolution:
         found = []
         for start in self.starts:
             worse = self.points * (start.after**2 - self.after**2)
-            elsewhere = np.abs(x_of(self.parameters, start.found) - best).max() > APART
+            elsewhere = np.abs(x_of(self.parameters, start.fitted) - best).max() > APART
             if elsewhere and worse <= 4 * self.scale**2:
                 found.append(start)
         return tuple(found)

@@ -38,9 +38,9 @@ def fit_table(solution: FitSolution, name: str) -> Table:
 def notes(solution: FitSolution) -> list[str]:
     """Misfit and correlations, and whatever should keep one from believing the values."""
     keys = [each.name for each in solution.parameters]
-    unit = "standard deviations" if solution.given else "of the largest measured amplitude"
+    unit = "standard deviations" if solution.sigma_known else "of the largest measured amplitude"
     before, after = (
-        f"{each:.3g}" if solution.given else f"{100 * each:.3g} %"
+        f"{each:.3g}" if solution.sigma_known else f"{100 * each:.3g} %"
         for each in (solution.before, solution.after)
     )
     said = [f"root mean square misfit: {before} before, {after} after ({unit})"]
@@ -51,7 +51,7 @@ def notes(solution: FitSolution) -> list[str]:
     ]
     if pairs and solution.carried:
         said.append("correlation of errors: " + ", ".join(pairs))
-    if solution.given and solution.scale > 1 and solution.carried:
+    if solution.sigma_known and solution.scale > 1 and solution.carried:
         said.append(f"errors are {solution.scale:.2f} times those of the given scatter alone")
     said += doubts(solution)
     return said
@@ -77,7 +77,7 @@ def doubts(solution: FitSolution) -> list[str]:
     if solution.lost:
         said.append(f"{solution.lost} measured points have no converged response and were left out")
     for start in solution.as_good():
-        values = in_words(solution.parameters, start.found)
+        values = in_words(solution.parameters, start.fitted)
         text = f"ANOTHER FIT IS AS GOOD: {values} (misfit {start.after:.3g})"
         said += [text] * (text not in said)
     return [*said, *solution.remarks]
@@ -138,7 +138,9 @@ def json_of(solution: FitSolution) -> dict[str, Any]:
         "correlation": solution.correlation.tolist() if solution.carried else None,
         "misfit_before": solution.before,
         "misfit_after": solution.after,
-        "misfit_unit": "standard deviations" if solution.given else "largest measured amplitude",
+        "misfit_unit": "standard deviations"
+        if solution.sigma_known
+        else "largest measured amplitude",
         "scale": solution.scale,
         "points_lost": solution.lost,
         "tests": [
@@ -150,7 +152,7 @@ def json_of(solution: FitSolution) -> dict[str, Any]:
             {"along": each.along.tolist(), "error": each.deviation} for each in solution.directions
         ],
         "starts": [
-            {"from": each.value.tolist(), "to": each.found.tolist(), "misfit": each.after}
+            {"from": each.value.tolist(), "to": each.fitted.tolist(), "misfit": each.after}
             for each in solution.starts
         ],
         "doubts": doubts(solution),

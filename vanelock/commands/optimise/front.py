@@ -86,22 +86,22 @@ def front(
     trials, progress = [], Progress(listener, starts)
     single = peaks.with_one_harmonic()
     for place in spread(*bounds_of(peaks.parameters), starts):
-        single.known = []
+        single.followed = []
         if tried(progress, single(place)) < np.inf:
             trials.append((place, *_largest(single, place, coefficient)))
     progress = Progress(listener, (count - 1) * TRIALS, "peak or wear", "of the first point", 1.0)
     for i in range(1, count):
         ratio, progress.least = RATIO**i, np.inf
         both = partial(_peaks_and_wear, peaks, coefficient, first, ratio)
-        last = peaks.known
+        last = peaks.followed
         here = tried(progress, both(x))
         sizes = [max(peak / first.peak, ratio * wear / first.wear) for _, peak, wear in trials]
         if min(sizes, default=np.inf) < here:
             other = trials[int(np.argmin(sizes))][0]
-            peaks.known = []
+            peaks.followed = []
             there = tried(progress, both(other))
             if here < there:
-                peaks.known, peaks.place = last, x
+                peaks.followed, peaks.followed_x = last, x
             else:
                 x = other
         place = searched(both, peaks.parameters, x, progress)
@@ -115,14 +115,14 @@ def front(
 
 def _largest(peaks: Peaks, x: Floats, coefficient: Mapping[str, float]) -> tuple[float, float]:
     """The largest of the known peaks at x, m, and the most worn at one of them, m³/s."""
-    wear = worn(peaks, x, peaks.known, coefficient)
-    return max(each.amplitude for each in peaks.known), float(wear.max())
+    wear = worn(peaks, x, peaks.followed, coefficient)
+    return max(each.amplitude for each in peaks.followed), float(wear.max())
 
 
 def _peaks_and_wear(
     peaks: Peaks,
     coefficient: Mapping[str, float],
-    first: FrontPoint,
+    start_point: FrontPoint,
     ratio: float,
     x: Floats,
     afresh: bool = False,
@@ -131,7 +131,7 @@ def _peaks_and_wear(
     size = peaks(x, afresh)
     if size is None:
         return None
-    wear = worn(peaks, x, peaks.known, coefficient)
+    wear = worn(peaks, x, peaks.followed, coefficient)
     gradient = np.zeros((len(wear), len(x)))
     for i in range(len(x)):
         there = x.copy()
@@ -140,10 +140,10 @@ def _peaks_and_wear(
         if not moved:
             return None
         gradient[:, i] = (worn(peaks, there, moved, coefficient) - wear) / STEP
-    share = ratio / first.wear
+    share = ratio / start_point.wear
     return Functions(
-        np.append(size.value / first.peak, share * wear),
-        np.vstack([size.gradient / first.peak, share * gradient]),
+        np.append(size.value / start_point.peak, share * wear),
+        np.vstack([size.gradient / start_point.peak, share * gradient]),
     )
 
 

@@ -192,9 +192,9 @@ class Peaks:
         The range, Hz.
     slider : (c, 2) float, optional
         Where sliders are assembled, m; those that stick for good are held there.
-    known : list of CurvePoint
+    followed : list of CurvePoint
         Those of the last values, which the next ones are looked for from.
-    place : (p,) float
+    followed_x : (p,) float
         The last values, x.
     met : list of ((p,) float, CurvePoint)
         Places at which the range had a peak that none had followed, and that peak.
@@ -206,8 +206,8 @@ class Peaks:
     parameters: Sequence[FitParameter]
     near: tuple[float, float]
     slider: Floats | None = None
-    known: list[CurvePoint] = field(default_factory=list)
-    place: Floats = field(default_factory=lambda: np.zeros(0))
+    followed: list[CurvePoint] = field(default_factory=list)
+    followed_x: Floats = field(default_factory=lambda: np.zeros(0))
     met: list[tuple[Floats, CurvePoint]] = field(default_factory=list)
     solved: int = 0
 
@@ -233,12 +233,12 @@ class Peaks:
 
     def led_by(self, peaks: Sequence[CurvePoint], x: Floats) -> None:
         """Begin with peaks of fewer harmonics at x, the others zero."""
-        self.known, self.place = [], x
+        self.followed, self.followed_x = [], x
         length = 2 * self.model.harmonics + 1
         for peak in peaks:
             w = np.zeros((*peak.solution.w.shape[:2], length))
             w[:, :, : peak.solution.w.shape[2]] = peak.solution.w
-            self.known.append(replace(peak, solution=replace(peak.solution, w=w, reuse=None)))
+            self.followed.append(replace(peak, solution=replace(peak.solution, w=w, reuse=None)))
 
     @one_thread
     def __call__(self, x: Floats, afresh: bool = False) -> Functions | None:
@@ -249,7 +249,7 @@ class Peaks:
         away; one that is met here alone is looked for again wherever the search comes near.
         """
         ready = self._ready(x)
-        known = self._followed(self.place, x, ready, self.known)
+        known = self._followed(self.followed_x, x, ready, self.followed)
         if afresh:
             swept = self._swept(ready)
             self.met += [(x, each) for each in swept if _is_new(each, known)]
@@ -264,7 +264,7 @@ class Peaks:
 
     def moved(self, x: Floats) -> list[CurvePoint]:
         """The known peaks at x, which is close; none where one is lost."""
-        return self._followed(self.place, x, self._ready(x), self.known)
+        return self._followed(self.followed_x, x, self._ready(x), self.followed)
 
     def _functions(
         self, ready: PreparedSystem, x: Floats, curve_points: list[CurvePoint]
@@ -280,7 +280,7 @@ class Peaks:
                 gradients.append([known[each.key] for each in self.parameters])
         if not sizes:
             return None
-        self.known, self.place = curve_points, x
+        self.followed, self.followed_x = curve_points, x
         return Functions(np.array(sizes), np.array(gradients) * stretch)
 
     def _followed(

@@ -109,22 +109,22 @@ def optimum(peaks: Peaks, starts: int = 0, listener: Listener = silent) -> Optim
     low, high = bounds_of(parameters)
     own = starts_of(parameters)
     single, progress = peaks.with_one_harmonic(), Progress(listener, starts)
-    begins = [(_swept(progress, single, x), x, single.known) for x in spread(low, high, starts)]
+    begins = [(_swept(progress, single, x), x, single.followed) for x in spread(low, high, starts)]
     progress = Progress(listener, 1 + LOWEST * bool(starts) + TRIALS)
-    trials = [(_swept(progress, peaks, own), own, peaks.known)]
+    trials = [(_swept(progress, peaks, own), own, peaks.followed)]
     for _, x, known in sorted(begins, key=lambda trial: trial[0])[:LOWEST]:
         peaks.led_by(known, x)
-        trials.append((tried(progress, peaks(x)), x, peaks.known))
-    _, begin, peaks.known = min(trials, key=lambda trial: trial[0])
-    peaks.place = begin
+        trials.append((tried(progress, peaks(x)), x, peaks.followed))
+    _, begin, peaks.followed = min(trials, key=lambda trial: trial[0])
+    peaks.followed_x = begin
     chosen = searched(peaks, parameters, begin, progress)
     if chosen is None:
         raise InputError("optimise: no peak lies in the range of frequencies at any start")
     if not chosen.settled:
-        peaks.known = []
+        peaks.followed = []
     there = peaks(chosen.x) or chosen.functions
     top = there.largest
-    order = [each for each in peaks.known if each.amplitude > (1 - EQUAL) * top]
+    order = [each for each in peaks.followed if each.amplitude > (1 - EQUAL) * top]
     ends = [each.low for each in parameters], [each.high for each in parameters]
     return Optimum(
         parameters=tuple(parameters),
@@ -170,7 +170,7 @@ def searched(
 
 def _swept(progress: Progress, peaks: Peaks, x: Floats) -> float:
     """The largest peak at a place, m, of the whole range; infinite where there is none."""
-    peaks.known = []
+    peaks.followed = []
     return tried(progress, peaks(x))
 
 

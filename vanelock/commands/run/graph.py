@@ -23,17 +23,17 @@ from vanelock.stages.response.limits import LIMITS
 class _CaseWork:
     """The steps of a case as given, planned anew wherever it is computed.
 
-    Beside it what an accuracy chose for it, and the `first` case's, whose linear response says what
-    is monitored; None: its own does.
+    Beside it what an accuracy chose for it, and the case `monitoring`, whose linear response says
+    what is monitored; None: its own does.
     """
 
     case: Case
     choice: MeshChoice | None
-    first: "_CaseWork | None"
+    monitoring: "_CaseWork | None"
 
     def steps(self) -> list[Step[Any]]:
         """All whose products a run shows."""
-        works = [self] if self.first is None else [self.first, self]
+        works = [self] if self.monitoring is None else [self.monitoring, self]
         found = plan([work.case for work in works], choices=[work.choice for work in works])
         planned = with_analyses(found[-1], found[0])
         return [*steps_of(planned), *planned.pieces]
@@ -71,7 +71,7 @@ def _jobs(planned: Sequence[Planned]) -> list[_Job]:
         first, pieces = first or work, {*each.pieces}
         needs = (need for step in (*each.analysed, *each.pieces) for need in step.needs)
         steps = [need for need in needs if need not in pieces]
-        steps += [step for step in steps_of(each) if step.kept]
+        steps += [step for step in steps_of(each) if step.is_kept]
         found.append(_Job(each.case.name, steps, work))
         found += [_Job(piece.name, (piece,), work, counts=False) for piece in each.pieces]
     return found
@@ -87,12 +87,12 @@ def bundle(planned: Sequence[Planned], cache: Cache) -> tuple[list[Step[Any]], l
         if step.key in seen:
             return
         seen.add(step.key)
-        if step.kept and held(step.stage, step.key):
+        if step.is_kept and held(step.stage, step.key):
             return
         if not step.pulls:  # else it is not known what it needs
             for need in step.needs:
                 visit(need, i, seen)
-        if step.kept:
+        if step.is_kept:
             nodes.setdefault(step.key, step)
             users.setdefault(step.key, []).append(i)
 

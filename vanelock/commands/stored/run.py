@@ -294,9 +294,9 @@ def load(folder: str | os.PathLike[str]) -> Run:
     return Run(path, load_run(path))
 
 
-def _folder(place: str | os.PathLike[str]) -> Path:
+def _folder(folder: str | os.PathLike[str]) -> Path:
     """A run's folder, which the results file in it stands for as well."""
-    path = Path(place)
+    path = Path(folder)
     return path.parent if path.name == NAME else path
 
 

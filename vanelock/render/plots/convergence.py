@@ -32,7 +32,7 @@ class MeasuredValue:
         What it takes, relative to the whole study; > 0.
     amplitude_error, frequency_error : float
         Relative; NaN where not known.
-    own : bool
+    chosen : bool
         Whether the study has this value.
     joined : bool
         Whether a line joins it with the others, as one of a sequence.
@@ -42,7 +42,7 @@ class MeasuredValue:
     cost: float
     amplitude_error: float
     frequency_error: float
-    own: bool
+    chosen: bool
     joined: bool = True
 
 
@@ -95,7 +95,7 @@ def _draw(axes: Axes, panel: Panel) -> None:
         axes.plot(cost, error, marker, color=colour, ms=5, mfc="white", zorder=3)
         line = [i for i, v in enumerate(known) if v.joined]
         axes.plot([cost[i] for i in line], [error[i] for i in line], color=colour, lw=1.4)
-        own = [i for i, v in enumerate(known) if v.own]
+        own = [i for i, v in enumerate(known) if v.chosen]
         axes.plot(
             [cost[i] for i in own], [error[i] for i in own], marker, color=colour, ms=8, zorder=4
         )
@@ -140,7 +140,7 @@ def _label(axes: Axes, panel: Panel) -> None:
             textcoords="offset points",
             fontsize=8.5,
             color=style.BLACK,
-            fontweight="bold" if value.own else "normal",
+            fontweight="bold" if value.chosen else "normal",
             rotation=0 if errors else 90,
         )
 

@@ -116,8 +116,8 @@ class Gathered:
 
     def apart(self) -> Iterator[str]:
         """A line for each component that nothing joins to another, where there are several."""
-        links = [(each.own, each.mate) for each in self.contacts]
-        links += [(each.own, each.mate) for each in self.ties]
+        links = [(each.own_part, each.mate) for each in self.contacts]
+        links += [(each.own_part, each.mate) for each in self.ties]
         joined = {name for own, mate in links for name in (own, mate) if mate and own != mate}
         for name in self.components if len(self.components) > 1 else ():
             if name not in joined:
@@ -127,7 +127,7 @@ class Gathered:
 def _sides(pairs: Touching | Tie) -> list[tuple[str, Integers]]:
     """Components of pairs of nodes, and their nodes; the ground has none."""
     mate = [(pairs.mate, pairs.mate_nodes)] if pairs.mate else []
-    return [(pairs.own, pairs.own_nodes), *mate]
+    return [(pairs.own_part, pairs.own_nodes), *mate]
 
 
 def gathered(scene: Scene) -> Gathered:

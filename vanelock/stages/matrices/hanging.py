@@ -127,14 +127,17 @@ def refuse_unbalanced(gathered: Gathered, bodies: Mapping[str, RigidMotions]) ->
 
     apart = [np.zeros((0, ends[-1]))]
     for tie in gathered.ties:
-        (own, has), (mate, mated) = at(tie.own, tie.own_nodes, 6), at(tie.mate, tie.mate_nodes, 6)
+        (own, has), (mate, mated) = (
+            at(tie.own_part, tie.own_nodes, 6),
+            at(tie.mate, tie.mate_nodes, 6),
+        )
         apart.append((own - mate)[has & mated])
     R = sl.null_space(np.vstack(apart), rcond=RANK)
     if not R.size or not gathered.contacts or any(each.element for each in gathered.contacts):
         return []
     rows = []
     for each in gathered.contacts:
-        moved = at(each.own, each.own_nodes)[0]
+        moved = at(each.own_part, each.own_nodes)[0]
         if each.mate:
             moved = moved - at(each.mate, each.mate_nodes)[0]
         rows.append(each.frames @ moved)

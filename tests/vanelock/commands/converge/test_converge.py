@@ -25,7 +25,7 @@ sweep."joints.interlock.mu" = [0.1, 0.2]
 
 def values(text, key):
     levels = settings_of(parse_study(text))[key]
-    return [level.shown for level in levels], [level.shown for level in levels if level.own]
+    return [level.shown for level in levels], [level.shown for level in levels if level.chosen]
 
 
 def test_every_setting_has_the_studys_own_value_once():
@@ -34,7 +34,7 @@ def test_every_setting_has_the_studys_own_value_once():
     every += " response.coupling joints.patch"
     assert list(found) == every.split()
     for key, levels in found.items():
-        assert sum(level.own for level in levels) == 1, key
+        assert sum(level.chosen for level in levels) == 1, key
         assert len({level.shown for level in levels}) == len(levels)
     listed = settings_of(parse_study("[response]\nfrequencies = [250, 260]"))
     assert "response.points" not in listed
@@ -112,11 +112,11 @@ def test_the_finest_value_is_the_reference(measured):
         for o in rest:
             assert o.amplitude_error == pytest.approx(abs(o.amplitude / last.amplitude - 1))
             assert o.frequency_error == pytest.approx(abs(o.frequency / last.frequency - 1))
-        assert sum(o.own for o in outcomes) == 1
+        assert sum(o.chosen for o in outcomes) == 1
     harmonics = by_setting["response.harmonics"]
     assert harmonics[0].frequency_error > 10 * harmonics[1].frequency_error
     assert harmonics[0].amplitude_error > harmonics[1].amplitude_error
-    own = {o.setting: o for o in found if o.own}
+    own = {o.setting: o for o in found if o.chosen}
     assert own["response.harmonics"].amplitude == own["response.coupling"].amplitude
 
 

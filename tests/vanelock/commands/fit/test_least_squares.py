@@ -34,7 +34,7 @@ def test_values_and_errors_are_scipy_s(given):
     """Relative standard errors of logarithms are those of the values over the values."""
     sigma = np.full(41, 0.02)
     data = predict(TRUTH) + sigma * np.random.default_rng(4).standard_normal(41)
-    found = fit(predict, data, sigma if given else ONES, parameters(), known=given)
+    found = fit(predict, data, sigma if given else ONES, parameters(), sigma_known=given)
     value, covariance = curve_fit(
         resonance, HERTZ, data, TRUTH, sigma if given else None, absolute_sigma=given
     )
@@ -54,8 +54,8 @@ def test_values_and_errors_are_scipy_s(given):
 def test_a_fit_in_small_units_goes_as_far_and_one_that_misses_has_larger_errors():
     """In metres residuals are of the order of 1e-7; a bump that no resonance has is a miss."""
     data = predict(TRUTH) + 0.02 * np.random.default_rng(4).standard_normal(41)
-    found = fit(predict, data, ONES, parameters(), known=False)
-    small = fit(lambda t: 1e-6 * predict(t), 1e-6 * data, ONES, parameters(), known=False)
+    found = fit(predict, data, ONES, parameters(), sigma_known=False)
+    small = fit(lambda t: 1e-6 * predict(t), 1e-6 * data, ONES, parameters(), sigma_known=False)
     np.testing.assert_allclose(small.value, found.value, rtol=1e-4)
     sigma = np.full(41, 0.005)
     data = predict(TRUTH) * (1 + 0.3 * np.sin(40 * HERTZ))
@@ -208,10 +208,10 @@ J = np.stack([np.ones(30), X, X**2], axis=1)
 NAMES = [f"{i} Hz" for i in range(30)]
 
 
-def examined(data, known=True, lengths=(30,)):
+def examined(data, sigma_known=True, lengths=(30,)):
     """Tests of what a parabola leaves of data, by their names."""
     left = data - J @ np.linalg.lstsq(J, data)[0]
-    return {each.name: each for each in noise_tests(left, J, lengths, known, NAMES)}
+    return {each.name: each for each in noise_tests(left, J, lengths, sigma_known, NAMES)}
 
 
 @pytest.fixture(scope="module")
@@ -269,7 +269,7 @@ def test_what_is_smooth_is_not_noise(known):
 def test_what_is_within_the_given_scatter_is_passed_over():
     """It can move no value by one of its standard errors."""
     assert examined(0.1 * np.sin(6 * X)) == {}
-    assert examined(0.1 * np.sin(6 * X), known=False)["neighbours"].failed
+    assert examined(0.1 * np.sin(6 * X), sigma_known=False)["neighbours"].failed
 
 
 PAIR = [FitParameter("joints.interlock.mu", 1.0, 0.1, 10.0), FitParameter("force", 1.0, 0.1, 10.0)]
@@ -279,7 +279,7 @@ def test_a_miss_withholds_standard_errors():
     data = 1 + X**2 + 0.01 * np.random.default_rng(0).standard_normal(30)
     names = [[f"{250 + i} Hz" for i in range(30)]]
     line = J[:, :2] * [1, 0.1]
-    found = fit(line.__matmul__, data, np.ones(30), PAIR, known=False, curves=names)
+    found = fit(line.__matmul__, data, np.ones(30), PAIR, sigma_known=False, curves=names)
     assert {each.name for each in found.missed} >= {"signs", "neighbours"}
     texts = doubts(found)
     assert any(

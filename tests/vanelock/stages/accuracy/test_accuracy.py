@@ -105,8 +105,8 @@ def test_converging_holds_the_settings_at_what_was_chosen(asked, tmp_path):
     folder, (case,), _, text = asked
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     found = converge_study(parse_study(text), tmp_path, only=("response.coupling",))
-    assert [o.value for o in found if o.own] == ["coupled"]
-    (own,) = [o for o in found if o.own]
+    assert [o.value for o in found if o.chosen] == ["coupled"]
+    (own,) = [o for o in found if o.chosen]
     assert own.amplitude == pytest.approx(case.peak.amplitude, rel=ACCURACY)
     assert json.loads((tmp_path / "converge.json").read_text())
 
