@@ -147,7 +147,7 @@ def _of_joints(gradient: AmplitudeGradient, joints: str) -> Iterator[tuple[str, 
         "kn": stiffness[:, 0],
         "kt": stiffness[:, 1:].sum(axis=1),
     }
-    for joint in contacts.joints or ("",):
+    for joint in dict.fromkeys(contacts.joints) or ("",):
         mask = contacts.of(joint) if joint else np.ones(contacts.count, bool)
         for name, values in by_contact.items():
             yield ".".join(filter(None, (joints, joint, name))), float(values[mask].sum())
