@@ -4,7 +4,6 @@ A test gives its figures by `record(name, text)`.
 """
 
 import dataclasses
-import subprocess
 from collections import defaultdict
 from collections.abc import Callable, Sequence
 from functools import lru_cache
@@ -19,6 +18,7 @@ from scipy.optimize import brentq
 from scipy.spatial import KDTree
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
+from benchmarks.pages import commit
 from tests.conftest import FULL, scene_of
 from tests.golden.runs import made_once
 from tests.verification import vane
@@ -254,17 +254,13 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 def pytest_sessionfinish(session: pytest.Session) -> None:
     if not FULL or hasattr(session.config, "workerinput"):
         return
-    commit = subprocess.run(
-        ["git", "describe", "--always", "--dirty"], cwd=ROOT, capture_output=True, text=True
-    ).stdout.strip()
     folder = ROOT / "docs" / "verification"
     folder.mkdir(parents=True, exist_ok=True)
     for page, found in rows.items():
         passed = sum(outcome == "passed" for *_, outcome in found)
         lines = [
             f"# Verification: {page.replace('_', ' ')}\n",
-            f"Written by `make verify` at commit {commit or 'unknown'}: "
-            f"{passed} of {len(found)} passed.\n",
+            f"Written by `make verify` at commit {commit()}: {passed} of {len(found)} passed.\n",
             "| test | figures | outcome |",
             "|---|---|---|",
             *(f"| `{name}` | {figures} | {outcome} |" for name, figures, outcome in sorted(found)),
