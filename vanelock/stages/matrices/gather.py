@@ -173,7 +173,7 @@ def _ends(
     mine, theirs, table = _pairs(keys.pairs, mate == GROUND, f"{where}.pairs")
     found = {
         "name": name,
-        "own": own,
+        "own_part": own,
         "mate": "" if mate == GROUND else mate,
         "own_nodes": mine,
         "mate_nodes": theirs,
