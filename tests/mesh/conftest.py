@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.refusals import refused
 from vanelock.common.errors import InputError
 from vanelock.mesh import quality, read_mesh
 from vanelock.mesh.matching.side import own_part
@@ -23,8 +24,7 @@ def complaints(build):
 
 def refusal(build):
     """The same of one line."""
-    (line,) = complaints(build)
-    return line
+    return refused(".", build)
 
 
 def sound(part):

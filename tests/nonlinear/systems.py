@@ -5,7 +5,16 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as la
 
-from vanelock.nonlinear import Contact, Contacts, Diameter, Force, System, frequency_response
+from vanelock.nonlinear import (
+    SLIP,
+    SLIP_OPEN,
+    Contact,
+    Contacts,
+    Diameter,
+    Force,
+    System,
+    frequency_response,
+)
 
 
 def march(contacts, q, count):
@@ -146,6 +155,14 @@ def planar(swing, mu, v0, shake, damping_ratio=None):
         force={1: Force([0.7, swing, shake])},
         damping_ratio=damping_ratio,
     )
+
+
+PLANE_PATHS = (
+    (0.7j, 2.0, 0.0, SLIP),  # nearly a circle under constant load
+    (0.5 + 0.2j, 2.0, 1.2, SLIP),  # an ellipse, the normal load varies
+    (0.5j, 0.8, 2.0, SLIP_OPEN),
+)
+"""`swing`, `v0` and `shake` of `planar`, and the state that its contact then has."""
 
 
 def with_contacts(system, **changed):

@@ -167,10 +167,7 @@ PAPER = {**CYCLIC, "route": "paper"}
 
 
 def refusal(model, *arguments, **options):
-    with pytest.raises(InputError) as caught:
-        rom.reduce(model, *arguments, **options)
-    text = str(caught.value)
-    assert "\n" not in text
+    text = refused(".", rom.reduce, model, *arguments, **options)
     assert len(text) < 250
     return text
 

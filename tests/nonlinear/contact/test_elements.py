@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.nonlinear.systems import (
+    PLANE_PATHS,
     in_time,
     planar,
     solved_response,
@@ -15,8 +16,6 @@ from tests.refusals import refused
 from vanelock import nonlinear
 from vanelock.nonlinear import (
     ELEMENT,
-    SLIP,
-    SLIP_OPEN,
     Contact,
     Element,
     Options,
@@ -224,11 +223,7 @@ PLANE_HERTZ = 1.05 / (2 * np.pi)
 PLANE = Options(3, friction="isotropic")
 
 
-@pytest.mark.parametrize(("swing", "v0", "shake", "state"), [
-    (0.7j, 2.0, 0.0, SLIP),  # nearly a circle under constant load
-    (0.5 + 0.2j, 2.0, 1.2, SLIP),  # an ellipse, the normal load varies
-    (0.5j, 0.8, 2.0, SLIP_OPEN),
-])  # fmt: skip
+@pytest.mark.parametrize(("swing", "v0", "shake", "state"), PLANE_PATHS)
 def test_mass_that_slides_in_a_plane(swing, v0, shake, state):
     system, steps = planar(swing, 0.6, v0, shake), 2000
     path, _ = in_time(system, PLANE_HERTZ, 30, steps, "isotropic")

@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.nonlinear.systems import even, planar, random_system, solved_response, with_contacts
+from tests.nonlinear.systems import (
+    PLANE_PATHS,
+    even,
+    planar,
+    random_system,
+    solved_response,
+    with_contacts,
+)
 from tests.refusals import refused
 from tests.verification.nonlinear.spring_rings import (
     CONTACTS,
@@ -96,11 +103,7 @@ def test_linear_ring_is_in_its_steady_state_at_once():
 HERTZ, RATIO = 1.05 / (2 * np.pi), 0.03
 
 
-@pytest.mark.parametrize(("swing", "v0", "shake", "state"), [
-    (0.7j, 2.0, 0.0, SLIP),  # nearly a circle under constant load
-    (0.5 + 0.2j, 2.0, 1.2, SLIP),  # an ellipse, the normal load varies
-    (0.5j, 0.8, 2.0, SLIP_OPEN),
-])  # fmt: skip
+@pytest.mark.parametrize(("swing", "v0", "shake", "state"), PLANE_PATHS)
 def test_steady_states_are_those_of_the_balance(swing, v0, shake, state):
     system, counts = planar(swing, 0.6, v0, shake, RATIO), np.array([128, 256, 512, 1024])
     balance = frequency_response(system, [HERTZ], Options(41, friction="isotropic"))
